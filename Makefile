@@ -1,0 +1,55 @@
+# Two commands do everything on a fresh machine: `make thesis` and `make test`.
+PYTHON ?= python3
+CORES ?= 2
+VENV := .venv
+LOCK := envs/requirements.lock
+BIN := $(abspath $(VENV)/bin)
+SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
+# The smoke run writes to results/, or beside it where results/ holds the thesis.
+SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
+
+.PHONY: thesis smoke test lint format ablations reference lock clean
+
+thesis: $(VENV)/installed
+	$(SNAKEMAKE)
+
+smoke: $(VENV)/installed
+	$(SNAKEMAKE) --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
+
+ablations: $(VENV)/installed
+	$(SNAKEMAKE) ablations
+
+test: $(VENV)/installed lint
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests
+
+lint: $(VENV)/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	PATH=$(BIN):$$PATH $(BIN)/snakemake --lint
+
+format: $(VENV)/installed
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	$(BIN)/snakefmt Snakefile workflow
+
+reference: $(VENV)/installed
+	$(BIN)/python scripts/write_reference.py
+
+# The environment is made anew whenever the lock file changes.
+$(VENV)/installed: $(LOCK)
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) and "millprint is locked for Python 3.11: make PYTHON=python3.11")'
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/pip install --quiet --requirement $(LOCK)
+	touch $@
+
+lock:
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/pip install --quiet --requirement envs/requirements.in
+	( echo "# Resolved from requirements.in by \`make lock\` on Python 3.11; install with pip."; \
+	  $(BIN)/pip freeze | sed 's/+cpu$$//' ) > $(LOCK)
+	$(BIN)/python scripts/write_conda_file.py
+	touch $(VENV)/installed
+
+clean:
+	rm -rf $(VENV) .snakemake

@@ -1,0 +1,84 @@
+"""millprint: the thesis, or somebody else's mill, from raw data to a verdict on every claim."""
+
+import sys
+from pathlib import Path
+
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
+
+from millprint.config.checks import check_before_running, load_workflow, stop_on_bad_input
+from millprint.digest import library_digest
+from millprint.machine import prepare_environment
+
+prepare_environment()
+
+
+configfile: "config/config.yaml"
+
+
+report: "workflow/report/workflow.rst"
+
+
+with stop_on_bad_input():
+    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, str(workflow.configfiles[-1]))
+    if workflow.is_main_process:
+        check_before_running(CONFIG, MILLS, CONTACTS, CASES, str(workflow.configfiles[-1]))
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/doe.smk"
+include: "workflow/rules/dem.smk"
+include: "workflow/rules/fingerprint.smk"
+include: "workflow/rules/partition.smk"
+include: "workflow/rules/yields.smk"
+include: "workflow/rules/surrogate.smk"
+
+
+STAGE_OUTPUTS = [*DOE_OUTPUTS, *FINGERPRINT_OUTPUTS, *PARTITION_OUTPUTS, *YIELD_OUTPUTS, *SURROGATE_OUTPUTS]
+
+
+include: "workflow/rules/report.smk"
+
+
+localrules:
+    all,
+    chapter2,
+    chapter3,
+    chapter4,
+    chapter5,
+    chapter6,
+
+
+rule all:
+    default_target: True
+    input:
+        STAGE_OUTPUTS,
+        rules.build_report.output,
+
+
+rule chapter2:
+    input:
+        DOE_OUTPUTS,
+
+
+rule chapter3:
+    input:
+        FINGERPRINT_OUTPUTS,
+
+
+rule chapter4:
+    input:
+        PARTITION_OUTPUTS,
+
+
+rule chapter5:
+    input:
+        YIELD_OUTPUTS,
+
+
+rule chapter6:
+    input:
+        SURROGATE_OUTPUTS,

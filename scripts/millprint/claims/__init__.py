@@ -1,0 +1,1 @@
+"""The claims of the thesis against what was computed."""

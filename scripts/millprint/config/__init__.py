@@ -1,0 +1,1 @@
+"""Pydantic models of every YAML file: the one place that defines a key, its unit and its bounds."""

@@ -1,0 +1,75 @@
+"""Reads YAML into models, and turns whatever does not hold into one line a fault."""
+
+import difflib
+from pathlib import Path
+from typing import TypeVar
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from millprint.errors import ConfigError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def _known_keys(model: type[BaseModel], place: tuple) -> list[str]:
+    """Keys that the model at `place` (the path of the unknown key, without it) knows."""
+    for step in place:
+        if isinstance(step, int):
+            continue
+        field = next((f for name, f in model.model_fields.items() if step in (name, f.alias)), None)
+        if field is None:
+            return []
+        arguments = [field.annotation, *getattr(field.annotation, "__args__", ())]
+        nested = [item for item in arguments if isinstance(item, type) and issubclass(item, BaseModel)]
+        if not nested:
+            return []
+        model = nested[0]
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _line(source: str, model: type[BaseModel], error: dict) -> str:
+    place = error["loc"]
+    key = ".".join(str(step) for step in place) or "(top level)"
+    if error["type"] == "extra_forbidden":
+        close = difflib.get_close_matches(str(place[-1]), _known_keys(model, place[:-1]), n=1)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        return f"{source}: {key} = {error['input']!r}: unknown key{hint}"
+    if error["type"] == "missing":
+        return f"{source}: {key}: this key is missing"
+    message = error["msg"].removeprefix("Value error, ")
+    if error["type"] == "value_error":
+        return f"{source}: {key}: {message}"
+    return f"{source}: {key} = {error['input']!r}: {message[0].lower()}{message[1:]}"
+
+
+def check_model(content: object, model: type[Model], source: str) -> Model:
+    """Validate a mapping read from `source`; raises ConfigError with a line for each fault."""
+    if not isinstance(content, dict):
+        raise ConfigError(f"{source}: a mapping of keys to values is wanted, not {type(content).__name__}")
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        raise ConfigError("\n".join(_line(source, model, item) for item in error.errors())) from None
+
+
+def read_yaml(path: str | Path) -> object:
+    """Read a YAML file with the safe loader; raises ConfigError with the place of a syntax error."""
+    try:
+        return yaml.safe_load(Path(path).read_text())
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
+
+
+def load_named(folder: str | Path, name: str, model: type[Model], what: str) -> Model:
+    """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
+    path = Path(folder) / f"{name}.yaml"
+    known = sorted(file.stem for file in Path(folder).glob("*.yaml"))
+    if name not in known:
+        raise ConfigError(f"{path}: unknown {what} {name!r}; known: {', '.join(known)}")
+    loaded = check_model(read_yaml(path), model, str(path))
+    if loaded.name != name:
+        raise ConfigError(f"{path}: name = {loaded.name!r}: must equal the file's name, {name!r}")
+    return loaded

@@ -1,0 +1,56 @@
+"""A digest of the library files that a script uses, so that an edit reruns exactly what depends on it."""
+
+import ast
+import hashlib
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).parent
+
+
+def _module_files(module: str) -> list[Path]:
+    """The file of `millprint.a.b` and the package files above it; nothing for a name that is no module."""
+    parts = module.split(".")[1:]
+    files = [PACKAGE.joinpath(*parts[:depth], "__init__.py") for depth in range(len(parts) + 1)]
+    if parts:
+        files.append(PACKAGE.joinpath(*parts[:-1], parts[-1] + ".py"))
+    return [file for file in files if file.is_file()]
+
+
+@cache
+def _imports(file: Path) -> frozenset[Path]:
+    """The millprint files that `file` imports, at any depth of its own code."""
+    found: set[Path] = set()
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            modules = [name.name for name in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules = [node.module, *(f"{node.module}.{name.name}" for name in node.names)]
+        else:
+            continue
+        for module in modules:
+            if module.split(".")[0] == "millprint":
+                found.update(_module_files(module))
+    return frozenset(found)
+
+
+def library_files(script: str | Path) -> list[Path]:
+    """Every file of the library that `script` imports, directly or through another, sorted."""
+    seen: set[Path] = set()
+    waiting = list(_imports(Path(script).resolve()))
+    while waiting:
+        file = waiting.pop()
+        if file not in seen:
+            seen.add(file)
+            waiting.extend(_imports(file))
+    return sorted(seen)
+
+
+@cache
+def library_digest(script: str | Path) -> str:
+    """A short hash of the contents of `library_files(script)`."""
+    total = hashlib.sha256()
+    for file in library_files(script):
+        total.update(file.relative_to(PACKAGE).as_posix().encode())
+        total.update(file.read_bytes())
+    return total.hexdigest()[:16]

@@ -1,0 +1,25 @@
+"""Writes the merged configuration of a run; the file can be given back to Snakemake with --configfile."""
+
+import platform
+from importlib.metadata import version
+
+import yaml
+
+from millprint.files import whole_file
+from millprint.job import job
+
+PACKAGES = ("snakemake", "numpy", "numba", "scipy", "pandas", "statsmodels", "scikit-learn", "torch", "torch-geometric")
+
+
+def main(config: dict, output: str) -> None:
+    """Write `config` as YAML below a comment with the versions that ran it."""
+    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    with whole_file(output) as partial:
+        partial.write_text(
+            f"# Python {platform.python_version()}; {versions}\n{yaml.safe_dump(config, sort_keys=False)}"
+        )
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "record run"):
+        main(snakemake.params.config, snakemake.output.run)
