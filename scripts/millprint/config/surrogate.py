@@ -1,0 +1,227 @@
+"""Settings of the surrogate stage (thesis chapter 6 and appendix A)."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from millprint.config.section import Name, NonNegative, Positive, Section
+from millprint.config.sweep import Case
+from millprint.errors import ConfigError
+
+Value = bool | int | float | str | None
+Count = Annotated[int, Field(ge=1)]
+
+
+class SnapshotConfig(Section):
+    """Which simulations are learned from. Every row of a case before `train_until_s` is for training."""
+
+    cases: list[str] = Field(min_length=1, description="DEM cases with snapshots, as MILL/CONTACT/NAME")
+    train_until_s: Positive = Field(description="time since the start of motion up to which snapshots train [s]")
+    validation_until_s: Positive = Field(
+        description="snapshots from train_until_s to here give the validation loss and nothing else [s]"
+    )
+
+    @model_validator(mode="after")
+    def _validation_follows(self) -> "SnapshotConfig":
+        if self.validation_until_s <= self.train_until_s:
+            raise ValueError(
+                f"validation_until_s = {self.validation_until_s:g}: must exceed train_until_s = {self.train_until_s:g}"
+            )
+        return self
+
+
+class GraphConfig(Section):
+    """What the network is given and asked for (thesis Table 6.2)."""
+
+    window: Count = Field(description="snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]")
+    acceleration: Literal["finite_difference", "net_force"] = Field(
+        description="target: (v[n+1] - v[n]) / dt, or the net force of the instant over the mass"
+    )
+
+
+class EdgeConfig(Section):
+    """Which balls are joined by edges, and to the wall (thesis Sec. 6.2.2)."""
+
+    training: Literal["contacts", "thresholds"] = Field(
+        description="edges while training: the contacts that the DEM reports, or the thresholds of the roll-out"
+    )
+    wall_threshold_m: float = Field(lt=0, description="phi_pw: a ball with a signed distance above it has a wall edge [m]")
+    ball_threshold_m: Positive = Field(description="r_c: two balls nearer than this are joined [m]")
+    ball_threshold_reading: Literal["surface_gap", "centre_distance"] = Field(
+        description="what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)"
+    )
+
+
+class NetworkConfig(Section):
+    """Size of the network (thesis Table 6.3)."""
+
+    width: Count = Field(description="neurons of each hidden layer and of the embeddings [-]")
+    mlp_layers: Annotated[int, Field(ge=2)] = Field(description="linear layers of each multi-layer perceptron [-]")
+    interaction_layers: Count = Field(description="rounds of message passing L_p [-]")
+
+
+class TrainingConfig(Section):
+    """Loss, optimiser and budget (thesis Eqs 6.28 to 6.30 and Sec. 6.2.2)."""
+
+    huber_delta: Positive = Field(description="threshold delta of the Huber loss, Eq. 6.30 [-]")
+    acceleration_weight: NonNegative = Field(description="alpha, weight of the acceleration loss, Eq. 6.28 [-]")
+    dissipation_weight: NonNegative = Field(description="weight of the dissipation loss, 1 in Eq. 6.28 [-]")
+    velocity_noise: NonNegative = Field(description="standard deviation of noise on normalised velocities [-]")
+    epochs: Count = Field(description="epochs over which the learning rate decays [-]")
+    snapshots_per_epoch: Count = Field(
+        description="snapshots drawn in an epoch; all of them where there are fewer [-]"
+    )
+    batch_size: Count = Field(description="snapshots in a batch [-]")
+    learning_rate: Positive = Field(description="of Adam at the first step [-]")
+    final_learning_rate: Positive = Field(description="of Adam at the last step, reached exponentially [-]")
+    wall_time_max_s: Positive = Field(description="training stops here even if epochs are left [s]")
+    checkpoint_every_s: Positive = Field(description="time between checkpoints, from which a killed job goes on [s]")
+    validation_snapshots: Count = Field(description="snapshots in the validation loss [-]")
+    seed: Annotated[int, Field(ge=0)] = Field(description="of the weights, the order of snapshots and the noise")
+
+
+class RollOutConfig(Section):
+    """The recursive stage (thesis Sec. 6.2.2)."""
+
+    snap_back_m: Annotated[float, Field(lt=0)] | None = Field(
+        description="phi_sb: a ball with a signed distance above it is put back to it; never, if null [m]"
+    )
+    length_s: Positive = Field(description="physical time of a roll-out [s]")
+    frame_interval_s: Positive = Field(description="time between the states that are kept [s]")
+
+
+class ScenarioConfig(Section):
+    """A motion and a geometry that the surrogate is rolled out in."""
+
+    case: str = Field(description="DEM case that gives the first states and the truth, as MILL/CONTACT/NAME")
+    other_seed: str = Field(description="the same case with another seed: how far two DEM runs differ")
+    starts_s: list[NonNegative] = Field(min_length=1, description="times that roll-outs start from, rolled out as one batch [s]")
+
+
+class TimingConfig(Section):
+    """How the wall clock of a roll-out is measured."""
+
+    steps: Count = Field(description="steps that are timed, after as many again up to 50 to warm up [-]")
+    batches: list[Count] = Field(min_length=1, description="numbers of trajectories in a batch [-]")
+
+
+class VariantConfig(Section):
+    """A surrogate: everything that tells one from another. Each section overrides keys of the section it is named after."""
+
+    weights_of: Name | None = Field(default=None, description="variant whose weights are rolled out; its own if left out")
+    graph: dict[str, Value] = Field(default={}, description="keys of `graph` to override")
+    edges: dict[str, Value] = Field(default={}, description="keys of `edges` to override")
+    network: dict[str, Value] = Field(default={}, description="keys of `network` to override")
+    training: dict[str, Value] = Field(default={}, description="keys of `training` to override")
+    rollout: dict[str, Value] = Field(default={}, description="keys of `rollout` to override")
+
+
+class Recipe(Section):
+    """Everything that the weights depend on, besides the data."""
+
+    graph: GraphConfig
+    network: NetworkConfig
+    training: TrainingConfig
+    edges: EdgeConfig | None = Field(default=None, description="thresholds; None where DEM contacts are the edges")
+
+
+class Variant(Section):
+    """A variant with nothing left to look up."""
+
+    graph: GraphConfig
+    edges: EdgeConfig
+    network: NetworkConfig
+    training: TrainingConfig
+    rollout: RollOutConfig
+
+    @model_validator(mode="after")
+    def _thresholds_are_ordered(self) -> "Variant":
+        low, high = self.edges.wall_threshold_m, self.rollout.snap_back_m
+        if high is not None and high <= low:
+            raise ValueError(f"rollout.snap_back_m = {high:g}: must exceed edges.wall_threshold_m = {low:g}")
+        return self
+
+    def recipe(self) -> Recipe:
+        """What the weights depend on: thresholds only where training uses them, so that others do not retrain."""
+        edges = self.edges if self.edges.training == "thresholds" else None
+        return Recipe(graph=self.graph, network=self.network, training=self.training, edges=edges)
+
+
+class SurrogateConfig(Section):
+    """Settings of the surrogate stage."""
+
+    snapshots: SnapshotConfig
+    graph: GraphConfig
+    edges: EdgeConfig
+    network: NetworkConfig
+    training: TrainingConfig
+    rollout: RollOutConfig
+    variants: dict[Name, VariantConfig] = Field(min_length=1, description="surrogates that `all` trains, by name")
+    ablations: dict[Name, VariantConfig] = Field(default={}, description="surrogates of the target `ablations`, by name")
+    ablation_budget: VariantConfig = Field(
+        default=VariantConfig(), description="overrides for every ablation, below its own"
+    )
+    tests: dict[Name, ScenarioConfig] = Field(min_length=1, description="motions and geometries to roll out, by name")
+    timing: TimingConfig
+
+    @model_validator(mode="after")
+    def _every_variant_holds(self) -> "SurrogateConfig":
+        both = sorted(set(self.variants) & set(self.ablations))
+        if both:
+            raise ValueError(f"ablations.{both[0]}: is also a variant; a name can stand for one surrogate only")
+        for name in [*self.variants, *self.ablations]:
+            self.variant(name)
+            source = self.weights_of(name)
+            known = self.ablations if name in self.ablations else self.variants
+            if source not in known:
+                raise ValueError(f"{name}.weights_of = {source!r}: unknown; known: {', '.join(known)}")
+            if self.weights_of(source) != source:
+                raise ValueError(f"{name}.weights_of = {source!r}: has no weights of its own")
+        return self
+
+    def variant(self, name: str) -> Variant:
+        """The sections of a variant or ablation, with its overrides on top; raises ValueError for one that fails."""
+        layers = [self.ablation_budget, self.ablations[name]] if name in self.ablations else [self.variants[name]]
+        content = {}
+        for section in Variant.model_fields:
+            content[section] = getattr(self, section).model_dump()
+            for layer in layers:
+                content[section].update(getattr(layer, section))
+        try:
+            return Variant.model_validate(content)
+        except ValidationError as error:
+            fault = error.errors()[0]
+            key = ".".join(str(step) for step in fault["loc"])
+            raise ValueError(f"{name}.{key} = {fault['input']!r}: {fault['msg'].removeprefix('Value error, ')}") from None
+
+    def weights_of(self, name: str) -> str:
+        """The variant whose weights `name` is rolled out with."""
+        return (self.ablations | self.variants)[name].weights_of or name
+
+    def simulated_cases(self) -> dict[str, float]:
+        """Every DEM case that the stage reads, with the time of motion that it must cover [s]."""
+        needed = dict.fromkeys(self.snapshots.cases, self.snapshots.validation_until_s)
+        longest = max(self.variant(name).rollout.length_s for name in [*self.variants, *self.ablations])
+        for test in self.tests.values():
+            for case in (test.case, test.other_seed):
+                needed[case] = max(needed.get(case, 0.0), max(test.starts_s) + longest)
+        return needed
+
+
+def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], source: str) -> None:
+    """Check that the sweeps simulate what the surrogate reads.
+
+    Raises ConfigError for a case that no sweep has, that records no snapshots, or that ends too early.
+    """
+    for path, until_s in config.simulated_cases().items():
+        if path not in cases:
+            raise ConfigError(f"{source}: surrogate: case {path} is in no sweep; add a sweep with snapshot_interval_s")
+        case = cases[path]
+        if case.snapshot_interval_s is None:
+            raise ConfigError(f"{source}: surrogate: case {path} records no snapshots: its sweep wants snapshot_interval_s")
+        duration_s = case.discard_s + case.window_s
+        if duration_s < until_s - 1e-9:
+            raise ConfigError(
+                f"{source}: surrogate: case {path} moves for {duration_s:g} s: at least {until_s:g} s are wanted "
+                "(its sweep's discard_s + window_s)"
+            )

@@ -1,0 +1,118 @@
+"""DEM settings and sweeps: which cases are simulated, and the names that tell them apart."""
+
+import itertools
+from typing import Annotated
+
+from pydantic import Field
+
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+
+
+class DemConfig(Section):
+    """Settings of every simulation unless a sweep overrides them."""
+
+    time_step_s: Positive = Field(description="integration step [s]")
+    rayleigh_fraction_max: Fraction = Field(
+        default=0.2, description="largest step allowed, as a fraction of the Rayleigh time [-]"
+    )
+    settle_s: Positive = Field(description="time for the balls to come to rest before the mill starts [s]")
+    discard_s: NonNegative = Field(description="time of motion left out of every average [s]")
+    window_s: Positive = Field(description="time of motion that is recorded [s]")
+    ledger_samples_per_revolution: Annotated[int, Field(ge=1)] = Field(
+        default=20, description="samples of the energy ledger in each revolution"
+    )
+    collision_gaps_s: list[NonNegative] = Field(
+        default=[0.0, 0.001, 0.002, 0.003, 0.004],
+        description="counting rules evaluated for every run: re-contacts of a pair within the gap are one collision [s]",
+    )
+    closure_max: Fraction = Field(
+        default=0.005, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
+    )
+
+
+class SweepConfig(Section):
+    """A block of cases: every combination of its lists."""
+
+    name: Name = Field(description="name of the sweep")
+    mills: list[Name] | None = Field(default=None, description="mills; the top-level mill if left out")
+    contacts: list[Name] = Field(min_length=1, description="contact sets")
+    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters [mm]")
+    fill_ratios: list[Fraction] = Field(min_length=1, description="ball volume over jar volume [-]")
+    speeds_rpm: list[NonNegative] = Field(min_length=1, description="mill speeds [rpm]")
+    seeds: list[Annotated[int, Field(ge=0)]] = Field(min_length=1, description="seeds of the starting positions")
+    young_moduli_gpa: list[Positive] | None = Field(
+        default=None, description="Young's moduli in place of the contact set's [GPa]"
+    )
+    rayleigh_fraction: Fraction | None = Field(
+        default=None, description="step as a fraction of each case's own Rayleigh time, in place of dem.time_step_s [-]"
+    )
+    settle_s: Positive | None = Field(default=None, description="in place of dem.settle_s [s]")
+    discard_s: NonNegative | None = Field(default=None, description="in place of dem.discard_s [s]")
+    window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
+    snapshot_interval_s: Positive | None = Field(
+        default=None, description="time between recorded snapshots of every ball; none are recorded if left out [s]"
+    )
+
+
+class Case(Section):
+    """One simulation. Its path is `MILL/CONTACT/NAME`, such as emax/calibrated/d10_f0.10_n600_s0."""
+
+    mill: Name
+    contact: Name
+    ball_diameter_mm: float
+    fill_ratio: float
+    speed_rpm: float
+    seed: int
+    young_modulus_gpa: float | None = None
+    rayleigh_fraction: float | None = None
+    settle_s: float
+    discard_s: float
+    window_s: float
+    snapshot_interval_s: float | None = None
+
+    @property
+    def name(self) -> str:
+        modulus = f"_y{self.young_modulus_gpa:g}" if self.young_modulus_gpa else ""
+        fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
+        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{modulus}_s{self.seed}"
+
+    @property
+    def path(self) -> str:
+        return f"{self.mill}/{self.contact}/{self.name}"
+
+
+def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
+    """Every case of a sweep, with the sweep's own durations or those of `dem`."""
+    times = {
+        key: getattr(dem, key) if getattr(sweep, key) is None else getattr(sweep, key)
+        for key in ("settle_s", "discard_s", "window_s")
+    }
+    combinations = itertools.product(
+        sweep.mills or [mill],
+        sweep.contacts,
+        sweep.ball_diameters_mm,
+        sweep.fill_ratios,
+        sweep.speeds_rpm,
+        sweep.young_moduli_gpa or [None],
+        sweep.seeds,
+    )
+    return [
+        Case(
+            mill=mill_name,
+            contact=contact,
+            ball_diameter_mm=diameter,
+            fill_ratio=fill,
+            speed_rpm=speed,
+            young_modulus_gpa=modulus,
+            seed=seed,
+            rayleigh_fraction=sweep.rayleigh_fraction,
+            snapshot_interval_s=sweep.snapshot_interval_s,
+            **times,
+        )
+        for mill_name, contact, diameter, fill, speed, modulus, seed in combinations
+    ]
+
+
+def ball_count(fill_ratio: float, volume_m3: float, diameter_m: float) -> int:
+    """Number of balls, the rounded volume ratio (thesis Table 3.4)."""
+    return round(fill_ratio * volume_m3 / (3.141592653589793 / 6 * diameter_m**3))

@@ -1,0 +1,39 @@
+"""The root of config/config.yaml."""
+
+from pydantic import Field
+
+from millprint.config.doe import DoeConfig
+from millprint.config.fingerprint import FingerprintConfig
+from millprint.config.partition import PartitionConfig
+from millprint.config.section import Name, Section
+from millprint.config.surrogate import SurrogateConfig
+from millprint.config.sweep import DemConfig, SweepConfig
+from millprint.config.yields import YieldConfig
+
+
+class DataConfig(Section):
+    """Measured tables, as paths from the project's root."""
+
+    screening: str = Field(description="the screening runs with their yields")
+    wear: str = Field(description="mass of the balls before and after milling")
+    regimes: str = Field(description="the five cases of chapter 4")
+    split: str = Field(description="the locked train-test split of the screening runs")
+    claims: str = Field(description="every number the thesis states, with a tolerance")
+    published: str = Field(description="published values shown as marks in figures")
+
+
+class WorkflowConfig(Section):
+    """Everything that a run of the pipeline can be told."""
+
+    name: Name = Field(description="name of the run, shown in the report")
+    results: str = Field(pattern=r"^[\w-]+(/[\w-]+)*$", description="folder that everything is written to")
+    mill: Name = Field(description="the mill of the run: a file in config/mills")
+    contacts: list[Name] = Field(min_length=1, description="contact sets of the run: files in config/contacts")
+    data: DataConfig
+    doe: DoeConfig
+    dem: DemConfig
+    sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
+    fingerprint: FingerprintConfig
+    partition: PartitionConfig
+    yields: YieldConfig
+    surrogate: SurrogateConfig

@@ -1,0 +1,43 @@
+"""The look of every figure: column width, units on axes, SVG for print and PNG for the screen."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+from millprint.files import whole_file  # noqa: E402
+
+COLUMN_WIDTH_IN = 85 / 25.4
+PAGE_WIDTH_IN = 175 / 25.4
+
+# Okabe and Ito's palette, told apart with any colour vision.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+PUBLISHED = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
+
+plt.rcParams.update(
+    {
+        "font.size": 8,
+        "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "legend.frameon": False,
+        "lines.markersize": 4,
+        "lines.linewidth": 1.2,
+        "figure.constrained_layout.use": True,
+        "svg.hashsalt": "millprint",
+        "svg.fonttype": "none",
+    }
+)
+
+
+def save(figure: Figure, svg: str | Path, png: str | Path) -> None:
+    """Write a figure as SVG and PNG, with no date in either, and close it."""
+    with whole_file(svg) as partial:
+        figure.savefig(partial, metadata={"Date": None})
+    with whole_file(png) as partial:
+        figure.savefig(partial, dpi=200)
+    plt.close(figure)

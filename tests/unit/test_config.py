@@ -1,0 +1,96 @@
+"""Configuration models refuse what does not hold, in one line a fault; sweeps expand to cases with telling names."""
+
+import pytest
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.contact import ContactConfig
+from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
+from millprint.errors import ConfigError
+
+DEM = {"time_step_s": 2e-6, "settle_s": 0.2, "discard_s": 0.1, "window_s": 1.0}
+SWEEP = {
+    "name": "s",
+    "contacts": ["steel"],
+    "ball_diameters_mm": [10, 5],
+    "fill_ratios": [0.1],
+    "speeds_rpm": [600],
+    "seeds": [0, 1],
+}
+
+
+def fault(content, model) -> str:
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, model, "file.yaml")
+    return str(caught.value)
+
+
+def test_unknown_key_names_the_nearest_known_one():
+    assert fault({**DEM, "setle_s": 1}, DemConfig) == "file.yaml: setle_s = 1: unknown key; did you mean settle_s?"
+
+
+def test_missing_key():
+    assert fault({key: DEM[key] for key in list(DEM)[1:]}, DemConfig) == "file.yaml: time_step_s: this key is missing"
+
+
+def test_a_value_out_of_bounds_names_the_bound():
+    assert fault({**DEM, "window_s": -1}, DemConfig) == "file.yaml: window_s = -1: input should be greater than 0"
+
+
+def test_every_fault_has_its_line():
+    assert len(fault({**DEM, "window_s": 0, "settle_s": "x"}, DemConfig).splitlines()) == 2
+
+
+@pytest.mark.parametrize("content", [None, [1], "text", 3])
+def test_a_mapping_is_wanted(content):
+    assert "mapping" in fault(content, DemConfig)
+
+
+def test_yaml_cannot_construct_objects(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("!!python/object/apply:os.system ['true']")
+    with pytest.raises(ConfigError, match="not valid YAML"):
+        read_yaml(path)
+
+
+def test_the_name_in_a_file_must_be_the_files(tmp_path):
+    text = read_yaml_text("config/contacts/steel.yaml").replace("name: steel", "name: brass")
+    (tmp_path / "steel.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=r"steel.yaml: name = 'brass'"):
+        load_named(tmp_path, "steel", ContactConfig, "contact set")
+
+
+def read_yaml_text(name):
+    from tests.conftest import ROOT
+
+    return (ROOT / name).read_text()
+
+
+def test_a_sweep_is_every_combination():
+    cases = expand_sweep(SweepConfig(**SWEEP), DemConfig(**DEM), "emax")
+    assert [case.path for case in cases] == [
+        "emax/steel/d10_f0.10_n600_s0",
+        "emax/steel/d10_f0.10_n600_s1",
+        "emax/steel/d5_f0.10_n600_s0",
+        "emax/steel/d5_f0.10_n600_s1",
+    ]
+    assert {case.window_s for case in cases} == {1.0}
+
+
+def test_a_sweep_overrides_durations():
+    sweep = SweepConfig(**SWEEP, window_s=3.0, young_moduli_gpa=[0.205])
+    case = expand_sweep(sweep, DemConfig(**DEM), "emax")[0]
+    assert case.window_s == 3.0
+    assert case.name == "d10_f0.10_n600_y0.205_s0"
+
+
+@pytest.mark.parametrize(
+    ("fill", "diameter", "count"), [(0.04, 10, 10), (0.10, 10, 24), (0.10, 5, 191), (0.40, 5, 764)]
+)
+def test_ball_counts_of_table_3_4(fill, diameter, count):
+    assert ball_count(fill, 125e-6, diameter / 1000) == count
+
+
+def test_a_refusal_is_printed_and_ends_the_program(capsys):
+    with pytest.raises(SystemExit), stop_on_bad_input():
+        raise ConfigError("first\nsecond")
+    assert capsys.readouterr().err == "error: first\nerror: second\n"

@@ -1,0 +1,77 @@
+"""Bad input is refused before a job starts, in one line that names file, key, value and what would be right."""
+
+import pytest
+import yaml
+
+from tests.workflow.conftest import run_snakemake
+
+
+def edit_yaml(path, *place, value):
+    """Set a key, given as its path of keys and positions, in a YAML file."""
+    content = yaml.safe_load(path.read_text())
+    inner = content
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    path.write_text(yaml.safe_dump(content))
+
+
+def refusal(project) -> str:
+    """The single line that refuses a run; fails if there is none, a traceback, or a started job."""
+    done = run_snakemake(project, "--config", "name=thesis")
+    lines = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
+    assert done.returncode == 1, done.stdout
+    assert len(lines) == 1, done.stdout
+    assert "Traceback" not in done.stdout
+    assert not any((project / "results").iterdir())
+    return lines[0]
+
+
+CONFIG = "config/config.yaml"
+
+
+@pytest.mark.parametrize(
+    ("file", "place", "value", "parts"),
+    [
+        (CONFIG, ("dem", "time_stp_s"), 1e-6, ["dem.time_stp_s", "unknown key", "time_step_s"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [-10], ["sweeps.0.ball_diameters_mm.0", "-10", "greater than 0"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0], ["sweeps.0.ball_diameters_mm.0", "greater than 0"]),
+        (CONFIG, ("sweeps", 0, "fill_ratios"), [0.9], ["fill_ratios", "0.9", "fit"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "jar"]),
+        (CONFIG, ("dem", "time_step_s"), 5e-5, ["dem.time_step_s", "5e-05", "Rayleigh"]),
+        (CONFIG, ("dem", "time_step_s"), float("nan"), ["dem.time_step_s", "nan", "finite"]),
+        (CONFIG, ("mill",), "emaks", ["emaks", "unknown mill", "emax"]),
+        (CONFIG, ("contacts",), ["calibrated", "rubber"], ["rubber", "unknown contact set", "steel"]),
+        (CONFIG, ("data", "wear"), "config/data/no.tsv", ["config/data/no.tsv", "no such"]),
+        ("config/mills/emax.yaml", ("motion", "amplitude_mm"), -17, ["emax.yaml", "motion", "amplitude_mm", "-17"]),
+        ("config/mills/emax.yaml", ("name",), "emaks", ["emax.yaml", "name", "emaks"]),
+        ("config/contacts/steel.yaml", ("restitution",), 1.5, ["steel.yaml", "restitution", "1.5"]),
+    ],
+)
+def test_bad_value(project, file, place, value, parts):
+    edit_yaml(project / file, *place, value=value)
+    line = refusal(project)
+    for part in parts:
+        assert part in line
+
+
+def test_yaml_that_is_not_a_mapping(project):
+    (project / "config/contacts/steel.yaml").write_text("- a\n- b\n")
+    assert "mapping" in refusal(project)
+
+
+def test_missing_data_column(project):
+    table = project / "config/data/screening.tsv"
+    table.write_text(table.read_text().replace("yield_percent", "outcome", 1))
+    line = refusal(project)
+    assert "screening.tsv" in line
+    assert "yield_percent" in line
+
+
+def test_text_in_a_number_column(project):
+    table = project / "config/data/wear.tsv"
+    table.write_text(table.read_text().replace("97.06", "heavy", 1))
+    line = refusal(project)
+    assert "wear.tsv" in line
+    assert "unused_mass_g" in line
+    assert "heavy" in line

@@ -1,0 +1,85 @@
+"""The smoke workflow: the real pipeline at small size, from nothing to the table of claims."""
+
+import re
+
+import pandas as pd
+import pytest
+from millprint.claims.tabulate import CLAIM_COLUMNS
+from millprint.files import read_json, read_table
+
+from tests.workflow.conftest import ROOT, run_snakemake
+
+SMOKE = ("--configfile", "config/smoke.yaml")
+
+
+@pytest.fixture(scope="module")
+def claims(smoke_project) -> pd.DataFrame:
+    return pd.read_csv(smoke_project / "results/report/claims.tsv", sep="\t", dtype=str, keep_default_na=False)
+
+
+def test_every_claim_has_a_row_and_a_verdict(claims):
+    wanted = read_table(ROOT / "config/data/claims.tsv", text=CLAIM_COLUMNS)
+    assert list(claims.columns) == [
+        *("id", "locus", "quantity", "published", "unit", "kind", "tolerance"),
+        *("reproduced", "deviation", "verdict", "explanation"),
+    ]
+    assert claims["id"].tolist() == wanted["id"].tolist()
+    assert set(claims["verdict"]) <= {"reproduced", "deviates", "erratum", "not run"}
+
+
+def test_errata_and_claims_not_run_are_explained(claims):
+    silent = claims[claims["verdict"].isin(["erratum", "not run"]) & (claims["explanation"] == "")]
+    assert silent.empty, silent["id"].tolist()
+
+
+def test_computed_claims_of_chapters_2_and_4_hold(claims):
+    computed = claims[claims["id"].str.match(r"[24]\.") & (claims["kind"] == "computed")]
+    missed = computed[~computed["verdict"].isin(["reproduced", "erratum"])]
+    assert len(computed) > 80
+    assert missed.empty, missed[["id", "published", "reproduced"]].to_string()
+
+
+def test_linear_regression_has_the_printed_digits(claims):
+    rows = claims[claims["id"].str.startswith("5.linear.")]
+    assert rows["verdict"].tolist() == ["reproduced"] * 5
+
+
+def test_energy_balance_closes_in_every_run(smoke_project):
+    summaries = [read_json(path) for path in (smoke_project / "results/dem").rglob("summary.json")]
+    assert len(summaries) > 10
+    assert max(abs(summary["closure"]) for summary in summaries) < 0.005
+
+
+def test_report_opens_offline(smoke_project):
+    html = (smoke_project / "results/report/report.html").read_text()
+    assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=[\"']https?://", html)
+    for chapter in ("Chapter 2", "Chapter 3", "Chapter 4", "Chapter 5", "Chapter 6"):
+        assert chapter in html
+
+
+def test_every_job_left_a_log(smoke_project):
+    logs = list((smoke_project / "results/logs").rglob("*.log"))
+    assert len(logs) > 20
+    empty = [path.name for path in logs if not path.read_text().strip()]
+    assert not empty
+
+
+def test_nothing_to_do_the_second_time(smoke_project):
+    again = run_snakemake(smoke_project, *SMOKE)
+    assert "Nothing to be done" in again.stdout
+
+
+def test_an_edit_of_the_yield_models_reruns_yield_and_report_only(smoke_project):
+    file = smoke_project / "scripts/millprint/predict/__init__.py"
+    before = file.read_text()
+    file.write_text(before + "\n# touched\n")
+    try:
+        plan = run_snakemake(smoke_project, *SMOKE, "-n").stdout
+    finally:
+        file.write_text(before)
+    rules = set(re.findall(r"^(?:local)?rule (\w+):", plan, re.MULTILINE))
+    yield_rules = set(
+        re.findall(r"^(?:rule|checkpoint) (\w+):", (ROOT / "workflow/rules/yields.smk").read_text(), re.M)
+    )
+    assert rules & yield_rules
+    assert rules <= yield_rules | {"tabulate_claims", "build_report", "all"}
