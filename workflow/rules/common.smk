@@ -1,4 +1,4 @@
-"""What every rule shares: the results folder, the validated configuration, and digests of the library."""
+"""What the rules share: the results folder, the validated configuration, and digests of the library."""
 
 RESULTS = CONFIG.results.rstrip("/")
 LOGS = f"{RESULTS}/logs"

@@ -71,10 +71,10 @@ class PowderConfig(Section):
 
 
 class GasConfig(Section):
-    """Conditions of the hydrogen collected over water."""
+    """Conditions of the hydrogen collected over water; within the bounds the vapour never reaches the pressure."""
 
-    temperature_k: float = Field(ge=273.16, le=373, description="temperature of the gas and the water [K]")
-    pressure_pa: float = Field(ge=2e4, le=2e5, description="total pressure of the gas [Pa]")
+    temperature_k: float = Field(ge=273.15, le=353.15, description="temperature of the gas and the water [K]")
+    pressure_pa: float = Field(ge=5e4, le=2e5, description="total pressure of the gas [Pa]")
 
 
 class DoeConfig(Section):
@@ -93,6 +93,9 @@ class DoeConfig(Section):
         default=2000, description="simulated sets of normal errors behind the residual checks' p-values"
     )
     interactions: list[InteractionFigure] = Field(default=[], description="figures of interaction plots")
+    literature: str = Field(
+        description="table of other groups' reported yields and parameters, from the project's root"
+    )
     half_life: HalfLifeConfig
     powder: PowderConfig
     gas: GasConfig

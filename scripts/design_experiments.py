@@ -1,0 +1,31 @@
+"""Makes the design, its alias table and randomised order, and audits the runs against it."""
+
+from millprint.config.doe import DoeConfig
+from millprint.doe.aliases import alias_table, confounding_table
+from millprint.doe.audit import audit_table
+from millprint.doe.design import describe, design_table
+from millprint.doe.runs import read_runs
+from millprint.files import write_json, write_table
+from millprint.job import job
+
+
+def main(
+    screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: DoeConfig
+) -> list[str]:
+    """Write the design's tables; return the departures that the audit found, a line each."""
+    runs = read_runs(screening, settings)
+    write_table(design_table(settings), design)
+    write_json(describe(settings), fraction)
+    write_table(alias_table(settings), aliases)
+    write_table(confounding_table(settings, runs), confounding)
+    found = audit_table(settings, runs)
+    write_table(found, audit)
+    departures = found[found["departs"] == "yes"]
+    return [f"{row.check}, {row.subject}: {row.found}, wanted {row.wanted}" for row in departures.itertuples()]
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "design experiments") as log:
+        settings = DoeConfig(**snakemake.params.settings)
+        for line in main(**dict(snakemake.input.items()), **dict(snakemake.output.items()), settings=settings):
+            log.warning("the runs depart from the design: %s", line)

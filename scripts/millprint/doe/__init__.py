@@ -1,0 +1,1 @@
+"""Design of experiments: fractions and aliases, analysis of variance, wet-lab arithmetic."""

@@ -1,0 +1,250 @@
+"""Factors, fractions, aliases and the audit of the runs."""
+
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+import pytest
+from millprint.config.doe import DoeConfig
+from millprint.doe.aliases import alias_table, confounding_table, interaction_partners
+from millprint.doe.audit import audit_table
+from millprint.doe.design import describe, design_table, full_factorial_runs, level_codes, treatments
+from millprint.doe.runs import read_runs
+from millprint.doe.words import add, aliases, defining_subgroup, length, low_order_words, normalised, resolution, spell
+from millprint.errors import ConfigError
+
+from tests.unit.doe_settings import SCREENING, settings, thesis_settings
+
+
+def factors(number: int, levels: int) -> list[dict]:
+    return [
+        {"symbol": symbol, "column": symbol.lower(), "label": symbol, "levels": list(range(levels))}
+        for symbol in "ABCDEFGH"[:number]
+    ]
+
+
+def two_level(number: int, generators: list[str]) -> DoeConfig:
+    return settings(factors=factors(number, 2), generators=generators, model=["A", "B"], interactions=[])
+
+
+def test_the_thesis_fraction_is_27_of_81_runs_of_resolution_4():
+    config = settings()
+    assert full_factorial_runs(config) == 81
+    description = describe(config)
+    assert (description["runs"], description["resolution"]) == (27, 4)
+    assert description["defining_words"] == ["ABCD2"]
+
+
+def test_the_fraction_agrees_with_table_2_3_but_for_case_4():
+    config = settings()
+    design = design_table(config)
+    printed = pd.read_csv(SCREENING, sep="\t", comment="#", dtype={"treatment": str})
+    different = design["case"][design["treatment"] != printed["treatment"]]
+    assert different.tolist() == [4]
+    columns = [factor.column for factor in config.factors]
+    same = np.isclose(design[columns], printed[columns]).all(axis=1)
+    assert design["case"][~same].tolist() == [4]
+
+
+def test_the_order_of_the_runs_is_a_permutation_that_the_seed_decides():
+    first, again, other = (design_table(settings(order_seed=seed))["run_order"] for seed in (2, 2, 3))
+    assert sorted(first) == list(range(1, 28))
+    assert first.tolist() == again.tolist()
+    assert first.tolist() != other.tolist()
+
+
+def test_an_ideal_fraction_is_orthogonal():
+    codes = level_codes(settings())
+    for one, two in combinations("ABCD", 2):
+        counts = pd.crosstab(codes[one], codes[two])
+        assert (counts.to_numpy() == 3).all()
+    # Resolution 4: any three factors see all 27 combinations of their levels.
+    for three in combinations("ABCD", 3):
+        assert treatments(codes[list(three)]).nunique() == 27
+
+
+@pytest.mark.parametrize(
+    ("number", "generators", "expected"),
+    [
+        (3, ["C = A + B"], 3),
+        (5, ["E = A + B + C + D"], 5),
+        (7, ["D = A + B", "E = A + C", "F = B + C", "G = A + B + C"], 3),
+        (8, ["E = B + C + D", "F = A + C + D", "G = A + B + C", "H = A + B + D"], 4),
+    ],
+)
+def test_two_level_fractions_have_their_textbook_resolution(number, generators, expected):
+    config = two_level(number, generators)
+    assert resolution(config) == expected
+    assert len(level_codes(config)) == 2 ** (number - len(generators))
+
+
+def test_defining_words_are_constant_over_the_fraction():
+    config = settings(generators=["C = A + 2B", "D = A + B"], model=["A", "B"], interactions=[])
+    codes = level_codes(config).to_numpy()
+    subgroup = defining_subgroup(config)
+    assert len(subgroup) == 9
+    for word in subgroup:
+        assert len(set((codes @ np.array(word)) % 3)) == 1
+
+
+def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup():
+    config = settings()
+    subgroup = defining_subgroup(config)
+    classes = {}
+    for word in low_order_words(4, 3):
+        members = {normalised(word, 3), *aliases(word, subgroup, 3)}
+        # Three cosets of a word and three of its square, two by two the same effect.
+        assert len(members) == 3
+        for other in members:
+            assert {other, *aliases(other, subgroup, 3)} == members
+        classes[frozenset(members)] = members
+    # 26 degrees of freedom are 13 effects of two, no effect being in two classes.
+    assert len(classes) == 13
+    assert sum(map(len, classes.values())) == 39
+
+
+def test_aliased_components_split_the_runs_into_the_same_groups():
+    config = settings()
+    codes = level_codes(config).to_numpy()
+    subgroup = defining_subgroup(config)
+    for word in low_order_words(4, 3):
+        groups = (codes @ np.array(word)) % 3
+        for other in aliases(word, subgroup, 3):
+            counts = pd.crosstab(groups, (codes @ np.array(other)) % 3).to_numpy()
+            assert sorted(counts.ravel()) == [0] * 6 + [9] * 3
+
+
+def test_words_multiply_and_spell():
+    assert spell(normalised((0, 2, 1, 0), 3), list("ABCD")) == "BC2"
+    assert add((1, 1, 0, 0), (1, 2, 1, 0), 3) == (2, 0, 1, 0)
+    assert spell((0, 0, 0, 0), list("ABCD")) == "I"
+    assert length((0, 2, 1, 0)) == 2
+
+
+def test_the_alias_table_pairs_the_interactions_as_table_2_5_does():
+    config = settings()
+    table = alias_table(config).set_index("effect")
+    assert table.loc["I", "aliases"] == "ABCD2"
+    assert (table.loc[list("ABCD"), "clear"] == "yes").all()
+    assert table.loc["AB", "aliases_up_to_two_letters"] == "CD2"
+    assert table.loc["AC", "aliases_up_to_two_letters"] == "BD2"
+    assert table.loc["BC", "aliases_up_to_two_letters"] == "AD2"
+    assert table.loc[["AB2", "AC2", "BC2", "AD", "BD", "CD"], "clear"].eq("yes").all()
+    assert [interaction_partners(config, term) for term in ("A:B", "A:C", "B:C")] == [
+        ["AB", "CD"],
+        ["AC", "BD"],
+        ["AD", "BC"],
+    ]
+
+
+def test_a_full_factorial_of_any_levels_has_no_aliases():
+    mixed = [*factors(2, 3), {"symbol": "C", "column": "c", "label": "C", "levels": [1, 10]}]
+    config = settings(factors=mixed, generators=[], model=["A"], interactions=[])
+    table = alias_table(config)
+    assert len(level_codes(config)) == 18
+    assert (table["aliases"] == "").all()
+    assert table.set_index("effect")["degrees_of_freedom"][["A", "C", "AB", "AC"]].tolist() == [2, 1, 4, 2]
+    assert describe(config)["resolution"] is None
+
+
+def test_as_designed_only_the_three_pairs_share_two_degrees_of_freedom():
+    config = settings()
+    table = confounding_table(config, read_runs(SCREENING, config))
+    shared = table[table["shared_as_designed"] > 0]
+    assert list(zip(shared["effect"], shared["with"], strict=True)) == [("A:B", "C:D"), ("A:C", "B:D"), ("A:D", "B:C")]
+    assert shared["shared_as_designed"].tolist() == pytest.approx([2, 2, 2])
+    main = table[(table["effect"] == "A") & (table["with"] == "D")]
+    assert main["shared_as_run"].item() > 0.01
+
+
+def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():
+    config = settings()
+    audit = audit_table(config, read_runs(SCREENING, config))
+    wrong = audit[audit["check"].str.startswith("generator") & (audit["departs"] == "yes")]
+    assert wrong["subject"].tolist() == ["case 4"]
+    assert wrong["found"].item() == "D = 0 (speed_rpm 600)"
+    assert wrong["wanted"].item() == "D = 1 (speed_rpm 800)"
+    assert "0101" in wrong["note"].item()
+    counts = audit[audit["check"] == "runs at each level"].set_index("subject")["found"]
+    assert counts.tolist() == ["9/9/9", "9/9/9", "9/9/9", "10/8/9"]
+
+
+def test_the_audit_of_the_design_itself_finds_nothing():
+    config = settings()
+    design = design_table(config).assign(yield_percent=50.0)
+    audit = audit_table(config, design)
+    assert set(audit["departs"]) == {"no"}
+
+
+def edited(tmp_path, change) -> str:
+    frame = pd.read_csv(SCREENING, sep="\t", comment="#", dtype=str)
+    path = tmp_path / "runs.tsv"
+    change(frame).to_csv(path, sep="\t", index=False)
+    return str(path)
+
+
+def with_cell(row: int, column: str, value: str):
+    def change(frame: pd.DataFrame) -> pd.DataFrame:
+        frame.loc[row, column] = value
+        return frame
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda frame: frame.drop(columns="time_h"), ["time_h", "missing"]),
+        (lambda frame: frame.drop(columns="yield_percent"), ["yield_percent", "missing"]),
+        (lambda frame: frame.drop(columns="case"), ["case", "missing"]),
+        (with_cell(4, "bpr", "ten"), ["bpr", "ten", "number"]),
+        (with_cell(4, "yield_percent", ""), ["yield_percent", "number"]),
+        (with_cell(4, "case", "4"), ["case", "4", "twice"]),
+        (with_cell(4, "yield_percent", "140"), ["yield_percent", "case 5", "140", "between 0 and 100"]),
+        (with_cell(4, "yield_percent", "-3"), ["yield_percent", "-3", "between 0 and 100"]),
+        (with_cell(4, "speed_rpm", "700"), ["speed_rpm", "case 5", "700", "600, 800, 1000"]),
+        (lambda frame: frame.head(0), ["no runs"]),
+    ],
+)
+def test_bad_tables_are_refused_in_one_line(tmp_path, change, words):
+    path = edited(tmp_path, change)
+    with pytest.raises(ConfigError) as caught:
+        read_runs(path, settings())
+    text = str(caught.value)
+    assert "\n" not in text
+    assert all(word in text for word in [path, *words])
+
+
+def test_runs_may_lack_the_treatment_code(tmp_path):
+    runs = read_runs(edited(tmp_path, lambda frame: frame.drop(columns="treatment")), settings())
+    assert "treatment" not in runs
+    assert len(runs) == 27
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"generators": ["D = A + X"]}, "X is no base factor"),
+        ({"generators": ["D = A - B"]}, "a sum such as"),
+        ({"generators": ["D = D + A"]}, "appear once"),
+        ({"generators": ["D = A + 3B"]}, "zero modulo 3"),
+        ({"generators": ["E = A + B"]}, "E is no factor"),
+        ({"model": ["A", "A:E"]}, "A:E"),
+        ({"model": ["A:B", "B:A"]}, "appears twice"),
+        ({"confidence": 1.5}, "less than 1"),
+        ({"fraction": 3}, "unknown key"),
+        ({"factors": [*thesis_settings()["factors"], thesis_settings()["factors"][0]]}, "appears twice"),
+    ],
+)
+def test_bad_settings_are_refused_in_one_line(changes, words):
+    with pytest.raises(ConfigError) as caught:
+        settings(**changes)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_levels_must_rise():
+    changed = thesis_settings()["factors"]
+    changed[0]["levels"] = [30, 10, 50]
+    with pytest.raises(ConfigError, match="values that rise"):
+        settings(factors=changed)

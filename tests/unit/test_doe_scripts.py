@@ -1,0 +1,133 @@
+"""The rules' scripts of chapter 2 from tables to claims, for the thesis and for another design."""
+
+from pathlib import Path
+
+import analyse_variance
+import compute_wet_lab
+import design_experiments
+import numpy as np
+import pandas as pd
+import plot_interactions
+import plot_variance
+import pytest
+import tabulate_literature
+from millprint.claims.chapter2 import findings
+from millprint.claims.compare import verdict
+from millprint.config.doe import DoeConfig
+from millprint.doe.design import design_table
+from millprint.files import read_table
+
+from tests.conftest import ROOT
+from tests.unit.doe_settings import SCREENING, settings
+
+CLAIMS = ROOT / "config/data/claims.tsv"
+
+
+def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
+    """Everything that the claims of chapter 2 read, under results/doe; returns the audit's departures."""
+    doe = results / "doe"
+    tables = {name: str(doe / f"{name}.tsv") for name in ("design", "aliases", "confounding", "audit")}
+    departures = design_experiments.main(str(screening), fraction=str(doe / "fraction.json"), settings=config, **tables)
+    analyse_variance.main(
+        str(screening),
+        str(doe / "anova_printed.tsv"),
+        str(doe / "anova_corrected.tsv"),
+        str(doe / "residuals.tsv"),
+        str(doe / "residual_checks.tsv"),
+        str(doe / "interactions.tsv"),
+        config,
+    )
+    kinds = {
+        f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
+    }
+    plot_variance.main(
+        str(doe / "anova_printed.tsv"), str(doe / "residuals.tsv"), str(CLAIMS), str(doe / "pareto.tsv"), kinds
+    )
+    return departures
+
+
+def run_wet_lab(results: Path, config: DoeConfig) -> None:
+    tables = [str(results / "doe" / f"{name}.tsv") for name in ("half_life", "wear", "powder")]
+    compute_wet_lab.main(str(SCREENING), str(ROOT / "config/data/wear.tsv"), *tables, config)
+
+
+def verdicts(results: Path) -> dict[str, str]:
+    claims = read_table(CLAIMS, text=["id", "value", "tolerance"])
+    own = claims[claims["id"].str.startswith("2.")]
+    found = findings(results, CLAIMS.parent)
+    assert set(found) == set(own["id"])
+    return {row.id: verdict(row.value, row.tolerance, found[row.id]) for row in own.itertuples()}
+
+
+@pytest.fixture(scope="module")
+def thesis(tmp_path_factory) -> Path:
+    results = tmp_path_factory.mktemp("thesis")
+    departures = run_chapter(results, SCREENING, settings())
+    assert departures[0].startswith("generator D = A + B + C, case 4")
+    run_wet_lab(results, settings())
+    return results
+
+
+def test_every_claim_of_chapter_2_is_reproduced_but_for_two_errata(thesis):
+    found = verdicts(thesis)
+    errata = {name for name, word in found.items() if word == "erratum"}
+    assert errata == {"2.anova.AB.df", "2.wear.1200.loss"}
+    assert {word for name, word in found.items() if name not in errata} == {"reproduced"}
+
+
+def test_the_errata_carry_the_numbers_that_show_them(thesis):
+    found = findings(thesis, CLAIMS.parent)
+    assert found["2.anova.AB.df"].value == 4
+    assert "p = 0.0117" in found["2.anova.AB.df"].erratum
+    assert "leave 0 of 26" in found["2.anova.AB.df"].erratum
+    assert found["2.wear.1200.loss"].value == pytest.approx(0.33278, abs=1e-5)
+    assert "0.323 g" in found["2.wear.1200.loss"].erratum
+
+
+def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path):
+    frame = pd.read_csv(SCREENING, sep="\t", comment="#", dtype=str)
+    frame.loc[10, "yield_percent"] = "60"
+    frame.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    run_chapter(tmp_path, tmp_path / "runs.tsv", settings())
+    run_wet_lab(tmp_path, settings())
+    found = verdicts(tmp_path)
+    assert found["2.anova.A.ss"] == "deviates"
+    assert found["2.anova.AB.p"] == "deviates"
+    assert found["2.screening_runs"] == "reproduced"
+
+
+def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(thesis, tmp_path):
+    for figure in settings().interactions:
+        svg, png = tmp_path / f"{figure.name}.svg", tmp_path / f"{figure.name}.png"
+        plot_interactions.main(str(thesis / "doe/interactions.tsv"), str(svg), str(png), figure.name, settings())
+        text = svg.read_text()
+        # Text is kept as text: both factors' labels, with their units, can be read in the file.
+        for symbol in figure.panels[0]:
+            assert settings().factor(symbol).label in text
+        assert png.read_bytes().startswith(b"\x89PNG")
+    tabulate_literature.main(
+        str(ROOT / "config/data/literature.tsv"), *(str(tmp_path / name) for name in ("u.tsv", "l.svg", "l.png"))
+    )
+    assert "Rotational speed (rpm)" in (tmp_path / "l.svg").read_text()
+
+
+def test_another_design_of_two_levels_runs_through_the_same_scripts(tmp_path):
+    names = ["speed_rpm", "time_h", "fill", "diameter_mm"]
+    config = settings(
+        factors=[
+            {"symbol": symbol, "column": name, "label": name, "levels": [1, 2]}
+            for symbol, name in zip("KLMN", names, strict=True)
+        ],
+        generators=["N = K + L + M"],
+        model=["K", "L", "M", "N", "K:L"],
+        interactions=[{"name": "pair", "title": "pair", "panels": [["K", "L"]]}],
+    )
+    design = design_table(config)
+    noise = np.random.default_rng(3).normal(size=8)
+    runs = design[["case", *names]].assign(yield_percent=40 + 20 * design["L"] + noise)
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    assert run_chapter(tmp_path, tmp_path / "runs.tsv", config) == []
+    table = read_table(tmp_path / "doe/anova_printed.tsv", text=["source", "term"]).set_index("term")
+    assert table["F"].idxmax() == "L"
+    assert table.loc["K:L", "source"] == "KL, MN"
+    assert table.loc["L", "sum_of_squares"] == pytest.approx(table.loc["LL", "sum_of_squares"])

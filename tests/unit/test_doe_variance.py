@@ -1,0 +1,220 @@
+"""The analysis of variance: Table 2.5 to its digits, and what it should have been."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from millprint.config.doe import DoeConfig
+from millprint.doe.aliases import contrasts
+from millprint.doe.design import design_table
+from millprint.doe.effects import noncentrality
+from millprint.doe.interactions import interaction_table
+from millprint.doe.model import fit_factors, sums_of_squares
+from millprint.doe.pareto import pareto_table
+from millprint.doe.residuals import residual_checks, residual_table
+from millprint.doe.runs import read_runs
+from millprint.doe.variance import as_designed, corrected_table, printed_table, truncated
+from millprint.errors import ConfigError
+from scipy.stats import ncf
+
+from tests.unit.doe_settings import SCREENING, settings
+
+# Thesis Table 2.5.
+PRINTED = {
+    "A": ("0.153", "0.013"),
+    "AL": ("0.151", ""),
+    "AQ": ("0.002", ""),
+    "B": ("0.191", "0.007"),
+    "BL": ("0.062", ""),
+    "BQ": ("0.129", ""),
+    "C": ("0.434", "0.0009"),
+    "CL": ("0.417", ""),
+    "CQ": ("0.017", ""),
+    "D": ("0.023", "0.293"),
+    "DQ": ("0.020", ""),
+    "AB, CD": ("0.270", "0.011"),
+    "AC, BD": ("0.050", "0.286"),
+    "AD, BC": ("0.009", "0.874"),
+}
+
+
+@pytest.fixture(scope="module")
+def config() -> DoeConfig:
+    return settings()
+
+
+@pytest.fixture(scope="module")
+def runs(config) -> pd.DataFrame:
+    return read_runs(SCREENING, config)
+
+
+@pytest.fixture(scope="module")
+def printed(config, runs) -> pd.DataFrame:
+    return printed_table(config, runs).set_index("source")
+
+
+@pytest.fixture(scope="module")
+def corrected(config, runs) -> pd.DataFrame:
+    return corrected_table(config, runs).set_index(["sums", "term"])
+
+
+@pytest.mark.parametrize("source", PRINTED)
+def test_table_2_5_follows_digit_for_digit(printed, source):
+    row = printed.loc[source]
+    assert (row["sum_of_squares_truncated"], row["p_value_truncated"]) == PRINTED[source]
+
+
+def test_dl_alone_is_printed_rounded(printed):
+    assert f"{printed.loc['DL', 'sum_of_squares']:.3f}" == "0.003"
+    assert printed.loc["DL", "sum_of_squares_truncated"] == "0.002"
+
+
+def test_the_interactions_have_four_degrees_of_freedom_and_the_residual_six(printed):
+    freedom = printed["degrees_of_freedom"]
+    assert freedom[["AB, CD", "AC, BD", "AD, BC", "Residual"]].tolist() == [4, 4, 4, 6]
+    assert freedom[["A", "B", "C", "D"]].tolist() == [2, 2, 2, 2]
+
+
+def test_with_the_designed_level_of_speed_its_sum_is_another(printed):
+    assert f"{printed.loc['D', 'sum_of_squares_as_designed']:.4f}" == "0.0172"
+
+
+def test_type_one_sums_add_up_to_the_total(runs, printed):
+    terms = [*"ABCD", "AB, CD", "AC, BD", "AD, BC", "Residual"]
+    total = ((runs["yield_percent"] / 100 - runs["yield_percent"].mean() / 100) ** 2).sum()
+    assert printed.loc[terms, "sum_of_squares"].sum() == pytest.approx(total, rel=1e-12)
+
+
+def test_a_balanced_design_gives_the_same_sums_whatever_their_type(config, runs):
+    fit = fit_factors(config, as_designed(config, runs))
+    first, second, third = (sums_of_squares(config, fit, kind)["sum_of_squares"] for kind in (1, 2, 3))
+    np.testing.assert_allclose(second, first, rtol=1e-9)
+    np.testing.assert_allclose(third, first, rtol=1e-9)
+
+
+def test_in_the_design_as_run_the_type_matters(corrected):
+    sums = corrected["sum_of_squares"]
+    assert sums["II", "D"] == pytest.approx(0.012090, abs=1e-6)
+    assert sums["I", "D"] == pytest.approx(0.023834, abs=1e-6)
+    # D is in no interaction of the model, so that types II and III test the same there.
+    assert sums["III", "D"] == pytest.approx(sums["II", "D"], rel=1e-9)
+    assert sums["III", "A"] != pytest.approx(sums["II", "A"], rel=1e-3)
+    # The last term is the same in all three.
+    assert sums["I", "B:C"] == pytest.approx(sums["III", "B:C"], rel=1e-9)
+
+
+def test_a_type_two_sum_is_the_drop_in_the_residual_when_the_term_is_left_out(config, runs, corrected):
+    smaller = settings(model=[term for term in config.model if term != "D"])
+    drop = fit_factors(smaller, runs).ssr - fit_factors(config, runs).ssr
+    assert corrected["sum_of_squares"]["II", "D"] == pytest.approx(drop, rel=1e-9)
+
+
+def test_effect_sizes_stand_in_their_intervals_and_eta_above_omega(corrected):
+    terms = corrected.dropna(subset="F")
+    assert (terms["partial_omega_squared"] < terms["partial_eta_squared"]).all()
+    assert (terms["effect_lower"] <= terms["partial_omega_squared"]).all()
+    assert (terms["partial_omega_squared"] <= terms["effect_upper"]).all()
+    # An interval of 95 % leaves out zero exactly where the two-sided tail, 0.025, is undercut.
+    assert ((terms["effect_lower"] > 0) == (terms["p_value"] < 0.025)).all()
+
+
+def test_noncentrality_puts_f_at_the_tail():
+    value = noncentrality(8.5, 4, 6, 0.025)
+    assert ncf.cdf(8.5, 4, 6, value) == pytest.approx(0.025, abs=1e-8)
+    assert noncentrality(0.3, 4, 6, 0.975) == 0.0
+
+
+def test_effect_intervals_cover_the_true_share_as_often_as_they_say():
+    share, freedom, residual, total, confidence = 0.4, 2, 6, 27, 0.8
+    true = share / (1 - share) * total
+    sample = ncf.rvs(freedom, residual, true, size=300, random_state=np.random.default_rng(1))
+    limits = [[noncentrality(value, freedom, residual, tail) for tail in (0.9, 0.1)] for value in sample]
+    covered = np.mean([low <= true <= high for low, high in limits])
+    # Four standard errors of a share of 0.8 over 300 samples.
+    assert abs(covered - confidence) < 0.095
+
+
+def test_holm_never_lowers_a_p_value(corrected):
+    terms = corrected.dropna(subset="F")
+    assert (terms["p_holm"] >= terms["p_value"] - 1e-15).all()
+    assert terms.loc["II"]["p_holm"]["C"] == pytest.approx(7 * terms.loc["II"]["p_value"]["C"])
+
+
+def test_three_level_contrasts_are_those_of_the_thesis():
+    linear, quadratic = contrasts(3).T
+    np.testing.assert_allclose(linear / linear[2], [-1, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(quadratic / quadratic[2], [1, -2, 1], atol=1e-12)
+    np.testing.assert_allclose(contrasts(5).T @ contrasts(5), np.eye(4), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.153266, "0.153"), (0.2939, "0.293"), (0.000948, "0.0009"), (0.27, "0.270"), (0.0, "0.000"), (float("nan"), "")],
+)
+def test_truncation_cuts_and_does_not_round(value, text):
+    assert truncated(value) == text
+
+
+def test_the_pareto_plot_ranks_by_f_and_milling_time_comes_first(printed):
+    table = pareto_table(printed.reset_index(), {"C": 0.000947559, "D": 0.5})
+    assert table["source"].tolist() == ["C", "B", "A", "AB, CD", "AC, BD", "D", "AD, BC"]
+    assert table["F_published"][0] == pytest.approx(table["F"][0], rel=1e-4)
+    significant = table["source"][table["F"] > table["critical_F"]]
+    assert significant.tolist() == ["C", "B", "A", "AB, CD"]
+
+
+def test_interaction_means_are_means_of_the_runs(config, runs):
+    table = interaction_table(config, runs)
+    speed = table[table["figure"] == "speed"]
+    # Case 4, run at 600 rpm, is missed at 800 rpm.
+    short = speed[speed["curve_level"] == 5].set_index("axis_level")
+    assert short["runs"].tolist() == [4, 2, 3]
+    assert short.loc[600, "mean_yield_percent"] == pytest.approx((12 + 28 + 21 + 31) / 4)
+    weighted = (table["runs"] * table["mean_yield_percent"]).groupby(table["axis"] + table["curve"]).sum()
+    assert weighted.to_numpy() == pytest.approx([runs["yield_percent"].sum()] * 3)
+
+
+def test_residuals_are_orthogonal_to_the_model_and_leverages_count_its_parameters(config, runs):
+    fit = fit_factors(config, runs)
+    table = residual_table(runs, fit)
+    assert table["leverage"].sum() == pytest.approx(21)
+    np.testing.assert_allclose(fit.model.exog.T @ table["residual_percent"], 0, atol=1e-9)
+    np.testing.assert_allclose(table["fitted_percent"] + table["residual_percent"], runs["yield_percent"])
+
+
+def test_residual_checks_tell_an_outlier_from_normal_errors(config):
+    design = design_table(config)
+    rng = np.random.default_rng(5)
+    small = settings(model=["A", "B", "C", "D"], simulations=400)
+
+    def checked(errors: np.ndarray) -> pd.Series:
+        runs = design.assign(yield_percent=50 + design["A"] + errors)
+        return residual_checks(fit_factors(small, runs), 400, seed=1).set_index("check")["p_simulated"]
+
+    calm = rng.normal(size=27)
+    wild = calm.copy()
+    wild[13] += 15
+    assert (checked(calm) > 0.05).all()
+    assert (checked(wild)[["shapiro_wilk", "anderson_darling", "largest_studentised"]] < 0.01).all()
+
+
+def test_residual_checks_repeat_bit_for_bit(config, runs):
+    fit = fit_factors(config, runs)
+    pd.testing.assert_frame_equal(residual_checks(fit, 100, 2), residual_checks(fit, 100, 2), check_exact=True)
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        (["A", "B", "C", "D", "A:B", "C:D"], "aliased"),
+        (["A", "B", "C", "A:B", "A:C", "B:C", "A:B:C"], "leave nothing"),
+    ],
+)
+def test_models_that_the_runs_cannot_carry_are_refused(config, model, words):
+    design = design_table(config).assign(yield_percent=np.linspace(10, 90, 27))
+    with pytest.raises(ConfigError, match=words):
+        fit_factors(settings(model=model), design)
+
+
+def test_a_level_without_a_run_is_refused(config, runs):
+    with pytest.raises(ConfigError, match="level 800 of D has no run"):
+        fit_factors(config, runs[runs["D"] != 1])

@@ -1,0 +1,141 @@
+"""Half-life, gas over water, powder masses, wear, and the claims of chapter 2."""
+
+import pandas as pd
+import pytest
+from millprint.doe.gas import gas_volume, gas_yield, hydrogen_amount, vapour_pressure
+from millprint.doe.half_life import half_life
+from millprint.doe.literature import read_literature, unreported_table
+from millprint.doe.powder import excess, powder_mass, reactant_masses
+from millprint.doe.runs import read_runs
+from millprint.doe.species import BORATE, BOROHYDRIDE, HYDRIDE, molar_mass
+from millprint.doe.wear import read_wear, wear_table
+from millprint.doe.wet_lab import half_life_table, powder_table
+from millprint.errors import ConfigError
+
+from tests.conftest import ROOT
+from tests.unit.doe_settings import SCREENING, settings
+
+WEAR = ROOT / "config/data/wear.tsv"
+LITERATURE = ROOT / "config/data/literature.tsv"
+
+
+def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
+    assert f"{half_life(11, 298) / 3600:.1f}" == "10.2"
+    assert f"{half_life(11, 298.15) / 3600:.1f}" == "10.1"
+    table = half_life_table(settings())
+    assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
+
+
+def test_a_unit_of_ph_is_a_factor_of_ten_in_half_life():
+    assert half_life(12, 300) == pytest.approx(10 * half_life(11, 300))
+
+
+@pytest.mark.parametrize(
+    ("celsius", "pascal"), [(0.01, 611.657), (25, 3169.9), (50, 12352), (80, 47414), (100, 101418)]
+)
+def test_vapour_pressure_of_water_is_that_of_the_steam_tables(celsius, pascal):
+    assert vapour_pressure(273.15 + celsius) == pytest.approx(pascal, rel=3e-4)
+
+
+def test_a_mole_of_dry_gas_fills_its_molar_volume():
+    # 22.414 L at 273.15 K and 1 atm; just above the triple point, with the vapour's share on top.
+    temperature, dry = 273.16, 101325.0
+    volume = 22.413969e-3 * temperature / 273.15
+    assert hydrogen_amount(volume, temperature, dry + vapour_pressure(temperature)) == pytest.approx(1, rel=1e-6)
+
+
+def test_gas_yield_has_its_closed_form():
+    # 1 g of borate: 4 / 137.86 mol of hydrogen. At 25 degC and 1 atm the dry pressure is 98155 Pa.
+    amount = 4 * 1e-3 / molar_mass(BORATE)
+    volume = amount * 8.314462618 * 298.15 / (101325 - 3169.9)
+    assert gas_yield(volume, 298.15, 101325, 1e-3) == pytest.approx(1, rel=1e-4)
+    assert gas_yield(volume / 2, 298.15, 101325, 1e-3) == pytest.approx(0.5, rel=1e-4)
+    assert volume == pytest.approx(732.8e-6, rel=1e-3)
+
+
+def test_gas_volume_inverts_gas_yield():
+    volume = gas_volume(0.71, 300, 99000, 1.1e-3)
+    assert gas_yield(volume, 300, 99000, 1.1e-3) == pytest.approx(0.71, rel=1e-12)
+
+
+def test_vapour_above_the_pressure_is_refused():
+    with pytest.raises(ValueError, match="vapour"):
+        hydrogen_amount(1e-3, 360, 5e4)
+    with pytest.raises(ValueError, match="positive volume"):
+        hydrogen_amount(-1e-3, 300, 1e5)
+
+
+def test_molar_masses():
+    assert 1e3 * molar_mass(BORATE) == pytest.approx(137.86, abs=0.005)
+    assert 1e3 * molar_mass(HYDRIDE) == pytest.approx(26.32, abs=0.005)
+    assert 1e3 * molar_mass(BOROHYDRIDE) == pytest.approx(37.83, abs=0.005)
+
+
+def test_reactant_masses_have_the_powder_mass_and_the_molar_ratio():
+    borate, hydride = reactant_masses(3.2e-3, 10)
+    assert borate + hydride == pytest.approx(3.2e-3)
+    assert (hydride / molar_mass(HYDRIDE)) / (borate / molar_mass(BORATE)) == pytest.approx(10)
+    assert [round(100 * excess(ratio)) for ratio in (8, 10, 12)] == [33, 67, 100]
+
+
+def test_the_reference_case_of_chapter_4_is_charged_with_1_1_grams_of_borate():
+    table = powder_table(settings(), read_runs(SCREENING, settings())).set_index("case")
+    # Table 4.4 prints 1.10 g for ball-to-powder ratio 30 and molar ratio 10.
+    assert table.loc["14", "borate_mass_g"] == pytest.approx(1.10, rel=0.015)
+    assert table.loc["14", "powder_mass_g"] == pytest.approx(97.06 / 30)
+    assert table.loc["14", "gas_volume_ml"] / table.loc["14", "gas_volume_full_ml"] == pytest.approx(0.71)
+    assert (table["yield_if_vapour_ignored_percent"] / table["yield_percent"]).between(1.03, 1.034).all()
+
+
+def test_the_powder_at_a_ratio_of_50_gives_17_and_6_per_cent_of_iron():
+    table = wear_table(read_wear(WEAR)).set_index("speed_rpm")
+    assert table["powder_mass_g"].tolist() == pytest.approx([97.06 / 50] * 2)
+    assert [f"{value:.0f}" for value in table["iron_percent"]] == ["17", "6"]
+    # No other multiple of the powder would do: iron over the mixture prints as 14 %.
+    assert f"{table.loc[1200, 'iron_of_mixture_percent']:.0f}" == "14"
+    assert f"{table.loc[1200, 'weight_loss_percent']:.3f}" == "0.333"
+    assert f"{table.loc[1200, 'weight_loss_by_difference_percent']:.2f}" == "0.34"
+    assert powder_mass(97.06, 50) == pytest.approx(1.9412)
+
+
+def test_wear_without_a_weighing_of_its_own_is_the_difference_of_the_masses(tmp_path):
+    path = tmp_path / "wear.tsv"
+    pd.read_csv(WEAR, sep="\t", comment="#").drop(columns="wear_g").to_csv(path, sep="\t", index=False)
+    assert wear_table(read_wear(path))["wear_g"].tolist() == pytest.approx([0.33, 0.12])
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("used_mass_g", 98.0, "at most the unused mass"),
+        ("wear_g", 0.5, "within 0.01 g"),
+        ("bpr", 0, "above 0"),
+        ("time_h", "long", "finite number"),
+    ],
+)
+def test_bad_weighings_are_refused_in_one_line(tmp_path, column, value, words):
+    path = tmp_path / "wear.tsv"
+    frame = pd.read_csv(WEAR, sep="\t", comment="#").astype(object)
+    frame.loc[0, column] = value
+    frame.to_csv(path, sep="\t", index=False)
+    with pytest.raises(ConfigError, match=words) as caught:
+        read_wear(path)
+    assert "\n" not in str(caught.value)
+    assert column in str(caught.value)
+
+
+def test_the_literature_leaves_out_what_table_2_2_shows_as_a_dash():
+    table = unreported_table(read_literature(LITERATURE)).set_index("reference")
+    assert table.loc["11", "unreported"] == 0
+    assert "speed_rpm" in table.loc["14", "unreported_parameters"]
+    assert "ball_diameter_mm" in table.loc["16", "unreported_parameters"]
+    assert (table["unreported"] > 0).sum() == 6
+
+
+def test_a_text_in_the_literature_is_refused_and_an_empty_cell_is_not(tmp_path):
+    path = tmp_path / "literature.tsv"
+    frame = pd.read_csv(LITERATURE, sep="\t", comment="#", dtype=str)
+    frame.loc[0, "speed_rpm"] = "fast"
+    frame.to_csv(path, sep="\t", index=False)
+    with pytest.raises(ConfigError, match="speed_rpm, reference 11 = 'fast'"):
+        read_literature(path)

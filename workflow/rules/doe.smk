@@ -1,0 +1,192 @@
+"""Chapter 2: the screening design, its analysis of variance, and wet-lab arithmetic."""
+
+DOE = f"{RESULTS}/doe"
+DOE_FIGURES = ["pareto", "residuals", *(f"interaction_{figure.name}" for figure in CONFIG.doe.interactions)]
+
+INTERACTION_TITLES = {figure.name: figure.title for figure in CONFIG.doe.interactions}
+
+# Everything of chapter 2, for the chapter's target, `all` and the table of claims.
+DOE_TABLES = [
+    f"{DOE}/{name}"
+    for name in (
+        "design.tsv",
+        "fraction.json",
+        "aliases.tsv",
+        "confounding.tsv",
+        "audit.tsv",
+        "anova_printed.tsv",
+        "anova_corrected.tsv",
+        "residuals.tsv",
+        "residual_checks.tsv",
+        "interactions.tsv",
+        "pareto.tsv",
+        "half_life.tsv",
+        "wear.tsv",
+        "powder.tsv",
+        "unreported.tsv",
+    )
+]
+DOE_OUTPUTS = [
+    *DOE_TABLES,
+    *expand("{folder}/{name}.{kind}", folder=DOE, name=[*DOE_FIGURES, "literature"], kind=["svg", "png"]),
+]
+
+
+rule design_experiments:
+    input:
+        screening=CONFIG.data.screening,
+    output:
+        design=f"{DOE}/design.tsv",
+        fraction=f"{DOE}/fraction.json",
+        aliases=f"{DOE}/aliases.tsv",
+        confounding=f"{DOE}/confounding.tsv",
+        audit=f"{DOE}/audit.tsv",
+    log:
+        f"{LOGS}/doe/design_experiments.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("doe"),
+        library=library("design_experiments.py"),
+    message:
+        "Making the screening design and auditing the runs in {input.screening}"
+    script:
+        "../../scripts/design_experiments.py"
+
+
+rule analyse_variance:
+    input:
+        screening=CONFIG.data.screening,
+    output:
+        printed=f"{DOE}/anova_printed.tsv",
+        corrected=f"{DOE}/anova_corrected.tsv",
+        residuals=f"{DOE}/residuals.tsv",
+        residual_checks=f"{DOE}/residual_checks.tsv",
+        interactions=f"{DOE}/interactions.tsv",
+    log:
+        f"{LOGS}/doe/analyse_variance.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("doe"),
+        library=library("analyse_variance.py"),
+    message:
+        "Analysing the variance of the yields in {input.screening}"
+    script:
+        "../../scripts/analyse_variance.py"
+
+
+rule compute_wet_lab:
+    input:
+        screening=CONFIG.data.screening,
+        weighings=CONFIG.data.wear,
+    output:
+        half_life=f"{DOE}/half_life.tsv",
+        wear=f"{DOE}/wear.tsv",
+        powder=f"{DOE}/powder.tsv",
+    log:
+        f"{LOGS}/doe/compute_wet_lab.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("doe"),
+        library=library("compute_wet_lab.py"),
+    message:
+        "Computing half-lives, wear, powder masses and gas volumes"
+    script:
+        "../../scripts/compute_wet_lab.py"
+
+
+rule tabulate_literature:
+    input:
+        studies=CONFIG.doe.literature,
+    output:
+        unreported=f"{DOE}/unreported.tsv",
+        svg=report(
+            f"{DOE}/literature.svg",
+            caption="../report/literature.rst",
+            category="Chapter 2",
+            labels={"figure": "Yields in the literature (Fig. 1.4)"},
+        ),
+        png=f"{DOE}/literature.png",
+    log:
+        f"{LOGS}/doe/tabulate_literature.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        library=library("tabulate_literature.py"),
+    message:
+        "Tabulating what the studies in {input.studies} leave unreported"
+    script:
+        "../../scripts/tabulate_literature.py"
+
+
+rule plot_variance:
+    input:
+        printed=rules.analyse_variance.output.printed,
+        residuals=rules.analyse_variance.output.residuals,
+        claims=CONFIG.data.claims,
+    output:
+        pareto=f"{DOE}/pareto.tsv",
+        pareto_svg=report(
+            f"{DOE}/pareto.svg",
+            caption="../report/pareto.rst",
+            category="Chapter 2",
+            labels={"figure": "Pareto plot (Fig. 2.3)"},
+        ),
+        pareto_png=f"{DOE}/pareto.png",
+        residuals_svg=report(
+            f"{DOE}/residuals.svg",
+            caption="../report/residuals.rst",
+            category="Chapter 2",
+            labels={"figure": "Residuals of the ANOVA"},
+        ),
+        residuals_png=f"{DOE}/residuals.png",
+    log:
+        f"{LOGS}/doe/plot_variance.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        library=library("plot_variance.py"),
+    message:
+        "Plotting the ranking of the factors and the residuals"
+    script:
+        "../../scripts/plot_variance.py"
+
+
+rule plot_interactions:
+    input:
+        means=rules.analyse_variance.output.interactions,
+    output:
+        svg=report(
+            f"{DOE}/interaction_{{figure}}.svg",
+            caption="../report/interactions.rst",
+            category="Chapter 2",
+            labels=lambda wildcards: {"figure": INTERACTION_TITLES[wildcards.figure]},
+        ),
+        png=f"{DOE}/interaction_{{figure}}.png",
+    log:
+        f"{LOGS}/doe/plot_interactions_{{figure}}.log",
+    wildcard_constraints:
+        figure="[a-z][a-z0-9_]*",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("doe"),
+        library=library("plot_interactions.py"),
+    message:
+        "Plotting the interactions of figure {wildcards.figure}"
+    script:
+        "../../scripts/plot_interactions.py"
