@@ -9,9 +9,10 @@ min_version("9.0")
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 
-from millprint.config.checks import check_before_running, load_workflow, stop_on_bad_input
+from millprint.config.checks import load_workflow, stop_on_bad_input
 from millprint.digest import library_digest
 from millprint.machine import prepare_environment
+from millprint.preflight import check_before_running
 
 prepare_environment()
 
@@ -22,10 +23,12 @@ configfile: "config/config.yaml"
 report: "workflow/report/workflow.rst"
 
 
+CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
+
 with stop_on_bad_input():
-    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, str(workflow.configfiles[-1]))
+    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
     if workflow.is_main_process:
-        check_before_running(CONFIG, MILLS, CONTACTS, CASES, str(workflow.configfiles[-1]))
+        check_before_running(CONFIG, MILLS, CONTACTS, CASES, CONFIG_FILES[-1])
 
 
 include: "workflow/rules/common.smk"

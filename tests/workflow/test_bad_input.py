@@ -37,7 +37,7 @@ CONFIG = "config/config.yaml"
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [-10], ["sweeps.0.ball_diameters_mm.0", "-10", "greater than 0"]),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0], ["sweeps.0.ball_diameters_mm.0", "greater than 0"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [0.9], ["fill_ratios", "0.9", "fit"]),
-        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "jar"]),
+        (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "fit"]),
         (CONFIG, ("dem", "time_step_s"), 5e-5, ["dem.time_step_s", "5e-05", "Rayleigh"]),
         (CONFIG, ("dem", "time_step_s"), float("nan"), ["dem.time_step_s", "nan", "finite"]),
         (CONFIG, ("mill",), "emaks", ["emaks", "unknown mill", "emax"]),

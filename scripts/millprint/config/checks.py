@@ -1,7 +1,7 @@
 """Everything that must hold before a job starts: names, tables, balls that fit, a time step that is stable."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -28,17 +28,17 @@ def stop_on_bad_input() -> Iterator[None]:
 
 
 def load_workflow(
-    content: dict, source: str
+    content: dict, files: Sequence[str]
 ) -> tuple[WorkflowConfig, dict[str, MillConfig], dict[str, ContactConfig], dict[str, Case]]:
-    """Validate the merged configuration and every file that it names.
+    """Validate the configuration merged from `files` and every file that it names.
 
     Returns the configuration, the mills and contact sets by name, and the cases by path.
     Raises ConfigError, a line for each fault.
     """
-    config = check_model(content, WorkflowConfig, source)
+    config = check_model(content, WorkflowConfig, files)
     mills = {name: load_named(MILL_FOLDER, name, MillConfig, "mill") for name in _mill_names(config)}
     contacts = {name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set") for name in _contact_names(config)}
-    return config, mills, contacts, _collect_cases(config, source)
+    return config, mills, contacts, _collect_cases(config, files[-1])
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

@@ -1,6 +1,7 @@
 """Reads YAML into models, and turns whatever does not hold into one line a fault."""
 
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -28,8 +29,26 @@ def _known_keys(model: type[BaseModel], place: tuple) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _line(source: str, model: type[BaseModel], error: dict) -> str:
+def file_of_key(files: Sequence[str], place: tuple) -> str:
+    """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path."""
+    best, depth = "--config", 0
+    for file in files:
+        content, reached = read_yaml(file), 0
+        for step in place:
+            try:
+                content = content[step]
+            except (KeyError, IndexError, TypeError):
+                break
+            reached += 1
+        if reached and reached >= depth:
+            best, depth = file, reached
+    return best
+
+
+def _line(source: str | Sequence[str], model: type[BaseModel], error: dict) -> str:
     place = error["loc"]
+    if not isinstance(source, str):
+        source = file_of_key(source, place)
     key = ".".join(str(step) for step in place) or "(top level)"
     if error["type"] == "extra_forbidden":
         close = difflib.get_close_matches(str(place[-1]), _known_keys(model, place[:-1]), n=1)
@@ -43,8 +62,11 @@ def _line(source: str, model: type[BaseModel], error: dict) -> str:
     return f"{source}: {key} = {error['input']!r}: {message[0].lower()}{message[1:]}"
 
 
-def check_model(content: object, model: type[Model], source: str) -> Model:
-    """Validate a mapping read from `source`; raises ConfigError with a line for each fault."""
+def check_model(content: object, model: type[Model], source: str | Sequence[str]) -> Model:
+    """Validate a mapping read from `source`, or from several files laid over each other.
+
+    Raises ConfigError with a line for each fault.
+    """
     if not isinstance(content, dict):
         raise ConfigError(f"{source}: a mapping of keys to values is wanted, not {type(content).__name__}")
     try:
