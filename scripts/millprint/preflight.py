@@ -4,6 +4,7 @@ import math
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.packing import capacity
@@ -12,6 +13,7 @@ from millprint.doe.literature import read_literature
 from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
+from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.mill.vessel import Vessel, build_vessel
 
 
@@ -22,7 +24,7 @@ def check_before_running(
     cases: dict[str, Case],
     source: str,
 ) -> None:
-    """Raise ConfigError, one line, for the first thing that would make a job fail."""
+    """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
     check_tables(config)
     vessels = {name: build_vessel(mill) for name, mill in mills.items()}
     media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
@@ -33,6 +35,10 @@ def check_before_running(
             check_fill(mills[name], diameter, fill, most, source)
     for case in cases.values():
         check_step(config, contacts[case.contact], case, source)
+    check_surrogate_cases(config.surrogate, cases, source)
+    faults = fingerprint_faults(config, cases, source)
+    if faults:
+        raise ConfigError("\n".join(faults))
 
 
 def check_tables(config: WorkflowConfig) -> None:

@@ -1,7 +1,88 @@
 """Settings of the fingerprint stage."""
 
-from millprint.config.section import Section
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+
+Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+
+
+class TargetConfig(Section):
+    """The descriptors that the inverse mode is asked to give back."""
+
+    name: Name = Field(description="name of the target")
+    normal_energy_J: Positive = Field(description="mean normal energy per collision [J]")
+    tangential_energy_J: Positive = Field(description="mean tangential energy per collision [J]")
+    frequency_per_ball_hz: Positive = Field(description="collisions of one ball a second [1/s]")
+
+
+class WeightsConfig(Section):
+    """How much each descriptor counts when conditions are ranked."""
+
+    normal_energy_J: NonNegative = Field(default=1.0, description="weight of the normal energy [-]")
+    tangential_energy_J: NonNegative = Field(default=1.0, description="weight of the tangential energy [-]")
+    frequency_per_ball_hz: NonNegative = Field(default=1.0, description="weight of the frequency per ball [-]")
+
+    @model_validator(mode="after")
+    def _speed_can_be_told(self):
+        if self.normal_energy_J + self.tangential_energy_J + self.frequency_per_ball_hz == 0:
+            raise ValueError("at least one weight must be over 0")
+        return self
+
+
+class InverseConfig(Section):
+    """Inverse mode: which conditions give the wanted descriptors."""
+
+    targets: list[TargetConfig] = Field(min_length=1, description="wanted descriptors")
+    contact: Name = Field(description="contact set of the conditions sought at a fixed fill ratio and ball")
+    fixed_fill_ratio: Fraction = Field(description="fill ratio at which only the speed is sought [-]")
+    fixed_ball_diameter_mm: Positive = Field(description="ball diameter at which only the speed is sought [mm]")
+    speeds_rpm: Range = Field(description="speeds that the user can set, from and to [rpm]")
+    fill_ratios: Range = Field(description="fill ratios that the user can set, from and to [-]")
+    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that the user has [mm]")
+    contacts: list[Name] = Field(min_length=1, description="contact sets that the user can choose from")
+    weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
+    ranked: Annotated[int, Field(ge=1)] = Field(default=10, description="conditions to list for each target")
+
+    @model_validator(mode="after")
+    def _ranges_rise(self):
+        for key in ("speeds_rpm", "fill_ratios"):
+            low, high = getattr(self, key)
+            if low > high:
+                raise ValueError(f"{key} = [{low:g}, {high:g}]: the first must not exceed the second")
+        if self.fill_ratios[1] >= 1:
+            raise ValueError(f"fill_ratios = {self.fill_ratios}: must be under 1")
+        return self
+
+
+class MapsConfig(Section):
+    """Which simulations the heat maps show."""
+
+    ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
+    speed_rpm: Positive = Field(description="mill speed [rpm]")
+    fill_ratios: list[Fraction] = Field(min_length=1, max_length=4, description="fill ratios, a row of maps each [-]")
+
+
+class DropTestConfig(Section):
+    """The virtual drop test: a ball falls on a flat floor, its bounce gives the restitution back (Eq. 3.19)."""
+
+    ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
+    heights_mm: list[Positive] = Field(min_length=1, description="drop heights over the floor [mm]")
 
 
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage."""
+
+    collision_gap_s: NonNegative = Field(
+        description="counting rule: re-contacts of a pair within it are one collision; of dem.collision_gaps_s [s]"
+    )
+    interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
+    smooth_points: Annotated[int, Field(ge=20)] = Field(
+        default=200, description="points of the fitted curves between the smallest and the largest fill ratio"
+    )
+    cycle_fill_ratio: Fraction = Field(description="fill ratio at which revolutions are compared (Table 3.5) [-]")
+    maps: MapsConfig = Field(description="simulations shown as heat maps (Figs 3.9, 3.10)")
+    drop_test: DropTestConfig = Field(description="virtual drop test (Sec. 3.2.2)")
+    inverse: InverseConfig = Field(description="inverse mode (Sec. 3.3.4)")

@@ -1,7 +1,32 @@
 """Settings of the partition stage."""
 
-from millprint.config.section import Section
+from pydantic import Field
+
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+
+
+class PriorConfig(Section):
+    """Earlier work that the best case is compared with."""
+
+    source: str = Field(description="where the numbers come from")
+    yield_percent: Positive = Field(le=100, description="yield [%]")
+    time_h: Positive = Field(description="milling time [h]")
+    bpr: Positive = Field(description="ball-to-powder mass ratio [-]")
+    speed_hz: Positive = Field(description="mill speed [Hz]")
 
 
 class PartitionConfig(Section):
     """Settings of the partition stage."""
+
+    contact: Name = Field(description="contact set whose master curves are used")
+    ball_diameter_mm: Positive = Field(description="ball diameter of the cases [mm]")
+    reference_speed_rpm: Positive = Field(description="speed of the reference and of the constant-speed cases [rpm]")
+    borate_molar_mass_g_mol: Positive = Field(description="molar mass of NaBO2.4H2O [g/mol]")
+    borohydride_molar_mass_g_mol: Positive = Field(description="molar mass of NaBH4 [g/mol]")
+    enthalpy_kJ_mol: Positive = Field(description="size of the reaction enthalpy [kJ per mol NaBH4]")
+    gibbs_kJ_mol: Positive = Field(description="size of the Gibbs energy at 298 K [kJ per mol NaBH4]")
+    lower_heating_value_kJ_mol: Positive = Field(description="lower heating value of the H2 [kJ per mol NaBH4]")
+    plug_efficiency: Fraction = Field(description="dissipated power over power from the plug, Eq. 4.8 [-]")
+    electricity_price_EUR_kWh: NonNegative = Field(description="price of electricity, Eq. 4.9 [EUR/kWh]")
+    interval: Fraction = Field(default=0.95, description="probability of the confidence intervals [-]")
+    prior: PriorConfig = Field(description="earlier work of Table 4.3")

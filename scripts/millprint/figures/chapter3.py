@@ -1,0 +1,215 @@
+"""Figures of thesis chapter 3. They draw tables and arrays and compute nothing."""
+
+import itertools
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.figure import Figure
+
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
+
+FILL_LABEL = "fill ratio [-]"
+CURVE_LABELS = {
+    "Pn": "specific normal power [-]",
+    "Pt": "specific tangential power [-]",
+    "f": "specific collision frequency [-]",
+    "ratio": "tangential over normal [-]",
+}
+ENERGY_LABELS = {
+    "normal_energy_J": "normal energy\nper collision [J]",
+    "tangential_energy_J": "tangential energy\nper collision [J]",
+    "collision_frequency_hz": "collision frequency [1/s]",
+    "frequency_per_ball_hz": "collisions of one ball [1/s]",
+}
+MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
+CONTACT_LINES = ("-", "--", ":", "-.")
+
+
+def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
+    figure, axes = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, height), squeeze=False)
+    for letter, axis in zip("abcdefgh", axes.flat, strict=False):
+        axis.set_title(f"({letter})", loc="left", fontsize=8)
+    return figure, list(axes.flat)
+
+
+def _legend_below(figure: Figure, axis, columns: int) -> None:
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def _condition(diameter: float, speed: float) -> str:
+    return f"{diameter:g} mm, {speed:g} rpm"
+
+
+def plot_modulus(table: pd.DataFrame) -> Figure:
+    """Fig. 3.4: mean power with two standard deviations and run time against Young's modulus.
+
+    table: young_modulus_gpa, power_W, power_two_sigma_W, wall_clock_s.
+    """
+    figure, power = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.4))
+    power.errorbar(
+        table["young_modulus_gpa"],
+        table["power_W"],
+        yerr=table["power_two_sigma_W"],
+        marker="o",
+        capsize=2,
+        color=COLOURS[1],
+    )
+    power.set(xscale="log", xlabel="Young's modulus [GPa]", ylim=(0, None))
+    moduli = sorted(table["young_modulus_gpa"].unique())
+    power.set_xticks(moduli, [f"{modulus:g}" for modulus in moduli])
+    power.minorticks_off()
+    power.set_ylabel("dissipated power [W]", color=COLOURS[1])
+    clock = power.twinx()
+    clock.spines["right"].set_visible(True)
+    clock.plot(table["young_modulus_gpa"], table["wall_clock_s"], marker="s", color=COLOURS[6])
+    clock.set(ylabel="run time [s]", ylim=(0, None))
+    return figure
+
+
+def plot_cycle_densities(densities: pd.DataFrame) -> Figure:
+    """Fig. 3.5: probability density of the dissipation per revolution; one row a ball size, one column a channel."""
+    diameters = sorted(densities["ball_diameter_mm"].unique(), reverse=True) or [float("nan")]
+    figure, axes = _panels(len(diameters), 2, 0.6 + 1.9 * len(diameters))
+    speeds = sorted(densities["speed_rpm"].unique())
+    contacts = sorted(densities["contact"].unique())
+    for axis, (diameter, channel) in zip(axes, itertools.product(diameters, ("normal", "tangential")), strict=True):
+        shown = densities[(densities["ball_diameter_mm"] == diameter) & (densities["channel"] == channel)]
+        for (contact, speed), line in shown.groupby(["contact", "speed_rpm"]):
+            axis.plot(
+                line["energy_J"],
+                line["density_per_J"],
+                color=COLOURS[speeds.index(speed) % len(COLOURS)],
+                linestyle=CONTACT_LINES[contacts.index(contact) % len(CONTACT_LINES)],
+                label=f"{speed:g} rpm, {contact}",
+            )
+        axis.set(xlabel=f"{channel} dissipation per revolution [J]", ylabel="density [1/J]")
+        axis.text(0.98, 0.95, f"{diameter:g} mm", transform=axis.transAxes, ha="right", va="top")
+    _legend_below(figure, max(axes, key=lambda axis: len(axis.lines)), 4)
+    return figure
+
+
+def plot_cycle_means(cycles: pd.DataFrame, published: pd.DataFrame) -> Figure:
+    """Fig. 3.6: mean dissipation per revolution against speed, published means of the calibrated set as diamonds."""
+    figure, axes = _panels(1, 2, 2.7)
+    for axis, channel in zip(axes, ("normal", "tangential"), strict=True):
+        groups = cycles.groupby(["contact", "ball_diameter_mm"], sort=True)
+        for index, ((contact, diameter), line) in enumerate(groups):
+            axis.errorbar(
+                line["speed_rpm"],
+                line[f"{channel}_mean_J"],
+                yerr=line[f"{channel}_sd_J"],
+                marker=MARKERS[index % len(MARKERS)],
+                capsize=2,
+                label=f"{contact}, {diameter:g} mm",
+            )
+        if not published.empty:
+            axis.plot(
+                published["speed_rpm"], published[f"{channel}_mean_J"], label="published, calibrated", **PUBLISHED
+            )
+        axis.set(xlabel="speed [rpm]", ylabel=f"{channel} dissipation\nper revolution [J]", ylim=(0, None))
+    _legend_below(figure, axes[0], 3)
+    return figure
+
+
+def plot_energies(descriptors: pd.DataFrame) -> Figure:
+    """Figs 3.7 and 3.8: energies per collision and collision frequencies against fill ratio, a line a condition."""
+    figure, axes = _panels(2, 2, 4.4)
+    for axis, (quantity, label) in zip(axes, ENERGY_LABELS.items(), strict=True):
+        groups = descriptors.groupby(["ball_diameter_mm", "speed_rpm"], sort=True)
+        for index, ((diameter, speed), line) in enumerate(groups):
+            axis.plot(
+                line["fill_ratio"],
+                line[quantity],
+                marker=MARKERS[index % len(MARKERS)],
+                label=_condition(diameter, speed),
+            )
+        logarithmic = quantity in ("normal_energy_J", "tangential_energy_J", "collision_frequency_hz")
+        axis.set(xlabel=FILL_LABEL, ylabel=label, yscale="log" if logarithmic else "linear")
+    _legend_below(figure, axes[0], 4)
+    return figure
+
+
+def plot_master_curves(
+    descriptors: pd.DataFrame, curves: pd.DataFrame, smooth: pd.DataFrame, published: pd.DataFrame
+) -> Figure:
+    """Figs 3.11 and 3.12: every condition, the mean and its spread, the smooth curve and its band, published values."""
+    figure, axes = _panels(2, 2, 4.6)
+    for axis, (quantity, label) in zip(axes, CURVE_LABELS.items(), strict=True):
+        axis.fill_between(
+            smooth["fill_ratio"],
+            smooth[f"{quantity}_lower"],
+            smooth[f"{quantity}_upper"],
+            color=COLOURS[0],
+            alpha=0.15,
+            linewidth=0,
+            label="band of a new condition",
+        )
+        axis.plot(smooth["fill_ratio"], smooth[quantity], color=COLOURS[0], label="smooth curve")
+        axis.plot(
+            descriptors["fill_ratio"], descriptors[quantity], ".", color="0.6", markersize=3, label="single condition"
+        )
+        below = curves[quantity] - curves[f"{quantity}_lower"]
+        above = curves[f"{quantity}_upper"] - curves[quantity]
+        axis.errorbar(
+            curves["fill_ratio"],
+            curves[quantity],
+            yerr=[below, above],
+            fmt="o",
+            capsize=2,
+            color=COLOURS[1],
+            label="mean and standard deviation",
+        )
+        if quantity in published:
+            axis.plot(published["fill_ratio"], published[quantity], label="published", **PUBLISHED)
+        axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
+    _legend_below(figure, axes[0], 3)
+    return figure
+
+
+def plot_universal_curves(descriptors: pd.DataFrame, universal: pd.DataFrame) -> Figure:
+    """Fig. 3.14: conditions of every contact set after Eqs 3.31 and 3.32, with their common mean and spread."""
+    figure, axes = _panels(2, 2, 4.6)
+    for axis, (quantity, label) in zip(axes, CURVE_LABELS.items(), strict=True):
+        axis.fill_between(
+            universal["fill_ratio"],
+            universal[f"{quantity}_lower"],
+            universal[f"{quantity}_upper"],
+            color="0.85",
+            label="standard deviation",
+        )
+        axis.plot(universal["fill_ratio"], universal[quantity], color="0.3", label="mean")
+        for index, (contact, points) in enumerate(descriptors.groupby("contact", sort=True)):
+            axis.plot(
+                points["fill_ratio"],
+                points[quantity],
+                MARKERS[index],
+                color=COLOURS[index],
+                markersize=3,
+                label=contact,
+            )
+        factor = "" if quantity == "ratio" else r" $\times (1-\varepsilon)^{1/2}$"
+        axis.set(xlabel=FILL_LABEL, ylabel=label.replace(" [-]", f"{factor} [-]"), ylim=(0, None))
+        axis.yaxis.label.set_fontsize(7)
+    _legend_below(figure, axes[0], 4)
+    return figure
+
+
+def plot_maps(maps: list) -> Figure:
+    """Figs 3.9 and 3.10: share of time a ball spends in a cell, and granular temperature, one row a fill ratio.
+
+    maps: `OccupancyMap` objects. Both columns have their own scale in each row.
+    """
+    figure, axes = _panels(len(maps), 2, 0.4 + 1.9 * len(maps))
+    for row, chart in enumerate(maps):
+        extent_x, extent_y = chart.edges_x_m * 1e3, chart.edges_y_m * 1e3
+        pairs = (
+            (axes[2 * row], chart.share, "viridis", "relative presence [-]"),
+            (axes[2 * row + 1], chart.temperature_m2_s2, "inferno", "granular temperature [m$^2$/s$^2$]"),
+        )
+        for axis, values, palette, label in pairs:
+            image = axis.pcolormesh(extent_x, extent_y, values.T, cmap=palette, rasterized=True)
+            axis.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+            figure.colorbar(image, ax=axis, label=label)
+        axes[2 * row].set_title(chart.title, fontsize=8)
+    return figure

@@ -1,0 +1,1 @@
+"""Descriptors, master curves, inverse mode, partition of dissipation and its energy metrics."""

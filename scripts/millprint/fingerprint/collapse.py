@@ -1,0 +1,52 @@
+"""How well the scaling collapses speeds and ball sizes on one curve: the spread before and after, as numbers."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.fingerprint.curves import at_shared_fills, universal_descriptors
+
+# Scaled quantity -> the same quantity of one ball in its own unit.
+DIMENSIONAL = {"Pn": "normal_power_W", "Pt": "tangential_power_W", "f": "collision_frequency_hz"}
+
+
+def _spread(values: pd.Series) -> float:
+    return float(values.std(ddof=1) / values.mean())
+
+
+def _rows(descriptors: pd.DataFrame, scope: str) -> list[dict]:
+    universal = universal_descriptors(descriptors)
+    rows = []
+    for fill, group in descriptors.groupby("fill_ratio", sort=True):
+        if len(group) < 2:
+            continue
+        for quantity in (*DIMENSIONAL, "ratio"):
+            before = group[DIMENSIONAL[quantity]] / group["balls"] if quantity in DIMENSIONAL else None
+            rows.append(
+                {
+                    "scope": scope,
+                    "quantity": quantity,
+                    "fill_ratio": fill,
+                    "conditions": len(group),
+                    "spread_dimensional": np.nan if before is None else _spread(before),
+                    "spread_scaled": _spread(group[quantity]),
+                    "spread_universal": _spread(universal.loc[group.index, quantity]),
+                }
+            )
+    return rows
+
+
+def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
+    """Standard deviation over mean at each fill ratio with two or more conditions, for each contact set and for all.
+
+    spread_dimensional: of power [W] or frequency [1/s] of one ball, before any scaling; spread_scaled: after Eqs 3.28
+    and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or `universal` for all together,
+    which is left out unless there are at least two.
+    """
+    rows = []
+    contacts = sorted(descriptors["contact"].unique())
+    for contact in contacts:
+        rows += _rows(descriptors[descriptors["contact"] == contact], contact)
+    if len(contacts) > 1:
+        rows += _rows(at_shared_fills(descriptors), "universal")
+    columns = ["scope", "quantity", "fill_ratio", "conditions"]
+    return pd.DataFrame(rows, columns=[*columns, "spread_dimensional", "spread_scaled", "spread_universal"])

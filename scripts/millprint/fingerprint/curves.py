@@ -1,0 +1,65 @@
+"""Master curves: scaled quantities against fill ratio, averaged over speeds and ball sizes."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.errors import ConfigError
+
+# The four panels of thesis Fig. 3.12, then what the predictions need besides.
+PANELS = ("Pn", "Pt", "f", "ratio")
+QUANTITIES = (*PANELS, "P", "En", "Et")
+
+
+def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.DataFrame:
+    """The conditions of one mill and contact set; raises ConfigError if there are none."""
+    chosen = descriptors[(descriptors["mill"] == mill) & (descriptors["contact"] == contact)]
+    if chosen.empty:
+        raise ConfigError(f"sweeps: no simulation of mill {mill} with contact set {contact}; add one to a sweep")
+    return chosen
+
+
+def _pooled_spread(groups: list[pd.DataFrame], quantity: str) -> float:
+    """Relative spread between conditions over all fill ratios that have several; NaN if none has."""
+    squares, freedom = 0.0, 0
+    for group in groups:
+        values = group[quantity]
+        squares += float(((values / values.mean() - 1.0) ** 2).sum())
+        freedom += len(values) - 1
+    return float(np.sqrt(squares / freedom)) if freedom else float("nan")
+
+
+def average_curves(descriptors: pd.DataFrame) -> pd.DataFrame:
+    """Mean and spread of every quantity at each simulated fill ratio (thesis Figs 3.11, 3.12).
+
+    `Q_lower` and `Q_upper` are the mean minus and plus one standard deviation between speeds and ball sizes. A fill
+    ratio with one condition takes the relative deviation pooled over the other fill ratios or, if no fill ratio has
+    two conditions, the run's own standard error.
+    """
+    groups = [group for _, group in descriptors.groupby("fill_ratio", sort=True)]
+    rows = []
+    for group in groups:
+        row = {"fill_ratio": group["fill_ratio"].iloc[0]}
+        for quantity in QUANTITIES:
+            mean = group[quantity].mean()
+            spread = group[quantity].std(ddof=1) if len(group) > 1 else mean * _pooled_spread(groups, quantity)
+            if np.isnan(spread):
+                spread = group[f"{quantity}_se"].iloc[0]
+            row |= {quantity: mean, f"{quantity}_lower": mean - spread, f"{quantity}_upper": mean + spread}
+        rows.append(row | {"conditions": len(group)})
+    return pd.DataFrame(rows)
+
+
+def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
+    """The conditions at fill ratios that every contact set has: only there can sets be compared or averaged."""
+    sets = descriptors.groupby("fill_ratio")["contact"].nunique()
+    return descriptors[descriptors["fill_ratio"].isin(sets[sets == descriptors["contact"].nunique()].index)]
+
+
+def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
+    """Descriptors with powers and frequency times (1 - eps)^(1/2) (Eqs 3.31, 3.32); energies and ratio stay."""
+    scaled = descriptors.copy()
+    factor = np.sqrt(1.0 - scaled["effective_restitution"])
+    for quantity in ("Pn", "Pt", "P", "f"):
+        scaled[quantity] *= factor
+        scaled[f"{quantity}_se"] *= factor
+    return scaled

@@ -1,0 +1,146 @@
+"""Descriptors of dissipation: one row a condition, the mean over its seeds."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.fingerprint.scaling import (
+    effective_restitution,
+    energy_scale,
+    specific_frequency,
+    specific_power,
+)
+from millprint.fingerprint.summaries import counted
+
+CONDITION = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
+
+# What a table of descriptors must hold for the stages after it.
+TEXT = ["mill", "contact"]
+NUMBERS = [
+    *CONDITION[2:],
+    "balls",
+    "ball_diameter_m",
+    "density_kg_m3",
+    "restitution",
+    "static_friction",
+    "amplitude_m",
+    "speed_hz",
+    "collision_gap_s",
+    "normal_energy_J",
+    "tangential_energy_J",
+    "frequency_per_ball_hz",
+    "normal_power_W",
+    "tangential_power_W",
+    "Pn",
+    "Pt",
+    "f",
+    "ratio",
+    "P",
+    "En",
+    "Et",
+]
+
+
+def run_row(summary: dict, gap_s: float) -> dict:
+    """What one run measured, under the counting rule that re-contacts within `gap_s` [s] are one collision."""
+    rule = counted(summary, gap_s)
+    power, error = summary["power_W"], summary["power_standard_error_W"]
+    return {
+        "mill": summary["mill"],
+        "contact": summary["contact"],
+        "ball_diameter_mm": summary["case"]["ball_diameter_mm"],
+        "fill_ratio": summary["case"]["fill_ratio"],
+        "speed_rpm": summary["case"]["speed_rpm"],
+        "balls": summary["balls"],
+        "ball_diameter_m": summary["ball_diameter_m"],
+        "density_kg_m3": summary["density_kg_m3"],
+        "restitution": summary["restitution"],
+        "static_friction": summary["static_friction"],
+        "amplitude_m": summary["amplitude_m"],
+        "speed_hz": summary["frequency_hz"],
+        "window_s": summary["window_s"],
+        "collision_gap_s": gap_s,
+        "collision_frequency_hz": rule["frequency_hz"],
+        "collisions": rule["count"],
+        "normal_power_W": power["normal"],
+        "tangential_power_W": power["tangential"],
+        "rolling_power_W": power["rolling"],
+        "wall_power_W": power["wall"],
+        "normal_variance_W2": np.nan if error["normal"] is None else error["normal"] ** 2,
+        "tangential_variance_W2": np.nan if error["tangential"] is None else error["tangential"] ** 2,
+        "mean_ball_height_m": summary["mean_ball_height_m"],
+        "median_contact_duration_s": summary["median_contact_duration_s"],
+        "closure": summary["closure"],
+    }
+
+
+def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
+    """Mean of every measured column over the seeds of a condition, with the spread of powers and frequency."""
+    groups = runs.groupby(CONDITION, sort=True)
+    mean = groups.mean(numeric_only=True)
+    mean.insert(0, "seeds", groups.size())
+    mean["collisions"] = groups["collisions"].sum()
+    mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
+    for name in ("normal", "tangential"):
+        # Seeds are independent: the variance of their mean is the sum of variances over the square of their number.
+        mean[f"{name}_power_se_W"] = np.sqrt(mean.pop(f"{name}_variance_W2") / mean["seeds"])
+        mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
+    mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
+    mean["balls"] = mean["balls"].round().astype(int)
+    return mean.reset_index()
+
+
+def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
+    """Add energies per collision and scaled quantities to powers [W] and frequencies [1/s].
+
+    normal_energy_J, tangential_energy_J: Eqs 3.20 and 3.21, the dissipated energy over the number of collisions.
+    Pn, Pt: Eq. 3.28; f: Eq. 3.29; ratio = Pt / Pn; P = Pn + Pt; En = Pn / f and Et = Pt / f, the energies over
+    rho omega^2 A^2 d^3. A column ending in _se is a standard error in time: of the powers over revolutions, of the
+    frequency as if collisions were independent (so a lower bound).
+    """
+    table = table.copy()
+    machine = [table[name] for name in ("density_kg_m3", "speed_hz", "amplitude_m", "ball_diameter_m")]
+    table["normal_energy_J"] = table["normal_power_W"] / table["collision_frequency_hz"]
+    table["tangential_energy_J"] = table["tangential_power_W"] / table["collision_frequency_hz"]
+    table["frequency_per_ball_hz"] = table["collision_frequency_hz"] / table["balls"]
+    table["effective_restitution"] = effective_restitution(table["restitution"], table["static_friction"])
+    table["Pn"] = specific_power(table["normal_power_W"], table["balls"], *machine)
+    table["Pt"] = specific_power(table["tangential_power_W"], table["balls"], *machine)
+    table["f"] = specific_frequency(table["collision_frequency_hz"], table["balls"], table["speed_hz"])
+    table["ratio"] = table["Pt"] / table["Pn"]
+    table["P"] = table["Pn"] + table["Pt"]
+    table["En"] = table["normal_energy_J"] / energy_scale(*machine)
+    table["Et"] = table["tangential_energy_J"] / energy_scale(*machine)
+    normal = table["normal_power_se_W"] / table["normal_power_W"]
+    tangential = table["tangential_power_se_W"] / table["tangential_power_W"]
+    counting = 1.0 / np.sqrt(table["collisions"])
+    table["Pn_se"] = table["Pn"] * normal
+    table["Pt_se"] = table["Pt"] * tangential
+    table["f_se"] = table["f"] * counting
+    table["ratio_se"] = table["ratio"] * np.hypot(normal, tangential)
+    table["P_se"] = np.hypot(table["Pn_se"], table["Pt_se"])
+    table["En_se"] = table["En"] * np.hypot(normal, counting)
+    table["Et_se"] = table["Et"] * np.hypot(tangential, counting)
+    return table
+
+
+def tabulate_descriptors(summaries: list[dict], gap_s: float) -> pd.DataFrame:
+    """Descriptors of every condition, one row each; raises ConfigError if a run lacks the counting rule `gap_s` [s]."""
+    return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, gap_s) for summary in summaries])))
+
+
+def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
+    """Collision frequency and energies per collision of every condition under every recorded counting rule."""
+    rows = []
+    for summary in summaries:
+        for rule in summary["collisions"]:
+            rows.append(
+                {
+                    **{name: run_row(summary, rule["gap_s"])[name] for name in CONDITION},
+                    "collision_gap_s": rule["gap_s"],
+                    "collision_frequency_hz": rule["frequency_hz"],
+                    "f": specific_frequency(rule["frequency_hz"], summary["balls"], summary["frequency_hz"]),
+                    "normal_energy_J": summary["power_W"]["normal"] / rule["frequency_hz"],
+                    "tangential_energy_J": summary["power_W"]["tangential"] / rule["frequency_hz"],
+                }
+            )
+    return pd.DataFrame(rows).groupby([*CONDITION, "collision_gap_s"], sort=True).mean().reset_index()

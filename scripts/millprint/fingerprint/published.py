@@ -1,0 +1,45 @@
+"""Values that the thesis prints, as marks in figures and as curves to invert."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from millprint.fingerprint.inverse import CurvePoint
+
+
+def read_published(path: str | Path) -> pd.DataFrame:
+    """The published values; raises ConfigError for a missing column or a text in place of a value."""
+    table = read_table(path, numeric=["fill_ratio", "value"], text=["quantity", "contact", "unit", "locus"])
+    for column in ("ball_diameter_mm", "speed_rpm"):
+        if column not in table.columns:
+            raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(table.columns)}")
+    return table
+
+
+def published_curves(published: pd.DataFrame, contact: str) -> pd.DataFrame:
+    """Published master curves of a contact set: fill_ratio and a column for each of Pn, Pt, f and ratio."""
+    curves = published[published["quantity"].isin(["Pn", "Pt", "f", "ratio"]) & (published["contact"] == contact)]
+    return curves.pivot_table(index="fill_ratio", columns="quantity", values="value").reset_index()
+
+
+def published_point(published: pd.DataFrame, contact: str, fill_ratio: float) -> CurvePoint | None:
+    """The published curves at a fill ratio, or None where the thesis gives no values there."""
+    curves = published_curves(published, contact)
+    row = curves[(curves["fill_ratio"] - fill_ratio).abs() < 1e-9]
+    if row.empty:
+        return None
+    return CurvePoint(*(float(row[name].iloc[0]) for name in ("Pn", "Pt", "f")))
+
+
+def published_cycles(published: pd.DataFrame) -> pd.DataFrame:
+    """Table 3.5 with the means that it implies: standard deviation over coefficient of variation [J]."""
+    wanted = [f"{channel}_{part}" for channel in ("normal", "tangential") for part in ("sd_J", "cv_percent")]
+    rows = published[published["quantity"].isin(wanted)]
+    index = ["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]
+    table = rows.pivot_table(index=index, columns="quantity", values="value").reset_index()
+    for channel in ("normal", "tangential"):
+        if f"{channel}_sd_J" in table:
+            table[f"{channel}_mean_J"] = 100.0 * table[f"{channel}_sd_J"] / table[f"{channel}_cv_percent"]
+    return table

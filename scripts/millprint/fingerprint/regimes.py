@@ -1,0 +1,89 @@
+"""Design of milling cases at constant speed and at constant total power (thesis Sec. 4.2.1, Table 4.2)."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from millprint.fingerprint.master import MasterCurves
+from millprint.fingerprint.scaling import energy_scale, power_scale
+
+MODES = ("reference", "speed", "power")
+CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"}
+
+
+def read_regimes(path: str) -> pd.DataFrame:
+    """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
+    numbers = ["fill_ratio", "balls", *CURVES.values(), "bpr", "time_h", "borate_mass_g", "yield_percent"]
+    table = read_table(path, numeric=numbers, text=["case", "mode"])
+    for column in numbers:
+        if (table[column] <= 0).any():
+            row = int((table[column] <= 0).idxmax())
+            raise ConfigError(f"{path}: column {column}, row {row + 1} = {table[column].iloc[row]:g}: must be over 0")
+    unknown = ~table["mode"].isin(MODES)
+    if unknown.any():
+        row = int(unknown.idxmax())
+        given = table["mode"].iloc[row]
+        raise ConfigError(f"{path}: column mode, row {row + 1} = {given!r}: one of {', '.join(MODES)}")
+    if (table["mode"] == "reference").sum() != 1:
+        raise ConfigError(f"{path}: column mode: exactly one row must be the reference")
+    return table.rename(columns={column: name for name, column in CURVES.items()})
+
+
+def equal_power_speed(reference_speed, reference_balls, reference_power, balls, power):
+    """Speed that keeps the total power, Eq. 4.6: omega_ref (n_ref P_ref / (n P))^(1/3), in the unit of omega_ref.
+
+    reference_power, power: specific powers Pn + Pt [-]; balls: numbers of balls.
+    """
+    return reference_speed * np.cbrt(reference_balls * reference_power / (balls * power))
+
+
+def design_cases(
+    cases: pd.DataFrame, reference_speed: float, density: float, amplitude: float, diameter: float
+) -> pd.DataFrame:
+    """Speed, frequency, energies and power of every case: Table 4.2 from its curve values.
+
+    cases: case, mode, fill_ratio, balls, Pn, Pt, f; reference_speed [Hz]; density [kg/m3]; amplitude and diameter [m].
+    Speeds follow from the mode (Eq. 4.6 for `power`), frequency and energies from Eqs 4.3 and 4.4, the power from
+    Eq. 4.5. Nothing is rounded, but `power_as_printed_W`, which Tables 4.4 and 4.5 go on with: Eq. 4.5 with energies
+    to two decimals of 1e-4 J and whole collisions a second, rounded to 0.1 W. That gives 3.0 W for the 3.053 W of the
+    tangential case.
+
+    The digits of Table 4.2 are ours, rounded or truncated. All its energies and powers come out by plain rounding if
+    600 rpm is taken as 62.8 rad/s, and the ratio as that of the rounded energies (a test holds this).
+    """
+    table = cases[["case", "mode", "fill_ratio", "balls", "Pn", "Pt", "f"]].copy()
+    reference = table[table["mode"] == "reference"].iloc[0]
+    total = table["Pn"] + table["Pt"]
+    even = equal_power_speed(
+        reference_speed, reference["balls"], reference["Pn"] + reference["Pt"], table["balls"], total
+    )
+    table["speed_hz"] = even.where(table["mode"] == "power", reference_speed)
+    scale = energy_scale(density, table["speed_hz"], amplitude, diameter)
+    table["frequency_per_ball_hz"] = table["f"] * table["speed_hz"]
+    table["normal_energy_J"] = table["Pn"] / table["f"] * scale
+    table["tangential_energy_J"] = table["Pt"] / table["f"] * scale
+    both = table["normal_energy_J"] + table["tangential_energy_J"]
+    table["power_W"] = table["balls"] * table["frequency_per_ball_hz"] * both
+    table["power_as_printed_W"] = _power_as_printed(table)
+    table["ratio"] = table["tangential_energy_J"] / table["normal_energy_J"]
+    return table
+
+
+def _power_as_printed(table: pd.DataFrame) -> pd.Series:
+    energies = table["normal_energy_J"].round(6) + table["tangential_energy_J"].round(6)
+    return (table["balls"] * table["frequency_per_ball_hz"].round(0) * energies).round(1)
+
+
+def with_curves(cases: pd.DataFrame, curves: MasterCurves) -> pd.DataFrame:
+    """The cases with Pn, Pt and f of `curves` at their fill ratios; raises ConfigError for one outside the curves."""
+    cases = cases.copy()
+    scaled = [curves.at(fill_ratio) for fill_ratio in cases["fill_ratio"]]
+    for name in CURVES:
+        cases[name] = [point[name].value for point in scaled]
+    return cases
+
+
+def power_as_run(cases: pd.DataFrame, speed, density: float, amplitude: float, diameter: float) -> pd.Series:
+    """Total power n (Pn + Pt) rho omega^3 A^2 d^3 [W] of the cases (Eqs 4.3, 4.5) at the speeds [Hz] that were run."""
+    return cases["balls"] * (cases["Pn"] + cases["Pt"]) * power_scale(density, speed, amplitude, diameter)

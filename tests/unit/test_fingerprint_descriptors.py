@@ -1,0 +1,113 @@
+"""Descriptors of a mill that obeys the scaling exactly, and what is refused."""
+
+import copy
+
+import numpy as np
+import pytest
+from millprint.errors import ConfigError
+from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
+from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.summaries import check_summary, read_summaries
+
+from tests.unit.synthetic_mill import DENSITY, descriptors, summaries, summary, true_curves
+
+
+def test_descriptors_give_back_the_curves():
+    table = descriptors()
+    assert len(table) == 36
+    for name, curve in zip(("Pn", "Pt", "f"), true_curves(table["fill_ratio"]), strict=True):
+        np.testing.assert_allclose(table[name], curve, rtol=1e-12)
+    np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
+
+
+def test_energy_per_collision_is_power_over_frequency():
+    table = tabulate_descriptors([summary(0.10)], 0.003)
+    normal, _, frequency = true_curves(0.10)
+    scale = DENSITY * 10.0**2 * 0.017**2 * 0.01**3
+    assert table["normal_energy_J"].item() == pytest.approx(normal / frequency * scale, rel=1e-12)
+    assert table["frequency_per_ball_hz"].item() == pytest.approx(frequency * 10.0, rel=1e-12)
+    assert table["collision_gap_s"].item() == 0.003
+
+
+def test_a_wider_gap_counts_fewer_collisions_of_more_energy():
+    table = tabulate_counting_rules([summary(0.10)]).set_index("collision_gap_s")
+    assert table.loc[0.0, "f"] == pytest.approx(2 * table.loc[0.003, "f"])
+    assert table.loc[0.0, "normal_energy_J"] == pytest.approx(table.loc[0.003, "normal_energy_J"] / 2)
+
+
+def test_seeds_are_averaged_with_their_spread():
+    runs = [summary(0.10, seed=seed, noise=noise) for seed, noise in enumerate((-0.03, 0.0, 0.03))]
+    single = tabulate_descriptors(runs[1:2], 0.003).iloc[0]
+    mean = tabulate_descriptors(runs, 0.003).iloc[0]
+    assert mean["seeds"] == 3
+    assert mean["normal_power_W"] == pytest.approx(single["normal_power_W"], rel=1e-12)
+    assert mean["normal_power_seed_sd_W"] == pytest.approx(0.03 * single["normal_power_W"], rel=1e-9)
+    assert mean["normal_power_se_W"] < single["normal_power_se_W"] / np.sqrt(2.9)
+    assert mean["closure"] == pytest.approx(1e-4)
+    assert np.isnan(single["normal_power_seed_sd_W"])
+
+
+def test_an_unrecorded_counting_rule_is_refused():
+    with pytest.raises(ConfigError, match=r"collision_gap_s = 0\.005.*0, 0\.003"):
+        tabulate_descriptors([summary()], 0.005)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("amplitude_m",), "17 mm", "run.json: amplitude_m = '17 mm'"),
+        (("power_W", "normal"), float("nan"), "run.json: power_W.normal = nan"),
+        (("frequency_hz",), 0.0, "mill at rest"),
+    ],
+)
+def test_a_faulty_summary_is_refused_in_one_line(place, value, message):
+    faulty = copy.deepcopy(summary())
+    target = faulty
+    for key in place[:-1]:
+        target = target[key]
+    target[place[-1]] = value
+    with pytest.raises(ConfigError) as error:
+        check_summary(faulty, "run.json")
+    assert message in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_run_without_collisions_is_refused():
+    quiet = summary()
+    quiet["collisions"][1]["frequency_hz"] = 0.0
+    with pytest.raises(ConfigError, match=r"run\.json: no collision in 1 s"):
+        check_summary(quiet, "run.json")
+
+
+def test_a_window_of_one_revolution_has_no_standard_error_and_is_accepted():
+    short = check_summary(summary() | {"power_standard_error_W": {"normal": None, "tangential": None}}, "run.json")
+    row = tabulate_descriptors([short], 0.003).iloc[0]
+    assert np.isnan(row["Pn_se"]) and row["Pn"] > 0
+
+
+def test_a_missing_summary_key_or_file_is_named(tmp_path):
+    faulty = summary()
+    del faulty["per_revolution"]
+    with pytest.raises(ConfigError, match="per_revolution: this key is missing"):
+        check_summary(faulty, "run.json")
+    with pytest.raises(ConfigError, match="no such summary"):
+        read_summaries([tmp_path / "absent.json"])
+    with pytest.raises(ConfigError, match="no simulation"):
+        read_summaries([])
+
+
+def test_cycles_pool_the_revolutions_of_all_seeds():
+    runs = [summary(0.08, seed=seed) for seed in (0, 1)]
+    energies = np.concatenate([run["per_revolution"]["normal_J"] for run in runs])
+    row = tabulate_cycles(runs).iloc[0]
+    assert row["revolutions"] == 20
+    assert row["normal_mean_J"] == pytest.approx(energies.mean())
+    assert row["normal_cv_percent"] == pytest.approx(100 * energies.std(ddof=1) / energies.mean())
+    power = runs[0]["power_W"]["normal"]
+    assert row["normal_mean_J"] * runs[0]["frequency_hz"] == pytest.approx(power, rel=1e-12)
+
+
+def test_densities_integrate_to_one_at_the_chosen_fill_only():
+    table = tabulate_densities(summaries(fills=(0.08, 0.10), diameters=(10.0,), speeds=(600.0,)), 0.08)
+    assert set(table["fill_ratio"]) == {0.08}
+    for _, line in table.groupby("channel"):
+        assert np.trapezoid(line["density_per_J"], line["energy_J"]) == pytest.approx(1.0, abs=0.02)

@@ -1,0 +1,124 @@
+"""Figures of chapters 3 and 4 show what they are given, with units on every axis."""
+
+from pathlib import Path
+
+import h5py
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+from millprint.errors import ConfigError
+from millprint.figures import chapter3, chapter4
+from millprint.fingerprint.curves import average_curves
+from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
+from millprint.fingerprint.energy import specific_yields
+from millprint.fingerprint.occupancy import DATASETS, read_occupancy
+from millprint.fingerprint.published import published_curves, published_cycles, read_published
+from millprint.fingerprint.regimes import design_cases, read_regimes
+from millprint.fingerprint.slopes import fit_slopes
+
+from tests.unit.synthetic_mill import descriptors, fitted_curves, summaries
+
+DATA = Path(__file__).parents[2] / "config/data"
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def published() -> pd.DataFrame:
+    return read_published(DATA / "published.tsv")
+
+
+def assert_units(figure) -> None:
+    for axis in figure.axes:
+        for label in (axis.get_xlabel(), axis.get_ylabel()):
+            assert not label or ("[" in label and label.rstrip().endswith("]")), label
+        assert axis.get_ylabel()
+
+
+def points(axis, label: str) -> np.ndarray:
+    line = next(line for line in axis.lines if line.get_label() == label)
+    return np.column_stack(line.get_data())
+
+
+def test_master_curves_show_the_published_values(published):
+    marks = published_curves(published, "calibrated")
+    curves = fitted_curves()
+    figure = chapter3.plot_master_curves(descriptors(), average_curves(descriptors()), curves.table, marks)
+    assert_units(figure)
+    np.testing.assert_allclose(points(figure.axes[0], "published"), [[0.06, 23], [0.10, 39.7], [0.17, 43]])
+    assert len(points(figure.axes[2], "smooth curve")) == len(curves.table)
+
+
+def test_energies_have_a_line_for_each_condition():
+    figure = chapter3.plot_energies(descriptors())
+    assert_units(figure)
+    assert {line.get_label() for line in figure.axes[0].lines} == {
+        f"{diameter} mm, {speed} rpm" for diameter in (5, 10) for speed in (600, 1200)
+    }
+
+
+def test_cycles_show_the_means_that_table_3_5_implies(published):
+    marks = published_cycles(published)
+    wanted = marks[(marks["ball_diameter_mm"] == 10) & (marks["speed_rpm"] == 600)].iloc[0]
+    assert wanted["normal_mean_J"] == pytest.approx(0.162, abs=5e-4)
+    runs = summaries(fills=(0.08,), contacts=("calibrated", "steel"))
+    means = chapter3.plot_cycle_means(tabulate_cycles(runs), marks)
+    assert_units(means)
+    assert len(points(means.axes[0], "published, calibrated")) == 8
+    densities = chapter3.plot_cycle_densities(tabulate_densities(runs, 0.08))
+    assert_units(densities)
+    assert len(densities.axes) == 4 and all(len(axis.lines) == 4 for axis in densities.axes)
+
+
+def test_the_modulus_figure_has_a_tick_at_each_modulus():
+    table = pd.DataFrame(
+        {
+            "young_modulus_gpa": [205, 2.05],
+            "power_W": [43.0, 42.0],
+            "power_two_sigma_W": [4.0, 5.0],
+            "wall_clock_s": [9.0, 1.0],
+        }
+    )
+    figure = chapter3.plot_modulus(table)
+    assert_units(figure)
+    assert [label.get_text() for label in figure.axes[0].get_xticklabels()] == ["2.05", "205"]
+
+
+def test_no_density_is_no_crash():
+    assert chapter3.plot_cycle_densities(tabulate_densities([], 0.08)).axes
+
+
+def test_maps_are_read_from_a_run_and_masked_where_no_ball_came(tmp_path):
+    path = tmp_path / "run.h5"
+    count = np.array([[0, 2], [4, 1], [3, 0]])
+    arrays = (np.arange(4) * 0.01, np.arange(3) * 0.01, count, np.full((3, 2), 0.5))
+    with h5py.File(path, "w") as file:
+        for name, values in zip(DATASETS, arrays, strict=True):
+            file[f"occupancy/{name}"] = values
+    chart = read_occupancy(path, "fill 0.1")
+    assert chart.share.max() == 1.0 and chart.share[1, 1] == 0.25
+    assert chart.share.mask.sum() == 2 and chart.temperature_m2_s2.mask[0, 0]
+    figure = chapter3.plot_maps([chart])
+    assert figure.axes[0].collections[0].get_array().shape == (2, 3)
+    with h5py.File(path, "a") as file:
+        del file["occupancy/count"]
+    with pytest.raises(ConfigError, match="occupancy/count is missing"):
+        read_occupancy(path, "fill 0.1")
+
+
+def test_chapter_4_draws_both_lines_and_both_sources():
+    measured = read_regimes(DATA / "regimes.tsv")
+    cases = design_cases(measured, 10.0, 7700.0, 0.017, 0.01)
+    figure = chapter4.plot_yield(cases.assign(yield_percent=measured["yield_percent"]), fit_slopes(measured, 0.95))
+    assert_units(figure)
+    np.testing.assert_allclose(sorted(points(figure.axes[0], "constant power")[:, 1]), [40, 71, 94])
+    table = specific_yields(measured.assign(power_W=cases["power_W"]))
+    for draw in (chapter4.plot_specific_yield, chapter4.plot_mass_per_watt):
+        figure = draw(table, table)
+        assert_units(figure)
+        assert len(figure.axes[0].lines) == 4

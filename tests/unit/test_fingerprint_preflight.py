@@ -1,0 +1,80 @@
+"""Faults between the fingerprint and partition sections, the sweeps and the data are told before a run."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from millprint.config.checks import load_workflow
+from millprint.fingerprint.preflight import described_cases, fingerprint_faults, mapped_cases
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def in_the_root(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def load(change=lambda content: None):
+    content = yaml.safe_load(Path("config/config.yaml").read_text())
+    change(content)
+    config, _, _, cases = load_workflow(content, "config.yaml")
+    return config, cases
+
+
+def faults(change) -> list[str]:
+    return fingerprint_faults(*load(change), "config.yaml")
+
+
+def test_the_configuration_of_the_thesis_has_no_fault():
+    config, cases = load()
+    assert fingerprint_faults(config, cases, "config.yaml") == []
+    assert all(case.young_modulus_gpa is None for case in described_cases(cases).values())
+    assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]
+
+
+def set_gap(content):
+    content["fingerprint"]["collision_gap_s"] = 0.0035
+
+
+def set_contact(content):
+    content["partition"]["contact"] = "brass"
+
+
+def set_fixed_fill(content):
+    content["fingerprint"]["inverse"]["fixed_fill_ratio"] = 0.45
+
+
+def set_map_speed(content):
+    content["fingerprint"]["maps"]["speed_rpm"] = 777
+
+
+def few_fills(content):
+    for sweep in content["sweeps"]:
+        sweep["fill_ratios"] = [0.08, 0.10]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (set_gap, "fingerprint.collision_gap_s = 0.0035: must be one of dem.collision_gaps_s"),
+        (set_contact, "partition.contact = 'brass': must be one of contacts (calibrated, steel)"),
+        (set_fixed_fill, "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios, 0.04 to 0.4"),
+        (set_map_speed, "fingerprint.maps: no case of calibrated"),
+        (few_fills, "contact set calibrated has 2 fill ratio(s)"),
+    ],
+)
+def test_a_fault_is_one_line_with_file_key_and_value(change, message):
+    found = faults(change)
+    assert any(message in line for line in found)
+    assert all(line.startswith(("config.yaml: ", "config/data/")) and "\n" not in line for line in found)
+
+
+def test_a_case_outside_the_curves_names_its_row(tmp_path):
+    path = tmp_path / "regimes.tsv"
+    path.write_text((ROOT / "config/data/regimes.tsv").read_text().replace("\t0.17\t41", "\t0.55\t132", 1))
+
+    def change(content):
+        content["data"]["regimes"] = str(path)
+
+    assert any("column fill_ratio, row 3 = 0.55" in line for line in faults(change))

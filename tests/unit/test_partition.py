@@ -1,0 +1,136 @@
+"""Chapter 4: every printed digit of Tables 4.2 to 4.5 from the master-curve values."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from millprint.claims.compare import agrees
+from millprint.errors import ConfigError
+from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
+from millprint.fingerprint.regimes import design_cases, equal_power_speed, power_as_run, read_regimes, with_curves
+from millprint.fingerprint.slopes import fit_slopes
+
+from tests.unit.synthetic_mill import fitted_curves
+
+DATA = Path(__file__).parents[2] / "config/data"
+MACHINE = (10.0, 7700.0, 0.017, 0.01)
+CHEMISTRY = Chemistry(0.13786, 0.03783, 1226e3, 1510e3, 2908e3)
+ORDER = ["reference", "speed.tangential", "speed.normal", "power.tangential", "power.normal"]
+
+TABLE_4_2 = {
+    "speed_hz": ["10.0", "10.0", "10.0", "13.14", "9.03"],
+    "frequency_per_ball_hz": ["400", "700", "250", "920", "226"],
+    "power_as_printed_W": ["6.9", "3.0", "9.4", "6.9", "6.9"],
+    "normal_energy_J": ["2.21", "0.73", "3.82", "1.26", "3.12"],
+    "tangential_energy_J": ["5.00", "2.38", "5.34", "4.11", "4.35"],
+    "ratio": ["2.26", "3.26", "1.40", "3.26", "1.39"],
+}
+TABLE_4_4 = {
+    "specific_yield_per_W": ["0.103", "0.280", "0.046", "0.136", "0.058"],
+    "mass_per_watt_g_W": ["0.113", "0.185", "0.086", "0.090", "0.108"],
+    "gain_percent": ["0", "172", "-56", "32", "-44"],
+    "mass_gain_percent": ["0", "63", "-24", "-20", "-4"],
+}
+TABLE_4_5 = {
+    "leverage_dH_percent": ["2.24", "3.65", "1.69", "1.78", "2.14"],
+    "leverage_dG_percent": ["2.75", "4.49", "2.08", "2.19", "2.64"],
+    "leverage_LHV_percent": ["5.30", "8.66", "4.00", "4.21", "5.08"],
+}
+
+
+@pytest.fixture(scope="module")
+def measured() -> pd.DataFrame:
+    return read_regimes(DATA / "regimes.tsv")
+
+
+@pytest.fixture(scope="module")
+def runs(measured) -> pd.DataFrame:
+    return measured.assign(power_W=design_cases(measured, *MACHINE)["power_as_printed_W"])
+
+
+def assert_printed(table: pd.DataFrame, printed: dict[str, list[str]], scale: float = 1.0) -> None:
+    assert list(table["case"]) == ORDER
+    for column, digits in printed.items():
+        factor = 1e4 if column.endswith("energy_J") else 1.0
+        for case, text, value in zip(ORDER, digits, factor * table[column], strict=True):
+            assert agrees(text, "printed", float(value)), (case, column, text, value)
+
+
+def test_table_4_2_to_the_printed_digits(measured):
+    assert_printed(design_cases(measured, *MACHINE), TABLE_4_2)
+
+
+def test_62_8_rad_s_gives_energies_powers_and_ratios_by_rounding_alone(measured):
+    table = design_cases(measured, 62.8 / (2 * np.pi), *MACHINE[1:])
+    normal, tangential = (table[f"{name}_energy_J"].mul(1e4).round(2) for name in ("normal", "tangential"))
+    assert [f"{value:.2f}" for value in normal] == TABLE_4_2["normal_energy_J"]
+    assert [f"{value:.2f}" for value in tangential] == TABLE_4_2["tangential_energy_J"]
+    assert [f"{value:.1f}" for value in table["power_W"]] == TABLE_4_2["power_as_printed_W"]
+    assert [f"{value:.2f}" for value in tangential / normal] == TABLE_4_2["ratio"]
+
+
+def test_tables_4_4_and_4_5_to_the_printed_digits(runs):
+    assert_printed(specific_yields(runs), TABLE_4_4)
+    assert_printed(energy_leverage(runs, CHEMISTRY, 0.5, 0.2), TABLE_4_5)
+
+
+def test_equal_power_is_equal_and_a_like_case_keeps_the_speed(measured):
+    table = design_cases(measured, *MACHINE)
+    kept = table[table["mode"].isin(["reference", "power"])]
+    np.testing.assert_allclose(kept["power_W"], kept["power_W"].iloc[0], rtol=1e-12)
+    assert equal_power_speed(10.0, 24, 129.7, 24, 129.7) == pytest.approx(10.0)
+    assert equal_power_speed(10.0, 24, 100.0, 24, 12.5) == pytest.approx(20.0)
+
+
+def test_plug_energy_and_cost(runs):
+    table = energy_leverage(runs, CHEMISTRY, 0.5, 0.2)
+    # 6.9 W for 12.5 h are 0.08625 kWh; half of the plug's energy reaches the balls.
+    mass = 1.10e-3 / 0.13786 * 0.71 * 0.03783
+    assert table["plug_energy_kWh_kg"].iloc[0] == pytest.approx(0.08625 / (0.5 * mass), rel=1e-9)
+    np.testing.assert_allclose(table["cost_EUR_kg"], 0.2 * table["plug_energy_kWh_kg"])
+    doubled = energy_leverage(runs, CHEMISTRY, 0.25, 0.2)
+    np.testing.assert_allclose(doubled["plug_energy_kWh_kg"], 2 * table["plug_energy_kWh_kg"])
+
+
+def test_slopes_of_both_lines(measured):
+    table = fit_slopes(measured, 0.95).set_index("series")
+    assert agrees("0.038", "printed", -table.loc["speed", "slope_per_pp"])
+    assert agrees("0.049", "printed", -table.loc["power", "slope_per_pp"])
+    assert (table["r2"] > 0.99).all()
+    assert ((table["slope_lower"] < table["slope_per_pp"]) & (table["slope_per_pp"] < table["slope_upper"])).all()
+
+
+def test_changes_against_prior_work():
+    prior = {"yield_percent": 88, "time_h": 20, "bpr": 50, "speed_hz": 20}
+    best = {"yield_percent": 94, "time_h": 12.5, "bpr": 30, "speed_hz": 13.14}
+    changes = compare_with_prior(best, prior).set_index("metric")["change"]
+    assert changes["yield_percent"] == 6
+    for metric, printed in (("time_h", "-38"), ("bpr", "-40"), ("speed_hz", "-34")):
+        assert agrees(printed, "printed", changes[metric])
+
+
+def test_our_curves_take_the_place_of_the_published(measured):
+    ours = design_cases(with_curves(measured, fitted_curves()), *MACHINE)
+    assert ours["power_W"][3] == pytest.approx(ours["power_W"][0], rel=1e-9)
+    np.testing.assert_allclose(power_as_run(ours, ours["speed_hz"], *MACHINE[1:]), ours["power_W"], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\treference\t", "\tbase\t", "column mode, row 1 = 'base'"),
+        ("0.06\t14\t23", "0.06\tmany\t23", "column balls, row 2 = 'many'"),
+        ("yield_percent", "yield", "column yield_percent is missing"),
+        ("\tspeed\t0.06", "\treference\t0.06", "exactly one row must be the reference"),
+        ("0.17\t41", "-0.17\t41", r"column fill_ratio, row 3 = -0.17"),
+    ],
+)
+def test_a_faulty_table_of_cases_is_refused(tmp_path, old, new, message):
+    text = (DATA / "regimes.tsv").read_text()
+    assert old in text
+    path = tmp_path / "regimes.tsv"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ConfigError) as error:
+        read_regimes(path)
+    assert message in str(error.value) and "\n" not in str(error.value)

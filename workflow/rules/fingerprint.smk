@@ -1,0 +1,291 @@
+"""Descriptors, master curves, universal curves and the inverse mode (thesis chapter 3)."""
+
+from millprint.fingerprint.preflight import described_cases, mapped_cases
+
+FINGERPRINT = f"{RESULTS}/fingerprint"
+FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
+DESCRIBED_CASES = described_cases(CASES)
+
+
+wildcard_constraints:
+    contact="|".join(CONFIG.contacts),
+
+
+rule simulate_drop_test:
+    input:
+        kernels=f"{RESULTS}/dem/kernels.json",
+    output:
+        table=f"{FINGERPRINT}/drop_test.tsv",
+    log:
+        f"{LOGS}/fingerprint/simulate_drop_test.log",
+    benchmark:
+        f"{BENCHMARKS}/fingerprint/simulate_drop_test.tsv"
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
+        dem=settings("dem"),
+        settings=settings("fingerprint"),
+        library=library("simulate_drop_test.py"),
+    message:
+        "Dropping a ball to read its restitution back"
+    script:
+        "../../scripts/simulate_drop_test.py"
+
+
+rule tabulate_descriptors:
+    input:
+        summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
+    output:
+        descriptors=f"{FINGERPRINT}/descriptors.tsv",
+        counting_rules=f"{FINGERPRINT}/counting_rules.tsv",
+        cycles=f"{FINGERPRINT}/cycles.tsv",
+        densities=f"{FINGERPRINT}/cycle_densities.tsv",
+    log:
+        f"{LOGS}/fingerprint/tabulate_descriptors.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("fingerprint"),
+        library=library("tabulate_descriptors.py"),
+    message:
+        "Tabulating the descriptors of every condition"
+    script:
+        "../../scripts/tabulate_descriptors.py"
+
+
+rule fit_master_curves:
+    input:
+        descriptors=rules.tabulate_descriptors.output.descriptors,
+    output:
+        curves=f"{FINGERPRINT}/curves_{{contact}}.tsv",
+        smooth=f"{FINGERPRINT}/smooth_{{contact}}.tsv",
+        about=f"{FINGERPRINT}/smooth_{{contact}}.json",
+    log:
+        f"{LOGS}/fingerprint/fit_master_curves_{{contact}}.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("fingerprint"),
+        mill=CONFIG.mill,
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        library=library("fit_master_curves.py"),
+    message:
+        "Fitting the master curves of contact set {wildcards.contact}"
+    script:
+        "../../scripts/fit_master_curves.py"
+
+
+rule measure_scaling:
+    input:
+        descriptors=rules.tabulate_descriptors.output.descriptors,
+        smooth=expand(rules.fit_master_curves.output.smooth, contact=CONFIG.contacts),
+    output:
+        collapse=f"{FINGERPRINT}/collapse.tsv",
+        universal=f"{FINGERPRINT}/universal.tsv",
+        exponents=f"{FINGERPRINT}/exponents.tsv",
+        zones=f"{FINGERPRINT}/zones.tsv",
+    log:
+        f"{LOGS}/fingerprint/measure_scaling.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("fingerprint"),
+        mill=CONFIG.mill,
+        contacts=CONFIG.contacts,
+        library=library("measure_scaling.py"),
+    message:
+        "Measuring how well the scaling collapses speeds, ball sizes and contact sets"
+    script:
+        "../../scripts/measure_scaling.py"
+
+
+rule invert_master_curves:
+    input:
+        smooth=expand(rules.fit_master_curves.output.smooth, contact=CONFIG.contacts),
+        about=expand(rules.fit_master_curves.output.about, contact=CONFIG.contacts),
+        published=CONFIG.data.published,
+    output:
+        inverse=f"{FINGERPRINT}/inverse.tsv",
+        ranked=f"{FINGERPRINT}/inverse_ranked.tsv",
+    log:
+        f"{LOGS}/fingerprint/invert_master_curves.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("fingerprint"),
+        contacts=CONFIG.contacts,
+        library=library("invert_master_curves.py"),
+    message:
+        "Searching the conditions that give the wanted descriptors"
+    script:
+        "../../scripts/invert_master_curves.py"
+
+
+rule plot_cycles:
+    input:
+        cycles=rules.tabulate_descriptors.output.cycles,
+        densities=rules.tabulate_descriptors.output.densities,
+        published=CONFIG.data.published,
+    output:
+        densities_svg=report(
+            f"{FINGERPRINT_FIGURES}/cycle_densities.svg",
+            caption="../report/cycle_densities.rst",
+            category="Chapter 3",
+            labels={"figure": "3.5", "shows": "dissipation per revolution"},
+        ),
+        densities_png=f"{FINGERPRINT_FIGURES}/cycle_densities.png",
+        means_svg=report(
+            f"{FINGERPRINT_FIGURES}/cycle_means.svg",
+            caption="../report/cycle_means.rst",
+            category="Chapter 3",
+            labels={"figure": "3.6", "shows": "mean dissipation per revolution"},
+        ),
+        means_png=f"{FINGERPRINT_FIGURES}/cycle_means.png",
+    log:
+        f"{LOGS}/fingerprint/plot_cycles.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("fingerprint"),
+        mill=CONFIG.mill,
+        contacts=CONFIG.contacts,
+        library=library("plot_cycles.py"),
+    message:
+        "Drawing the dissipation of single revolutions"
+    script:
+        "../../scripts/plot_cycles.py"
+
+
+rule plot_master_curves:
+    input:
+        descriptors=rules.tabulate_descriptors.output.descriptors,
+        curves=rules.fit_master_curves.output.curves,
+        smooth=rules.fit_master_curves.output.smooth,
+        published=CONFIG.data.published,
+    output:
+        energies_svg=report(
+            f"{FINGERPRINT_FIGURES}/energies_{{contact}}.svg",
+            caption="../report/energies.rst",
+            category="Chapter 3",
+            labels={"figure": "3.7, 3.8", "shows": "energy and frequency of collisions, {contact}"},
+        ),
+        energies_png=f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png",
+        curves_svg=report(
+            f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.svg",
+            caption="../report/master_curves.rst",
+            category="Chapter 3",
+            labels={"figure": "3.11, 3.12, 4.2", "shows": "master curves, {contact}"},
+        ),
+        curves_png=f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png",
+    log:
+        f"{LOGS}/fingerprint/plot_master_curves_{{contact}}.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        mill=CONFIG.mill,
+        library=library("plot_master_curves.py"),
+    message:
+        "Drawing the master curves of contact set {wildcards.contact}"
+    script:
+        "../../scripts/plot_master_curves.py"
+
+
+rule plot_universal_curves:
+    input:
+        descriptors=rules.tabulate_descriptors.output.descriptors,
+        universal=rules.measure_scaling.output.universal,
+    output:
+        svg=report(
+            f"{FINGERPRINT_FIGURES}/universal_curves.svg",
+            caption="../report/universal_curves.rst",
+            category="Chapter 3",
+            labels={"figure": "3.14", "shows": "universal master curves"},
+        ),
+        png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
+    log:
+        f"{LOGS}/fingerprint/plot_universal_curves.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        mill=CONFIG.mill,
+        contacts=CONFIG.contacts,
+        library=library("plot_universal_curves.py"),
+    message:
+        "Drawing the universal master curves"
+    script:
+        "../../scripts/plot_universal_curves.py"
+
+
+rule plot_maps:
+    input:
+        runs=lambda wildcards: [
+            f"{RESULTS}/dem/{path}/run.h5" for path in mapped_cases(CONFIG, CASES, wildcards.contact).values()
+        ],
+    output:
+        svg=report(
+            f"{FINGERPRINT_FIGURES}/maps_{{contact}}.svg",
+            caption="../report/maps.rst",
+            category="Chapter 3",
+            labels={"figure": "3.9, 3.10", "shows": "heat map and granular temperature, {contact}"},
+        ),
+        png=f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png",
+    log:
+        f"{LOGS}/fingerprint/plot_maps_{{contact}}.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        fill_ratios=lambda wildcards: list(mapped_cases(CONFIG, CASES, wildcards.contact)),
+        library=library("plot_maps.py"),
+    message:
+        "Drawing where the balls are and how hot, contact set {wildcards.contact}"
+    script:
+        "../../scripts/plot_maps.py"
+
+
+rule plot_modulus:
+    input:
+        modulus=f"{RESULTS}/dem/modulus.tsv",
+    output:
+        svg=report(
+            f"{FINGERPRINT_FIGURES}/modulus.svg",
+            caption="../report/modulus.rst",
+            category="Chapter 3",
+            labels={"figure": "3.4", "shows": "power and run time against Young's modulus"},
+        ),
+        png=f"{FINGERPRINT_FIGURES}/modulus.png",
+    log:
+        f"{LOGS}/fingerprint/plot_modulus.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_modulus.py"),
+    message:
+        "Drawing power and run time against Young's modulus"
+    script:
+        "../../scripts/plot_modulus.py"
+
+
+FINGERPRINT_OUTPUTS = [
+    *rules.simulate_drop_test.output,
+    *rules.tabulate_descriptors.output,
+    *expand(rules.fit_master_curves.output, contact=CONFIG.contacts),
+    *rules.measure_scaling.output,
+    *rules.invert_master_curves.output,
+    *rules.plot_cycles.output,
+    *expand(rules.plot_master_curves.output, contact=CONFIG.contacts),
+    *rules.plot_universal_curves.output,
+    *expand(rules.plot_maps.output, contact=CONFIG.contacts),
+]
+if any(sweep.name == "modulus" for sweep in CONFIG.sweeps):
+    FINGERPRINT_OUTPUTS += rules.plot_modulus.output

@@ -1,0 +1,76 @@
+"""Shear against compression: the five cases of thesis chapter 4."""
+
+PARTITION = f"{RESULTS}/partition"
+PARTITION_FIGURES = f"{PARTITION}/figures"
+
+
+rule partition_dissipation:
+    input:
+        regimes=CONFIG.data.regimes,
+        smooth=f"{RESULTS}/fingerprint/smooth_{CONFIG.partition.contact}.tsv",
+        about=f"{RESULTS}/fingerprint/smooth_{CONFIG.partition.contact}.json",
+    output:
+        table_4_2=f"{PARTITION}/table_4_2.tsv",
+        table_4_2_ours=f"{PARTITION}/table_4_2_ours.tsv",
+        table_4_3=f"{PARTITION}/table_4_3.tsv",
+        table_4_4=f"{PARTITION}/table_4_4.tsv",
+        table_4_4_ours=f"{PARTITION}/table_4_4_ours.tsv",
+        table_4_5=f"{PARTITION}/table_4_5.tsv",
+        table_4_5_ours=f"{PARTITION}/table_4_5_ours.tsv",
+        slopes=f"{PARTITION}/slopes.tsv",
+    log:
+        f"{LOGS}/partition/partition_dissipation.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("partition"),
+        library=library("partition_dissipation.py"),
+    message:
+        "Designing the cases of constant speed and constant power, and what their energy buys"
+    script:
+        "../../scripts/partition_dissipation.py"
+
+
+rule plot_partition:
+    input:
+        slopes=rules.partition_dissipation.output.slopes,
+        table_4_2=rules.partition_dissipation.output.table_4_2,
+        table_4_4=rules.partition_dissipation.output.table_4_4,
+        table_4_4_ours=rules.partition_dissipation.output.table_4_4_ours,
+    output:
+        yield_svg=report(
+            f"{PARTITION_FIGURES}/yield.svg",
+            caption="../report/partition_yield.rst",
+            category="Chapter 4",
+            labels={"figure": "4.3", "shows": "yield against fill ratio"},
+        ),
+        yield_png=f"{PARTITION_FIGURES}/yield.png",
+        specific_svg=report(
+            f"{PARTITION_FIGURES}/specific_yield.svg",
+            caption="../report/partition_specific_yield.rst",
+            category="Chapter 4",
+            labels={"figure": "4.4", "shows": "specific yield against fill ratio"},
+        ),
+        specific_png=f"{PARTITION_FIGURES}/specific_yield.png",
+        mass_svg=report(
+            f"{PARTITION_FIGURES}/mass_per_watt.svg",
+            caption="../report/partition_mass.rst",
+            category="Chapter 4",
+            labels={"figure": "4.5", "shows": "converted mass per watt against fill ratio"},
+        ),
+        mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
+    log:
+        f"{LOGS}/partition/plot_partition.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_partition.py"),
+    message:
+        "Drawing yield, specific yield and mass per watt against fill ratio"
+    script:
+        "../../scripts/plot_partition.py"
+
+
+PARTITION_OUTPUTS = [*rules.partition_dissipation.output, *rules.plot_partition.output]
