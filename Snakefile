@@ -12,7 +12,6 @@ sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from millprint.config.checks import load_workflow, stop_on_bad_input
 from millprint.digest import library_digest
 from millprint.machine import prepare_environment
-from millprint.preflight import check_before_running
 
 prepare_environment()
 
@@ -27,7 +26,10 @@ CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrit
 
 with stop_on_bad_input():
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
+    # Jobs read this file too; what holds before the first job need not be checked in every one.
     if workflow.is_main_process:
+        from millprint.preflight import check_before_running
+
         check_before_running(CONFIG, MILLS, CONTACTS, CASES, CONFIG_FILES[-1])
 
 

@@ -1,5 +1,7 @@
 """What the rules share: the results folder, the validated configuration, and digests of the library."""
 
+from millprint.config.sweep import expand_sweep
+
 RESULTS = CONFIG.results.rstrip("/")
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
@@ -13,3 +15,10 @@ def settings(section: str) -> dict:
 def library(script: str) -> str:
     """The digest of the library files that a script imports: an edit of one of them reruns the rule."""
     return library_digest(Path(workflow.basedir) / "scripts" / script)
+
+
+def summaries_of_sweep(name: str) -> list[str]:
+    """Summaries of every case of a sweep; none for a sweep that the configuration lacks."""
+    blocks = [block for block in CONFIG.sweeps if block.name == name]
+    cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
+    return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]

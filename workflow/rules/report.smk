@@ -6,12 +6,12 @@ rule record_run:
         run=f"{RESULTS}/report/run.yaml",
     log:
         f"{LOGS}/report/record_run.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
     params:
         config=config,
         library=library("record_run.py"),
-    conda:
-        "../../envs/millprint.yaml"
-    localrule: True
     message:
         "Recording the configuration of the run and the versions of its packages"
     script:
@@ -44,12 +44,12 @@ rule tabulate_claims:
         png=f"{RESULTS}/report/claims_by_chapter.png",
     log:
         f"{LOGS}/report/tabulate_claims.log",
-    params:
-        results=RESULTS,
-        library=library("tabulate_claims.py"),
+    localrule: True
     conda:
         "../../envs/millprint.yaml"
-    localrule: True
+    params:
+        results=lambda wildcards, output: str(Path(output.claims).parents[1]),
+        library=library("tabulate_claims.py"),
     message:
         "Holding every claim of the thesis against what was computed"
     script:
@@ -66,13 +66,13 @@ rule build_report:
         html=f"{RESULTS}/report/report.html",
     log:
         f"{LOGS}/report/build_report.log",
-    params:
-        snakefile=workflow.main_snakefile,
+    localrule: True
     conda:
         "../../envs/millprint.yaml"
-    localrule: True
+    params:
+        snakefile=workflow.main_snakefile,
     message:
         "Building the report, which opens offline"
     shell:
-        "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock"
+        "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock --cores 1"
         " --report {output.html:q} {input.claims:q} > {log:q} 2>&1"

@@ -23,7 +23,18 @@ class DemConfig(Section):
     )
     collision_gaps_s: list[NonNegative] = Field(
         default=[0.0, 0.001, 0.002, 0.003, 0.004],
-        description="counting rules evaluated for every run: re-contacts of a pair within the gap are one collision [s]",
+        description="counting rules of every run: re-contacts of a pair within the gap are one collision [s]",
+    )
+    skin_m: Positive = Field(
+        default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
+    )
+    overlap_max: Fraction = Field(default=0.15, description="overlap over the ball's radius at which a run fails [-]")
+    occupancy_interval_s: Positive = Field(
+        default=5e-4, description="time between samples of occupancy, granular temperature and ball height [s]"
+    )
+    occupancy_cell_m: Positive = Field(default=0.002, description="side of the occupancy grid's square cells [m]")
+    collision_rows_max: Annotated[int, Field(ge=0)] = Field(
+        default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
     )
     closure_max: Fraction = Field(
         default=0.005, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"

@@ -1,0 +1,11 @@
+"""Compile the DEM kernels before any simulation, so that none of them pays for it."""
+
+from millprint.dem.compilation import compile_kernels
+from millprint.files import write_json
+from millprint.job import job
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "compile kernels") as log:
+        report = compile_kernels()
+        log.info("compiled in %.1f s", report["seconds"])
+        write_json(report, snakemake.output.report)

@@ -1,0 +1,74 @@
+"""Compile every kernel by running a tiny case with all that can be recorded."""
+
+import platform
+import time
+
+import llvmlite
+import numba
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.simulation import Simulation
+from millprint.kernel import drop_old_caches, kernel_digest
+
+TINY_MILL = MillConfig(
+    name="tiny",
+    title="a small jar with a post",
+    source="made for compiling",
+    volume_ml=10,
+    geometry=StadiumGeometry(
+        kind="stadium",
+        end_radius_mm=12,
+        straight_mm=10,
+        height_mm=15,
+        facets_per_half_circle=4,
+        fillet_radius_mm=2,
+        fillet_facets=1,
+        post=PostGeometry(radius_mm=2, facets=4),
+    ),
+    motion=CircleMotion(kind="circle", amplitude_mm=10),
+)
+TINY_CONTACT = ContactConfig(
+    name="tiny",
+    source="made for compiling",
+    restitution=0.5,
+    static_friction=0.3,
+    rolling_friction=0.01,
+    density_kg_m3=7700,
+    young_modulus_gpa=2,
+    poisson_ratio=0.3,
+)
+
+
+def compile_kernels() -> dict:
+    """Compile what is not in the cache yet; returns seconds, versions and the digest of the kernels' source."""
+    drop_old_caches()
+    begin = time.perf_counter()
+    dem = DemConfig(time_step_s=2e-6, settle_s=1e-3, discard_s=0, window_s=0.05)
+    case = Case(
+        mill="tiny",
+        contact="tiny",
+        ball_diameter_mm=3,
+        fill_ratio=0.01,
+        speed_rpm=1200,
+        seed=0,
+        settle_s=1e-3,
+        discard_s=0,
+        window_s=0.05,
+        snapshot_interval_s=1e-3,
+    )
+    recording = Simulation(case, TINY_MILL, TINY_CONTACT, dem).run("compiling the kernels")
+    if not np.isfinite(np.concatenate(recording.samples)).all():
+        raise RuntimeError("the compiled kernels do not work on this machine")
+    return {
+        "seconds": time.perf_counter() - begin,
+        "digest": kernel_digest(),
+        "versions": {
+            "numba": numba.__version__,
+            "llvmlite": llvmlite.__version__,
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+        },
+    }

@@ -1,0 +1,121 @@
+"""The contact law: Hertz-Mindlin with viscous damping, a Coulomb cap and rolling friction (thesis Eqs 3.3 to 3.16).
+
+Choices that the equations leave open, each tested in tests/physics:
+
+- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and while sliding the spring is reset to the capped
+  force over K_t. F_n is here the elastic normal force K_n delta. Its impulse over an impact is exactly m (1 + e) v,
+  so that sliding gives mu (1 + e) m v; the damped force would not, because it turns tensile before the contact ends.
+- The normal force is not clipped where it is tensile: that would turn a restitution of 0.30 into 0.40.
+- The tangential spring is turned into the current tangent plane with its length kept.
+- Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
+  takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
+- Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
+"""
+
+import math
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.kernel import inlined
+from millprint.mill.vectors import add, add_scaled, dot, scale
+
+# Columns of a row of parameters.
+KN, KT, CN, CT, MU, MU_ROLLING, STOP, REACH = range(8)
+COLUMNS = 8
+
+# Share of the relative angular velocity that rolling friction may take in one step.
+STOP_SHARE = 0.25
+
+
+def damping_ratio(restitution: float) -> float:
+    """beta = ln e / sqrt(ln^2 e + pi^2), Eq. 3.10 [-]."""
+    logarithm = math.log(restitution)
+    return logarithm / math.hypot(logarithm, math.pi)
+
+
+def law_row(
+    contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, step: float
+) -> np.ndarray:
+    """Coefficients of one kind of contact, all of a power of the overlap: Eqs 3.4 to 3.12.
+
+    radius, mass and inertia are the reduced ones, R*, m* and I*; for a wall those of the ball. reach is the distance
+    of centres (or of centre and wall) at which contact begins [m]; step the integration step [s]. K_n delta is
+    KN delta^(3/2), K_t is KT delta^(1/2), and the damping coefficients are CN and CT times delta^(1/4).
+    """
+    modulus = contact.young_modulus_gpa * 1e9
+    poisson = contact.poisson_ratio
+    effective = modulus / (2 * (1 - poisson**2))
+    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
+    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
+    row = np.empty(COLUMNS)
+    row[KN] = 4 / 3 * effective * math.sqrt(radius)
+    row[KT] = 8 * shear * math.sqrt(radius)
+    row[CN] = damping * math.sqrt(2 * effective * math.sqrt(radius) * mass)
+    row[CT] = damping * math.sqrt(row[KT] * mass)
+    row[MU] = contact.static_friction
+    row[MU_ROLLING] = contact.rolling_friction
+    row[STOP] = STOP_SHARE * inertia / step
+    row[REACH] = reach
+    return row
+
+
+@inlined()
+def turn_spring(spring, normal):
+    """The tangential spring in the plane across `normal`, its length kept (Eq. 3.3 and the text below it)."""
+    along = dot(spring, normal)
+    length2 = dot(spring, spring)
+    # A wall's normal does not change: nothing to do.
+    if along * along <= 1e-28 * length2:
+        return spring
+    flat = add_scaled(spring, -along, normal)
+    flat2 = dot(flat, flat)
+    # No contact turns that far in a step; lengths of rounding's size may seem to.
+    if flat2 < 0.25 * length2:
+        return flat
+    return scale(math.sqrt(length2 / flat2), flat)
+
+
+@inlined()
+def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, step):
+    """Force and rolling torque on the first body of a contact, its new spring, and the power in each channel.
+
+    law: a row of coefficients; overlap delta_n [m]; normal: unit vector from the second body to the first; arm:
+    distance from the centre to the contact point [m]; velocity: relative velocity of the first body at the contact
+    point [m/s]; spin: relative angular velocity [rad/s]; spring: tangential displacement a step ago [m]; last_slip:
+    tangential velocity a step ago [m/s]; step [s].
+
+    Returns (normal force along `normal` [N], tangential force [N], torque [N m], spring [m], slip [m/s],
+    (normal damping, tangential damping, total tangential, rolling) [W], (normal, tangential) elastic energy [J]).
+    """
+    root = math.sqrt(overlap)
+    quarter = math.sqrt(root)
+    approach = dot(velocity, normal)
+    elastic = law[KN] * overlap * root
+    damping = law[CN] * quarter * approach
+    stiffness = law[KT] * root
+
+    slip = add_scaled(velocity, -approach, normal)
+    # The trapezoidal rule: with velocities at the end of a step alone the spring would damp in proportion to the step.
+    spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
+    viscous = law[CT] * quarter
+    force = add_scaled(scale(-stiffness, spring), -viscous, slip)
+    cap = law[MU] * elastic
+    force2 = dot(force, force)
+    sticking_power = viscous * dot(slip, slip)
+    if force2 > cap * cap:
+        force = scale(cap / math.sqrt(force2), force)
+        spring = scale(-1.0 / stiffness, force)
+        sticking_power = 0.0
+    tangential_power = -dot(force, slip)
+
+    turning = math.sqrt(dot(spin, spin))
+    torque = (0.0, 0.0, 0.0)
+    rolling_power = 0.0
+    if turning > 0.0:
+        moment = min(law[MU_ROLLING] * elastic * arm, law[STOP] * turning)
+        torque = scale(-moment / turning, spin)
+        rolling_power = moment * turning
+    powers = (damping * approach, sticking_power, tangential_power, rolling_power)
+    stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
+    return elastic - damping, force, torque, spring, slip, powers, stored

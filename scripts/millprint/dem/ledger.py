@@ -1,0 +1,68 @@
+"""The energy ledger: work of walls and gravity against what is stored and dissipated."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.dem.advance import SAMPLE_COLUMNS
+from millprint.errors import SimulationError
+
+
+def ledger_series(samples: np.ndarray) -> pd.DataFrame:
+    """The ledger as a time series [J], with works counted from the first sample.
+
+    sliding_J is the tangential work that is neither damping nor held by the tangential springs. It takes in what a
+    spring gives up when its stiffness falls with the overlap, so that nothing of the tangential work is lost.
+    """
+    series = pd.DataFrame(samples, columns=list(SAMPLE_COLUMNS))
+    works = ["wall_work_J", "normal_damping_J", "tangential_damping_J", "tangential_work_J", "rolling_J"]
+    series[works] -= series[works].iloc[0]
+    stored = series["elastic_tangential_J"] - series["elastic_tangential_J"].iloc[0]
+    series["sliding_J"] = series["tangential_work_J"] - series["tangential_damping_J"] - stored
+    series["kinetic_J"] = series["kinetic_translation_J"] + series["kinetic_spin_J"]
+    series["elastic_J"] = series["elastic_normal_J"] + series["elastic_tangential_J"]
+    series["gravity_work_J"] = series["potential_J"].iloc[0] - series["potential_J"]
+    series["imbalance_J"] = (
+        series["wall_work_J"]
+        + series["gravity_work_J"]
+        - (series["kinetic_J"] - series["kinetic_J"].iloc[0])
+        - (series["elastic_J"] - series["elastic_J"].iloc[0])
+        - series[["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]].sum(axis=1)
+    )
+    return series
+
+
+def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
+    """Totals of each channel over the series [J]."""
+    last, first = series.iloc[-1], series.iloc[0]
+    return {
+        "wall_work": float(last["wall_work_J"]),
+        "gravity_work": float(last["gravity_work_J"]),
+        "normal_damping": float(last["normal_damping_J"]),
+        "tangential_damping": float(last["tangential_damping_J"]),
+        "sliding": float(last["sliding_J"]),
+        "rolling": float(last["rolling_J"]),
+        "kinetic_change": float(last["kinetic_J"] - first["kinetic_J"]),
+        "elastic_change": float(last["elastic_J"] - first["elastic_J"]),
+    }
+
+
+def closure(series: pd.DataFrame) -> float:
+    """Error of the energy balance over the series, as a fraction of the wall work [-].
+
+    Where the walls do no work (a mill at rest) the fraction is that of the energy dissipated or set free by gravity.
+    """
+    last = series.iloc[-1]
+    dissipated = last[["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]].sum()
+    scale = max(abs(last["wall_work_J"]), 0.1 * dissipated, 0.1 * abs(last["gravity_work_J"]))
+    return float(abs(last["imbalance_J"]) / scale) if scale > 0 else 0.0
+
+
+def check_closure(series: pd.DataFrame, largest: float) -> float:
+    """The closure; raises SimulationError where it exceeds `largest`."""
+    error = closure(series)
+    if not error <= largest:
+        raise SimulationError(
+            f"the energy balance is open by {100 * error:.3g} % of the wall work (closure_max {100 * largest:g} %): "
+            "make time_step_s smaller"
+        )
+    return error

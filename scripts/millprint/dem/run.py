@@ -1,0 +1,49 @@
+"""One case from its description to its files."""
+
+import logging
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.collisions import collision_table
+from millprint.dem.ledger import ledger_series
+from millprint.dem.simulation import Simulation
+from millprint.dem.store import write_run
+from millprint.dem.summary import summarise
+from millprint.files import write_json
+
+logger = logging.getLogger("millprint")
+
+
+def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, run_path, summary_path) -> dict:
+    """Simulate a case, write run.h5 and summary.json, and return the summary.
+
+    Raises SimulationError for balls that do not fit, a ball that escapes or overlaps too much, a number that is not
+    finite, a step over the Rayleigh fraction, or an energy balance that does not close; nothing is written then.
+    """
+    simulation = Simulation(case, mill, contact, dem)
+    logger.info(
+        "%d balls of %g mm, step %.4g s (%.3g of the Rayleigh time), %d facets",
+        simulation.count,
+        case.ball_diameter_mm,
+        simulation.step,
+        simulation.step / simulation.rayleigh_s,
+        len(simulation.vessel.facets),
+    )
+    recording = simulation.run(case.path)
+    series = ledger_series(np.concatenate(recording.samples))
+    pieces = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
+    table = collision_table(*pieces) if pieces else collision_table(*(np.empty(0, int),) * 3, np.empty((0, 9)))
+    summary = summarise(simulation, series, table, recording.height_m)
+    logger.info(
+        "simulated in %.1f s (%.1f ns a ball-step); energy balance closes within %.2g of the wall work; %d contacts",
+        simulation.wall_clock_s,
+        summary["ns_per_ball_step"],
+        summary["closure"],
+        len(table),
+    )
+    write_run(run_path, simulation, recording, series, table)
+    write_json(summary, summary_path)
+    return summary

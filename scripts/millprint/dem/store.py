@@ -1,0 +1,104 @@
+"""run.h5: everything that a run recorded, with units beside every number."""
+
+import json
+import platform
+
+import h5py
+import numba
+import numpy as np
+import pandas as pd
+
+from millprint.dem.collisions import histograms
+from millprint.dem.simulation import Recording, Simulation
+from millprint.files import whole_file
+
+# What a column's last words say of its unit.
+UNITS = {"_J": "J", "_s": "s", "_m_s": "m/s", "_N": "N", "_m": "m", "_rad_s": "rad/s"}
+
+# Columns that need all their digits or are whole numbers already.
+WIDE = {"start_s", "time_s", "position_m", "body_position_m"}
+
+COMPRESSION = {"compression": "gzip", "compression_opts": 2, "shuffle": True}
+
+
+def unit_of(name: str) -> str:
+    """The unit that a column's name ends with; 1 for a pure number."""
+    ends = [end for end in sorted(UNITS, key=len, reverse=True) if name.endswith(end)]
+    return UNITS[ends[0]] if ends else "1"
+
+
+def put(group: h5py.Group, name: str, values: np.ndarray, narrow: bool = False) -> None:
+    """Write one dataset with its unit; `narrow` ones in single precision."""
+    values = np.asarray(values)
+    if narrow and name not in WIDE and values.dtype == np.float64:
+        values = values.astype(np.float32)
+    options = COMPRESSION if values.size > 64 else {}
+    group.create_dataset(name, data=values, **options).attrs["units"] = unit_of(name)
+
+
+def _put_frame(group: h5py.Group, frame: pd.DataFrame, narrow: bool = False) -> None:
+    for name in frame.columns:
+        put(group, name, frame[name].to_numpy(), narrow)
+
+
+def _put_occupancy(group: h5py.Group, recording: Recording) -> None:
+    """Occupancy and granular temperature, Theta = (<V^2> - <V>^2) / 3 (Eq. 3.26), of velocities relative to the jar."""
+    count, sums, squares = recording.occupancy[..., 0], recording.occupancy[..., 1:4], recording.occupancy[..., 4]
+    seen = np.where(count > 0, count, np.nan)
+    mean = sums / seen[..., None]
+    put(group, "edges_x_m", recording.edges[0])
+    put(group, "edges_y_m", recording.edges[1])
+    put(group, "count", count.astype(np.int64))
+    put(group, "mean_velocity_m_s", mean)
+    put(group, "granular_temperature", (squares / seen - (mean**2).sum(axis=-1)) / 3)
+    group["granular_temperature"].attrs["units"] = "m2/s2"
+
+
+def _put_snapshots(group: h5py.Group, recording: Recording) -> None:
+    body = np.concatenate(recording.snapshot_bodies)
+    per_ball = np.concatenate(recording.snapshots)
+    contacts = np.concatenate(recording.snapshot_contacts)
+    # Running numbers begin anew with each piece.
+    counts = np.concatenate([np.diff(piece[:, 9], prepend=0) for piece in recording.snapshot_bodies])
+    put(group, "time_s", body[:, 0])
+    put(group, "body_position_m", body[:, 1:4])
+    put(group, "body_velocity_m_s", body[:, 4:7])
+    for c, name in enumerate(("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")):
+        put(group, name, per_ball[:, :, 3 * c : 3 * c + 3], narrow=True)
+    # The first snapshot has nothing before it.
+    put(group, "normal_J", np.diff(body[:, 7], prepend=body[0, 7]))
+    put(group, "tangential_J", np.diff(body[:, 8], prepend=body[0, 8]))
+    put(group, "contact_offset", np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
+    put(group, "contact_first", contacts[:, 0].astype(np.int32))
+    put(group, "contact_second", contacts[:, 1].astype(np.int32))
+
+
+def write_run(path, simulation: Simulation, recording: Recording, series: pd.DataFrame, table: pd.DataFrame) -> None:
+    """Write run.h5: attributes config, seed, versions; groups ledger, collisions, occupancy and perhaps snapshots."""
+    config = {
+        "case": simulation.case.model_dump(mode="json"),
+        "mill": simulation.mill.model_dump(mode="json"),
+        "contact": simulation.contact.model_dump(mode="json"),
+        "dem": simulation.dem.model_dump(mode="json"),
+    }
+    versions = {"python": platform.python_version(), "numba": numba.__version__, "numpy": np.__version__}
+    with whole_file(path) as partial, h5py.File(partial, "w") as file:
+        file.attrs["config"] = json.dumps(config, sort_keys=True)
+        file.attrs["seed"] = simulation.case.seed
+        file.attrs["versions"] = json.dumps(versions)
+        file.attrs["facets"] = len(simulation.vessel.facets)
+        _put_frame(file.create_group("ledger"), series)
+        group = file.create_group("collisions")
+        group.attrs["begin_s"] = simulation.begin_s
+        group.attrs["window_s"] = simulation.window_s
+        group.attrs["rows"] = len(table)
+        group.attrs["is_histogram"] = len(table) > simulation.dem.collision_rows_max
+        if group.attrs["is_histogram"]:
+            for name, (edges, counts) in histograms(table).items():
+                put(group, f"{name}_histogram_edges", edges)
+                put(group, f"{name}_histogram_counts", counts)
+        else:
+            _put_frame(group, table, narrow=True)
+        _put_occupancy(file.create_group("occupancy"), recording)
+        if recording.snapshots:
+            _put_snapshots(file.create_group("snapshots"), recording)

@@ -1,0 +1,83 @@
+"""What a run comes down to: powers, collisions by counting rule, and the state of the energy balance."""
+
+import json
+import math
+
+import numpy as np
+import pandas as pd
+
+from millprint.dem.collisions import collision_statistics
+from millprint.dem.ledger import check_closure, ledger_summary
+from millprint.dem.simulation import Simulation
+
+
+def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
+    """Energies of each whole revolution [J], of `samples` samples of the ledger each; tangential is all of it."""
+    tangential = series["tangential_damping_J"] + series["sliding_J"]
+    columns = {"normal_J": series["normal_damping_J"], "tangential_J": tangential, "wall_J": series["wall_work_J"]}
+    return {name: np.diff(column.to_numpy()[::samples]).tolist() for name, column in columns.items()}
+
+
+def standard_error(energies: list[float], revolution_s: float) -> float | None:
+    """Standard error of the mean power [W] from the energies of single revolutions; None for fewer than two."""
+    if len(energies) < 2:
+        return None
+    return float(np.std(energies, ddof=1) / math.sqrt(len(energies)) / revolution_s)
+
+
+def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, height_m: float) -> dict:
+    """The summary of a run; raises SimulationError where the energy balance does not close.
+
+    wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which jobs beside this
+    one disturb less.
+    """
+    case, dem, contact = simulation.case, simulation.dem, simulation.contact
+    ledger = ledger_summary(series)
+    window = simulation.window_s
+    frequency = simulation.motion.frequency_hz
+    revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
+    steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
+    errors = {
+        name: standard_error(revolutions.get(f"{name}_J", []), 1 / frequency if frequency else 1.0)
+        for name in ("normal", "tangential")
+    }
+    return {
+        "case": json.loads(case.model_dump_json()),
+        "mill": case.mill,
+        "contact": case.contact,
+        "balls": simulation.count,
+        "ball_diameter_m": simulation.diameter,
+        "ball_mass_kg": float(simulation.balls.mass[0]),
+        "density_kg_m3": contact.density_kg_m3,
+        "restitution": contact.restitution,
+        "static_friction": contact.static_friction,
+        "rolling_friction": contact.rolling_friction,
+        "young_modulus_pa": contact.young_modulus_gpa * 1e9,
+        "frequency_hz": frequency,
+        "amplitude_m": simulation.motion.amplitude_m,
+        "jar_volume_m3": simulation.vessel.volume_m3,
+        "nominal_volume_m3": simulation.mill.volume_ml / 1e6,
+        "time_step_s": simulation.step,
+        "rayleigh_fraction": simulation.step / simulation.rayleigh_s,
+        "begin_s": simulation.begin_s,
+        "window_s": window,
+        "revolutions": window * frequency,
+        "ledger_J": ledger,
+        "closure": check_closure(series, dem.closure_max),
+        "power_W": {
+            "normal": ledger["normal_damping"] / window,
+            "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
+            "rolling": ledger["rolling"] / window,
+            "wall": ledger["wall_work"] / window,
+        },
+        "power_standard_error_W": errors,
+        "per_revolution": revolutions,
+        "collisions": collision_statistics(table, dem.collision_gaps_s, simulation.begin_s, window),
+        "median_contact_duration_s": float(table["duration_s"].median()) if len(table) else None,
+        "mean_ball_height_m": height_m,
+        "max_overlap_fraction": float(table["peak_overlap_m"].max() / simulation.radius) if len(table) else 0.0,
+        "wall_clock_s": simulation.wall_clock_s,
+        "processor_s": simulation.processor_s,
+        "steps": steps,
+        "ns_per_ball_step": simulation.processor_s / steps / simulation.count * 1e9,
+    }

@@ -1,0 +1,56 @@
+"""How the numerical kernels are compiled: one thread, no Python, machine code kept between runs.
+
+Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
+calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one.
+"""
+
+import hashlib
+import os
+import shutil
+from functools import partial
+from pathlib import Path
+
+import numba
+
+PACKAGE = Path(__file__).parent
+CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
+
+
+def kernel_files() -> list[Path]:
+    """Every library file that may hold a kernel."""
+    return sorted([Path(__file__), *PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py")])
+
+
+def kernel_digest() -> str:
+    """A short hash of the kernels' source and of the compiler's version."""
+    total = hashlib.sha256(numba.__version__.encode())
+    for file in kernel_files():
+        total.update(file.name.encode())
+        total.update(file.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """The folder of this version's machine code."""
+    return CACHE_ROOT / kernel_digest()
+
+
+def drop_old_caches() -> None:
+    """Remove the machine code of earlier versions of the kernels."""
+    for folder in CACHE_ROOT.glob("*"):
+        if folder.is_dir() and folder != cache_folder():
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if "NUMBA_CACHE_DIR" not in os.environ and os.access(CACHE_ROOT.parent, os.W_OK):
+    numba.config.CACHE_DIR = str(cache_folder())
+
+# No nnan or ninf: a lost ball must show up as a number that is not one. Division by zero is left to IEEE.
+_OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+
+# Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
+kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
+inlined = partial(numba.njit, _nrt=False, forceinline=True, **_OPTIONS)
+
+# For the few functions that do make arrays, outside of any step.
+array_maker = partial(numba.njit, **_OPTIONS)

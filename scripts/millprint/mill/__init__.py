@@ -1,0 +1,1 @@
+"""Vessels (facets, STL, signed distance) and their motions."""

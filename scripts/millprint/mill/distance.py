@@ -1,0 +1,147 @@
+"""Exact signed distance to a vessel's walls and its gradient."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.kernel import array_maker, inlined
+from millprint.mill.vectors import add_scaled, dot, row, subtract
+from millprint.mill.vessel import Vessel
+
+
+class _Surface(NamedTuple):
+    """Facets (f) and their sides (s); a side is a directed edge of a facet's outline."""
+
+    normal: np.ndarray  # (f, 3) inward
+    offset: np.ndarray  # (f,)
+    first_side: np.ndarray  # (f + 1,)
+    start: np.ndarray  # (s, 3)
+    along: np.ndarray  # (s, 3) unit vectors
+    length: np.ndarray  # (s,)
+    axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
+    flat: np.ndarray  # (s, 4) start u, v and end u, v along the axes
+    side_normal: np.ndarray  # (s, 3) sum of the two facets' normals
+    corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
+
+
+def _surface(vessel: Vessel) -> _Surface:
+    first, rows, corner_sum = [0], [], {}
+    for facet in vessel.facets:
+        for loop in facet.loops:
+            ahead, behind = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+            length = np.linalg.norm(ahead, axis=1)
+            along = ahead / length[:, None]
+            flat = loop @ np.array(facet.axes).T
+            flat = np.hstack([flat, np.roll(flat, -1, axis=0)])
+            back = behind / np.linalg.norm(behind, axis=1)[:, None]
+            inward = np.cross(facet.normal, along)
+            angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
+            for k, point in enumerate(loop):
+                edge = vessel.edge_between(point, loop[(k + 1) % len(loop)])
+                side_normal = sum(vessel.facets[index].normal for index in edge.facets)
+                key = vessel.key(point)
+                corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
+                rows.append((point, along[k], length[k], flat[k], side_normal, key))
+        first.append(len(rows))
+    start, along, length, flat, side_normal, keys = zip(*rows, strict=True)
+    return _Surface(
+        np.array([facet.normal for facet in vessel.facets]),
+        np.array([facet.offset for facet in vessel.facets]),
+        np.array(first),
+        np.array(start),
+        np.array(along),
+        np.array(length),
+        np.array([facet.axes for facet in vessel.facets]),
+        np.array(flat),
+        np.array(side_normal),
+        np.array([corner_sum[key] for key in keys]),
+    )
+
+
+@inlined()
+def _nearest_on_outline(surface, facet, point):
+    """Nearest point of a facet's outline: (squared distance, vector from it to the point, inside or not)."""
+    best = 1e300
+    away_best = (0.0, 0.0, 0.0)
+    outward = (0.0, 0.0, 0.0)
+    for k in range(surface.first_side[facet], surface.first_side[facet + 1]):
+        away = subtract(point, row(surface.start, k))
+        along = dot(away, row(surface.along, k))
+        within = min(max(along, 0.0), surface.length[k])
+        away = add_scaled(away, -within, row(surface.along, k))
+        squared = dot(away, away)
+        if squared < best:
+            best = squared
+            away_best = away
+            # Ends belong to two sides; their corner's normal is stored with the side that starts there.
+            if along <= 0.0:
+                outward = row(surface.corner_normal, k)
+            elif along >= surface.length[k]:
+                outward = (0.0, 0.0, 0.0)
+            else:
+                outward = row(surface.side_normal, k)
+        elif squared == best and along <= 0.0:
+            outward = row(surface.corner_normal, k)
+    return best, away_best, outward
+
+
+@inlined()
+def _over_facet(surface, facet, point):
+    """Whether the foot of `point` lies on a facet: even-odd rule with a ray along u (see walls.beyond_side)."""
+    axes = surface.axes[facet]
+    u, v = dot(row(axes, 0), point), dot(row(axes, 1), point)
+    inside = False
+    for k in range(surface.first_side[facet], surface.first_side[facet + 1]):
+        u0, v0, u1, v1 = surface.flat[k, 0], surface.flat[k, 1], surface.flat[k, 2], surface.flat[k, 3]
+        if (v >= v0) != (v >= v1) and ((u - u0) * (v1 - v0) - (v - v0) * (u1 - u0)) * (v1 - v0) < 0:
+            inside = not inside
+    return inside
+
+
+@array_maker()
+def _signed_distance(surface, points):
+    count = points.shape[0]
+    distance = np.empty(count)
+    gradient = np.empty((count, 3))
+    facets = surface.offset.size
+    for p in range(count):
+        point = row(points, p)
+        best = 1e300
+        away = (0.0, 0.0, 0.0)
+        sign = 1.0
+        for facet in range(facets):
+            height = dot(row(surface.normal, facet), point) - surface.offset[facet]
+            if height * height >= best:
+                continue
+            if _over_facet(surface, facet, point):
+                best = height * height
+                normal = row(surface.normal, facet)
+                away = (height * normal[0], height * normal[1], height * normal[2])
+                sign = -1.0 if height >= 0 else 1.0
+                if height == 0.0:
+                    away = normal
+                    best = 0.0
+            else:
+                squared, offset, outward = _nearest_on_outline(surface, facet, point)
+                if squared < best:
+                    best = squared
+                    away = offset
+                    sign = -1.0 if dot(offset, outward) > 0 else 1.0
+        size = np.sqrt(dot(away, away))
+        distance[p] = sign * np.sqrt(best)
+        for c in range(3):
+            gradient[p, c] = sign * away[c] / size
+    return distance, gradient
+
+
+class SignedDistance:
+    """Signed distance to the walls of a vessel, in the body frame: negative inside, zero on the wall."""
+
+    def __init__(self, vessel: Vessel) -> None:
+        self._surface = _surface(vessel)
+
+    def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances (...) [m] and their gradients (..., 3) [-] at points (..., 3) [m]."""
+        points = np.asarray(points, dtype=float)
+        distance, gradient = _signed_distance(self._surface, np.ascontiguousarray(points.reshape(-1, 3)))
+        return distance.reshape(points.shape[:-1]), gradient.reshape(points.shape)

@@ -1,0 +1,169 @@
+"""A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from millprint.config.mill import MillConfig
+from millprint.errors import ConfigError
+from millprint.mill.stadium import stadium_facets
+
+# Vertices closer than this fraction of the vessel's size are one vertex.
+WELD = 1e-7
+
+
+@dataclass(frozen=True)
+class Facet:
+    """A flat piece of wall: `normal . x = offset`, with the unit normal pointing into the vessel.
+
+    loops: outlines as (k, 3) vertices [m], the first counter-clockwise about `normal`, further ones (holes) clockwise.
+    """
+
+    normal: np.ndarray
+    offset: float
+    loops: tuple[np.ndarray, ...]
+
+    @classmethod
+    def from_loops(cls, loops: list[np.ndarray]) -> "Facet":
+        """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
+        loops = tuple(np.asarray(loop, dtype=float) for loop in loops)
+        area = sum(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops) / 2
+        normal = area / np.linalg.norm(area)
+        return cls(normal, float(np.concatenate(loops).mean(axis=0) @ normal), loops)
+
+    @cached_property
+    def area(self) -> float:
+        """Area [m2], holes left out."""
+        return float(
+            sum(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in self.loops) @ self.normal / 2
+        )
+
+    @cached_property
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Two unit vectors in the plane that make a right-handed triad with the normal."""
+        helper = np.eye(3)[np.argmin(np.abs(self.normal))]
+        first = np.cross(helper, self.normal)
+        first /= np.linalg.norm(first)
+        return first, np.cross(self.normal, first)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """The line where two facets meet, from `start` to `end` [m].
+
+    inward: unit vectors in the plane of each facet, perpendicular to the edge, pointing into the facet.
+    turn: angle between the facets' normals [rad], positive where the wall juts into the vessel (a convex edge, which
+        a ball can touch), negative in a seam.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    facets: tuple[int, int]
+    inward: tuple[np.ndarray, np.ndarray]
+    turn: float
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A vertex that a ball can touch: its place [m] and the unit directions (k, 3) of the edges that leave it."""
+
+    point: np.ndarray
+    directions: np.ndarray
+
+
+class Vessel:
+    """A closed vessel of flat facets in the body frame; the facets' normals point inward.
+
+    Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite senses.
+    """
+
+    def __init__(self, facets: list[Facet], name: str = "vessel") -> None:
+        self.name = name
+        self.facets = tuple(facets)
+        self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
+        self._edge_at = self._find_edges()
+        if self.volume_m3 <= 0:
+            raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
+
+    def key(self, point: np.ndarray) -> tuple[int, ...]:
+        """A point on a lattice fine enough to tell vertices apart, as a dictionary's key."""
+        return tuple(np.round(point / (WELD * self.size)).astype(np.int64).tolist())
+
+    def _find_edges(self) -> dict[frozenset, Edge]:
+        sides: dict[tuple, tuple[int, np.ndarray, np.ndarray]] = {}
+        for index, facet in enumerate(self.facets):
+            for loop in facet.loops:
+                for start, end in zip(loop, np.roll(loop, -1, axis=0), strict=True):
+                    side = (self.key(start), self.key(end))
+                    if side in sides:
+                        raise ConfigError(
+                            f"{self.name}: two facets run along the edge at {start * 1e3} mm in one sense"
+                        )
+                    sides[side] = (index, start, end)
+        edges = {}
+        for (first_key, second_key), (first, start, end) in sides.items():
+            if (second_key, first_key) not in sides:
+                raise ConfigError(f"{self.name}: the vessel is open at the edge from {start * 1e3} to {end * 1e3} mm")
+            if first_key < second_key:
+                second = sides[(second_key, first_key)][0]
+                edges[frozenset((first_key, second_key))] = self._edge(start, end, first, second)
+        return edges
+
+    def _edge(self, start: np.ndarray, end: np.ndarray, first: int, second: int) -> Edge:
+        along = (end - start) / np.linalg.norm(end - start)
+        normals = self.facets[first].normal, self.facets[second].normal
+        inward = np.cross(normals[0], along), np.cross(normals[1], -along)
+        sine = -float(inward[0] @ normals[1])
+        return Edge(start, end, (first, second), inward, float(np.arctan2(sine, normals[0] @ normals[1])))
+
+    def edge_between(self, start: np.ndarray, end: np.ndarray) -> Edge:
+        """The edge between two vertices."""
+        return self._edge_at[frozenset((self.key(start), self.key(end)))]
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """Every edge, once."""
+        return tuple(self._edge_at.values())
+
+    @cached_property
+    def volume_m3(self) -> float:
+        """Inner volume [m3], by the divergence theorem."""
+        return -sum(facet.offset * facet.area for facet in self.facets) / 3
+
+    @cached_property
+    def convex_edges(self) -> tuple[Edge, ...]:
+        """Edges that jut into the vessel: a ball can touch the edge itself."""
+        return tuple(edge for edge in self.edges if edge.turn > 1e-9)
+
+    @cached_property
+    def corners(self) -> tuple[Corner, ...]:
+        """Vertices at which a convex edge ends."""
+        ends: dict[tuple, list[tuple[np.ndarray, np.ndarray, bool]]] = {}
+        for edge in self.edges:
+            along = (edge.end - edge.start) / np.linalg.norm(edge.end - edge.start)
+            ends.setdefault(self.key(edge.start), []).append((edge.start, along, edge.turn > 1e-9))
+            ends.setdefault(self.key(edge.end), []).append((edge.end, -along, edge.turn > 1e-9))
+        return tuple(
+            Corner(items[0][0], np.array([direction for _, direction, _ in items]))
+            for items in ends.values()
+            if any(convex for _, _, convex in items)
+        )
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """Lower and upper corner (2, 3) of the bounding box [m]."""
+        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of the walls, normals inward; for meshes, pictures and tests."""
+        from millprint.mill.triangulate import triangulate
+
+        return triangulate(self)
+
+
+def build_vessel(mill: MillConfig) -> Vessel:
+    """The vessel of a mill, in its body frame: origin at the centre of the floor, z up. Raises ConfigError."""
+    loops = stadium_facets(mill.geometry)
+    return Vessel([Facet.from_loops(facet) for facet in loops], f"config/mills/{mill.name}.yaml: geometry")

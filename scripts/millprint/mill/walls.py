@@ -1,0 +1,256 @@
+"""The walls of a vessel as flat arrays, and what a ball touches of them.
+
+A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. In a
+seam it touches both facets, on a convex edge one edge. Where a ball is pressed into a seam, the foot of one facet can
+leave that facet before its overlap has gone; each facet therefore reaches a little across its seams (`reach` of a
+side), far enough that no contact is cut off before its overlap exceeds the bound at which a run fails.
+
+Features are numbered: facets first, then convex edges, then corners.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.kernel import array_maker, inlined, kernel
+from millprint.mill.vectors import add_scaled, dot, row, subtract
+from millprint.mill.vessel import Edge, Vessel
+
+
+class Walls(NamedTuple):
+    """Flat arrays of a vessel's facets (f), their sides (s), convex edges (e), corners (c), and a grid of cells."""
+
+    normal: np.ndarray  # (f, 3) unit normals, inward
+    offset: np.ndarray  # (f,) normal . x on the facet [m]
+    axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
+    first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
+    facet_reach: np.ndarray  # (f,) the largest reach of its sides [m]
+    side: np.ndarray  # (s, 8) start u, v; direction u, v; length; reach across the side; end u, v [m]
+    edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
+    corner: np.ndarray  # (c, 3)
+    first_direction: np.ndarray  # (c + 1,)
+    direction: np.ndarray  # (d, 3) edges that leave the corners
+    grid_origin: np.ndarray  # (3,) [m]
+    grid_shape: np.ndarray  # (3,)
+    grid_pitch: float  # [m]
+    cell_first: np.ndarray  # (cells + 1,)
+    cell_feature: np.ndarray  # features that a ball with its centre in the cell may touch
+    cell_sure: np.ndarray  # 1 where the foot of any such ball lies on the facet
+
+
+def _reach(edge: Edge, radius: float, overlap: float) -> float:
+    """How far a facet goes on behind a seam: to where the other facet's overlap is at its bound [m]."""
+    turn = abs(edge.turn)
+    if edge.turn > 1e-9:
+        return 0.0
+    if turn < 1e-9:
+        return radius
+    return float(np.clip((overlap - radius * (1 - math.cos(turn))) / math.sin(turn), 0.0, radius))
+
+
+def _sides(vessel: Vessel, radius: float, overlap: float) -> tuple[np.ndarray, np.ndarray]:
+    """First side of each facet, and the sides in the facets' own axes."""
+    first, sides = [0], []
+    for facet in vessel.facets:
+        axes = np.array(facet.axes).T
+        for loop in facet.loops:
+            flat = loop @ axes
+            for k, (start, end) in enumerate(zip(flat, np.roll(flat, -1, axis=0), strict=True)):
+                length = float(np.linalg.norm(end - start))
+                reach = _reach(vessel.edge_between(loop[k], loop[(k + 1) % len(loop)]), radius, overlap)
+                sides.append([*start, *(end - start) / length, length, reach, *end])
+        first.append(len(sides))
+    return np.array(first), np.array(sides)
+
+
+def _edge_rows(vessel: Vessel) -> np.ndarray:
+    rows = np.zeros((len(vessel.convex_edges), 5, 3))
+    for row_of, edge in zip(rows, vessel.convex_edges, strict=True):
+        length = np.linalg.norm(edge.end - edge.start)
+        row_of[:] = edge.start, (edge.end - edge.start) / length, *edge.inward, (length, 0, 0)
+    return rows
+
+
+def build_walls(vessel: Vessel, radius: float, margin: float, overlap: float, pitch: float) -> Walls:
+    """Flat arrays of a vessel for balls of at most `radius`, and the grid that finds the features near a ball.
+
+    margin: how far a ball may move before the lists are made anew [m]; overlap: bound on any overlap [m];
+    pitch: size of the grid's cells [m].
+    """
+    first_side, side = _sides(vessel, radius, overlap)
+    corners = vessel.corners
+    first_direction = np.cumsum([0, *(len(corner.directions) for corner in corners)])
+    low, high = vessel.bounds
+    shape = np.ceil((high - low) / pitch).astype(np.int64)
+    walls = Walls(
+        normal=np.array([facet.normal for facet in vessel.facets]),
+        offset=np.array([facet.offset for facet in vessel.facets]),
+        axes=np.array([facet.axes for facet in vessel.facets]),
+        first_side=first_side,
+        facet_reach=np.maximum.reduceat(side[:, 5], first_side[:-1]),
+        side=side,
+        edge=_edge_rows(vessel),
+        corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
+        first_direction=first_direction,
+        direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
+        grid_origin=low,
+        grid_shape=shape,
+        grid_pitch=float(pitch),
+        cell_first=np.zeros(int(shape.prod()) + 1, dtype=np.int64),
+        cell_feature=np.empty(0, dtype=np.int64),
+        cell_sure=np.empty(0, dtype=np.uint8),
+    )
+    # Nothing of a cell is farther from its middle than half its diagonal.
+    features, sure = fill_cells(walls, radius, margin + pitch * math.sqrt(3) / 2)
+    return walls._replace(cell_feature=features, cell_sure=sure)
+
+
+@inlined()
+def feature_count(walls):
+    """Facets, convex edges and corners together."""
+    return walls.normal.shape[0] + walls.edge.shape[0] + walls.corner.shape[0]
+
+
+@kernel()
+def beyond_side(axes, first_side, side, facet, point, margin):
+    """Where the foot of `point` lies on a facet's plane: (distance outside its outline [m], negative inside; reach).
+
+    The reach is that of the nearest side, or the smallest of all sides that could become the nearest within `margin`.
+    """
+    u = axes[facet, 0, 0] * point[0] + axes[facet, 0, 1] * point[1] + axes[facet, 0, 2] * point[2]
+    v = axes[facet, 1, 0] * point[0] + axes[facet, 1, 1] * point[1] + axes[facet, 1, 2] * point[2]
+    nearest = 1e300
+    reach = 0.0
+    inside = False
+    for k in range(first_side[facet], first_side[facet + 1]):
+        du, dv, length = side[k, 2], side[k, 3], side[k, 4]
+        ru, rv = u - side[k, 0], v - side[k, 1]
+        along = min(max(ru * du + rv * dv, 0.0), length)
+        away_u, away_v = ru - along * du, rv - along * dv
+        squared = away_u * away_u + away_v * away_v
+        if squared < nearest:
+            nearest = squared
+            reach = side[k, 5]
+        # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
+        # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
+        if (v >= side[k, 1]) != (v >= side[k, 7]) and (ru * dv - rv * du) * dv < 0:
+            inside = not inside
+    distance = math.sqrt(nearest)
+    if margin > 0.0:
+        limit = (distance + 2 * margin) * (distance + 2 * margin)
+        for k in range(first_side[facet], first_side[facet + 1]):
+            ru, rv = u - side[k, 0], v - side[k, 1]
+            along = min(max(ru * side[k, 2] + rv * side[k, 3], 0.0), side[k, 4])
+            away_u, away_v = ru - along * side[k, 2], rv - along * side[k, 3]
+            if away_u * away_u + away_v * away_v <= limit:
+                reach = min(reach, side[k, 5])
+    return (-distance if inside else distance), reach
+
+
+@inlined()
+def touch(walls, feature, surely_over, point, limit):
+    """Distance from `point` (body frame) to a feature that a ball of radius `limit` there touches, and the direction.
+
+    surely_over: nonzero where the foot is known to lie on the facet. Returns (distance, unit vector from the wall to
+    the ball); the distance is -1 where nothing is touched.
+    """
+    facets = walls.normal.shape[0]
+    nothing = (-1.0, (0.0, 0.0, 0.0))
+    if feature < facets:
+        normal = row(walls.normal, feature)
+        distance = dot(normal, point) - walls.offset[feature]
+        if distance >= limit or distance <= 0.0:
+            return nothing
+        if not surely_over:
+            beyond, reach = beyond_side(walls.axes, walls.first_side, walls.side, feature, point, 0.0)
+            if beyond > reach:
+                return nothing
+        return distance, normal
+    if feature < facets + walls.edge.shape[0]:
+        edge = walls.edge[feature - facets]
+        away = subtract(point, row(edge, 0))
+        along = dot(away, row(edge, 1))
+        if along <= 0.0 or along >= edge[4, 0]:
+            return nothing
+        away = add_scaled(away, -along, row(edge, 1))
+        # A minimum of the distance only if both facets lead away from the ball; on the border the facet has it.
+        if dot(away, row(edge, 2)) >= 0.0 or dot(away, row(edge, 3)) >= 0.0:
+            return nothing
+    else:
+        corner = feature - facets - walls.edge.shape[0]
+        away = subtract(point, row(walls.corner, corner))
+        for k in range(walls.first_direction[corner], walls.first_direction[corner + 1]):
+            if dot(away, row(walls.direction, k)) > 0.0:
+                return nothing
+    distance = math.sqrt(dot(away, away))
+    if distance >= limit or distance == 0.0:
+        return nothing
+    return distance, (away[0] / distance, away[1] / distance, away[2] / distance)
+
+
+@kernel()
+def near(walls, feature, point, radius, margin):
+    """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
+
+    2 says that the foot stays on the facet or within its reach, whatever the ball does within the margin.
+    """
+    facets = walls.normal.shape[0]
+    reach_out = radius + margin
+    if feature < facets:
+        distance = dot(row(walls.normal, feature), point) - walls.offset[feature]
+        if distance > reach_out or distance < -margin:
+            return 0
+        beyond, reach = beyond_side(walls.axes, walls.first_side, walls.side, feature, point, margin)
+        if beyond > margin + walls.facet_reach[feature]:
+            return 0
+        return 2 if beyond < -margin or beyond + margin < reach else 1
+    if feature < facets + walls.edge.shape[0]:
+        edge = walls.edge[feature - facets]
+        away = subtract(point, row(edge, 0))
+        along = min(max(dot(away, row(edge, 1)), 0.0), edge[4, 0])
+        away = add_scaled(away, -along, row(edge, 1))
+    else:
+        away = subtract(point, row(walls.corner, feature - facets - walls.edge.shape[0]))
+    return 1 if dot(away, away) < reach_out * reach_out else 0
+
+
+@inlined()
+def cell_of(walls, point):
+    """Index of the grid cell that holds `point`; -1 outside the vessel's bounding box."""
+    x = math.floor((point[0] - walls.grid_origin[0]) / walls.grid_pitch)
+    y = math.floor((point[1] - walls.grid_origin[1]) / walls.grid_pitch)
+    z = math.floor((point[2] - walls.grid_origin[2]) / walls.grid_pitch)
+    shape = walls.grid_shape
+    if x < 0 or y < 0 or z < 0 or x >= shape[0] or y >= shape[1] or z >= shape[2]:
+        return -1
+    return int((x * shape[1] + y) * shape[2] + z)
+
+
+@array_maker()
+def fill_cells(walls, radius, margin):
+    """List for every cell the features near its middle; fills walls.cell_first; returns features and sureness."""
+    pitch = walls.grid_pitch
+    features = feature_count(walls)
+    found = np.empty((1024, 2), dtype=np.int64)
+    count = 0
+    cell = 0
+    for i in range(walls.grid_shape[0]):
+        for j in range(walls.grid_shape[1]):
+            for k in range(walls.grid_shape[2]):
+                middle = (
+                    walls.grid_origin[0] + (i + 0.5) * pitch,
+                    walls.grid_origin[1] + (j + 0.5) * pitch,
+                    walls.grid_origin[2] + (k + 0.5) * pitch,
+                )
+                for feature in range(features):
+                    closeness = near(walls, feature, middle, radius, margin)
+                    if closeness:
+                        if count == len(found):
+                            found = np.append(found, np.empty_like(found), axis=0)
+                        found[count, 0] = feature
+                        found[count, 1] = closeness - 1
+                        count += 1
+                cell += 1
+                walls.cell_first[cell] = count
+    return found[:count, 0].copy(), found[:count, 1].astype(np.uint8)

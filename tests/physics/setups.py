@@ -1,0 +1,84 @@
+"""Small worlds for the physics tests: a few balls in a plain vessel, driven from Python."""
+
+import numpy as np
+from millprint.config.contact import ContactConfig
+from millprint.dem import state
+from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance
+from millprint.dem.ledger import ledger_series
+from millprint.dem.simulation import make_table
+from millprint.mill.motion import REST, Motion
+from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.walls import build_walls
+
+CALIBRATED = ContactConfig(
+    name="calibrated",
+    source="thesis Table 3.2",
+    restitution=0.30,
+    static_friction=0.30,
+    rolling_friction=0.045,
+    density_kg_m3=7700,
+    young_modulus_gpa=2.05,
+    poisson_ratio=0.235,
+)
+AT_REST = Motion(REST, np.zeros((1, 7)), 0.0)
+
+
+def prism(outline: np.ndarray, height: float) -> Vessel:
+    """The upright prism over a counter-clockwise outline (k, 2) [m], from z = 0 to `height` [m]."""
+    low = np.column_stack([outline, np.zeros(len(outline))])
+    high = low + np.array([0.0, 0.0, height])
+    sides = [[np.array([high[k], high[k - 1], low[k - 1], low[k]])[::-1]] for k in range(len(outline))]
+    return Vessel([Facet.from_loops(loops) for loops in [*sides, [low], [high[::-1]]]])
+
+
+def box(width: float = 0.2, depth: float = 0.2, height: float = 0.2) -> Vessel:
+    """A box centred on the origin in plan, floor at z = 0 [m]."""
+    x, y = width / 2, depth / 2
+    return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), height)
+
+
+class World:
+    """Balls of given radii in a vessel; positions, velocities, spins are (n, 3), in SI."""
+
+    def __init__(self, position, velocity=None, spin=None, radius=5e-3, contact=CALIBRATED, **options) -> None:
+        position = np.atleast_2d(np.asarray(position, dtype=float))
+        radii = np.unique(np.broadcast_to(radius, len(position)))
+        species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
+        self.vessel = options.get("vessel") or box()
+        self.step, skin = options.get("step", 1e-6), options.get("skin", 6e-4)
+        self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
+        for array, now, value in (
+            (self.balls.velocity, self.balls.velocity_now, velocity),
+            (self.balls.spin, self.balls.spin_now, spin),
+        ):
+            array[:] = now[:] = 0.0 if value is None else value
+        self.slots = state.make_slots(len(position), per_ball=40)
+        self.laws = state.make_laws(self.balls, contact, self.step, 0.2)
+        self.walls = build_walls(self.vessel, radii.max(), skin / 2, 0.2 * radii.max(), options.get("pitch", 0.01))
+        motion = options.get("motion", AT_REST)
+        self.clock = state.make_clock(motion, self.step, skin, options.get("gravity", 0.0))
+        self.totals = np.zeros(state.TOTALS)
+        self.counters = np.zeros(state.COUNTERS, dtype=np.int64)
+
+    def run(self, seconds: float, sample_every: int = 0):
+        """Advance by a time [s]; returns the table of collisions, and the ledger if samples are asked for."""
+        steps = round(seconds / self.step)
+        begin = int(self.counters[state.STEP])
+        rows = steps // sample_every + 2 if sample_every else 0
+        table = make_table(100_000)
+        recorder = Recorder(
+            begin, sample_every, 0, 0, np.zeros((rows, len(SAMPLE_COLUMNS))),
+            np.zeros((0, 1, 12)), np.zeros((0, 10)), np.zeros((0, 2), dtype=np.int64),
+            np.zeros(3), np.zeros((1, 1, 5)), np.zeros((2, state.TOTALS)), np.zeros(2),
+        )  # fmt: skip
+        advance(
+            self.balls, self.slots, self.laws, self.walls, self.clock, self.totals, self.counters, table, recorder,
+            begin + steps - 1 + (1 if sample_every else 0),
+        )  # fmt: skip
+        assert self.counters[state.STATUS] == state.RUNNING
+        rows = int(self.counters[state.RECORDS])
+        self.counters[state.RECORDS] = 0
+        self.collisions = [column[:rows] for column in table]
+        samples = int(self.counters[state.SAMPLES])
+        self.counters[state.SAMPLES] = 0
+        return ledger_series(recorder.sample[:samples]) if sample_every else None

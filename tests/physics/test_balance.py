@@ -1,0 +1,144 @@
+"""The energy balance, the table of collisions, and runs that must agree to the last digit."""
+
+import numpy as np
+import pytest
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem import state
+from millprint.dem.collisions import collision_statistics, collision_table, group_collisions
+from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
+from millprint.dem.simulation import Simulation
+from millprint.errors import SimulationError
+
+from tests.physics.setups import World
+
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
+
+
+def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fill=0.10, seed=0, dem=DEM, **change):
+    durations = {"settle_s": dem.settle_s, "discard_s": dem.discard_s, "window_s": dem.window_s} | change
+    case = Case(
+        mill=mill, contact=contact, ball_diameter_mm=diameter, fill_ratio=fill, speed_rpm=600, seed=seed, **durations
+    )
+    simulation = Simulation(case, mills[mill], contacts[contact], dem)
+    recording = simulation.run("test")
+    series = ledger_series(np.concatenate(recording.samples))
+    table = collision_table(*(np.concatenate(column) for column in zip(*recording.contacts, strict=True)))
+    return simulation, series, table
+
+
+@pytest.fixture(scope="module")
+def reference(mills, contacts):
+    return simulate(mills, contacts)
+
+
+@pytest.mark.parametrize(("contact", "diameter"), [("calibrated", 5), ("steel", 10), ("steel", 5)])
+def test_ledger_closes(mills, contacts, contact, diameter):
+    _, series, _ = simulate(mills, contacts, contact=contact, diameter=diameter, discard_s=0.0, window_s=0.1)
+    assert closure(series) < 1e-3
+
+
+def test_ledger_closes_round_a_post(mills, contacts):
+    _, series, _ = simulate(mills, contacts, mill="emax_post")
+    assert closure(series) < 1e-3
+
+
+def test_every_channel_of_the_reference_takes_its_share(reference):
+    _, series, _ = reference
+    assert closure(series) < 1e-3
+    ledger = ledger_summary(series)
+    shares = {name: ledger[name] / ledger["wall_work"] for name in ("normal_damping", "sliding", "rolling")}
+    assert all(0.05 < share < 0.9 for share in shares.values()), shares
+    works = series[["normal_damping_J", "tangential_damping_J", "rolling_J"]].to_numpy()
+    assert (np.diff(works, axis=0) >= 0).all()
+
+
+def test_balance_error_falls_with_the_square_of_the_step():
+    """One oblique impact of two spinning balls on the floor and on each other, every channel at work."""
+    errors = []
+    for step in (4e-6, 2e-6, 1e-6):
+        world = World(
+            [[0, 0, 5.2e-3], [9.9e-3, 2e-3, 5.3e-3]], [[1.0, 0.3, -0.7], [-0.8, 0, -0.5]], [[50, -90, 30], [0, 80, 0]],
+            step=step, gravity=9.81,
+        )  # fmt: skip
+        series = world.run(2e-3, sample_every=1)
+        errors.append(np.abs(series["imbalance_J"]).max() / series["kinetic_J"].iloc[0])
+    assert errors[-1] < 2e-4
+    assert errors[0] / errors[2] > 4
+
+
+def test_an_open_balance_is_refused(reference):
+    series = reference[1].copy()
+    series["imbalance_J"] += 0.01 * series["wall_work_J"]
+    with pytest.raises(SimulationError, match="time_step_s"):
+        check_closure(series, 0.005)
+
+
+def test_collisions_sum_to_the_ledger(reference):
+    _, series, table = reference
+    ledger = ledger_summary(series)
+    for column, channel in (
+        ("normal_J", "normal_damping"),
+        ("damping_J", "tangential_damping"),
+        ("rolling_J", "rolling"),
+    ):
+        assert table[column].sum() == pytest.approx(ledger[channel], rel=1e-3)
+    # What the springs hold at the two ends of the window is all that tells the table's sliding from the ledger's.
+    held = series["elastic_tangential_J"].iloc[-1] - series["elastic_tangential_J"].iloc[0]
+    assert table["sliding_J"].sum() == pytest.approx(ledger["sliding"] + held, rel=1e-3)
+
+
+def test_frequency_times_energy_is_power(reference):
+    simulation, series, table = reference
+    ledger = ledger_summary(series)
+    rows = collision_statistics(table, [0.0, 0.001, 0.003], simulation.begin_s, simulation.window_s)
+    counts = [row["count"] for row in rows]
+    assert counts == sorted(counts, reverse=True)
+    assert counts[-1] > 0
+    for row in rows:
+        power = row["frequency_hz"] * row["mean_normal_J"]
+        assert power == pytest.approx(ledger["normal_damping"] / simulation.window_s, rel=1e-3)
+
+
+def test_contacts_of_a_pair_never_overlap_in_time(reference):
+    _, _, table = reference
+    ordered = table.sort_values(["first", "second", "start_s"])
+    same = (ordered["first"].diff() == 0) & (ordered["second"].diff() == 0)
+    end = (ordered["start_s"] + ordered["duration_s"]).shift()
+    assert (ordered["start_s"][same] >= end[same] - 1e-12).all()
+    assert len(np.unique(group_collisions(table, 0.0))) == len(table)
+
+
+def test_the_same_seed_gives_the_same_run_to_the_last_bit(mills, contacts):
+    first, second, other = (
+        simulate(mills, contacts, seed=seed, settle_s=0.05, discard_s=0.0, window_s=0.1)[0] for seed in (3, 3, 4)
+    )
+    assert np.array_equal(first.balls.position, second.balls.position)
+    assert np.array_equal(first.totals, second.totals)
+    assert not np.allclose(first.balls.position, other.balls.position, atol=1e-3)
+
+
+def test_history_survives_new_candidate_lists(mills, contacts):
+    """A run whose lists are made anew five times as often is the same run."""
+    runs = []
+    for skin in (3e-4, 1.5e-3):
+        dem = DEM.model_copy(update={"skin_m": skin})
+        runs.append(simulate(mills, contacts, dem=dem, settle_s=0.02, discard_s=0.0, window_s=0.02)[0])
+    rebuilds = [run.counters[state.REBUILDS] for run in runs]
+    assert rebuilds[0] > 3 * rebuilds[1]
+    assert np.abs(runs[0].balls.position - runs[1].balls.position).max() < 1e-8
+
+
+def test_cells_and_all_pairs_list_the_same_pairs(mills, contacts, monkeypatch):
+    simulation, _, _ = simulate(mills, contacts, diameter=5, fill=0.10, settle_s=0.05, discard_s=0.0, window_s=0.05)
+    slots, n = simulation.slots, simulation.count
+    listed = {(i, int(slots.partner[k])) for i in range(n) for k in range(slots.first[i], slots.first_wall[i])}
+    away = slots.anchor[:, None] - slots.anchor[None]
+    close = np.argwhere(np.triu((away**2).sum(axis=-1) < (2 * simulation.radius + DEM.skin_m) ** 2, 1))
+    assert n > 160
+    assert listed == {tuple(pair) for pair in close.tolist()}
+
+
+def test_a_soft_fast_mill_is_refused(mills, contacts):
+    with pytest.raises(SimulationError, match="overlaps"):
+        simulate(mills, {"calibrated": contacts["calibrated"].model_copy(update={"young_modulus_gpa": 2e-4})},
+                 dem=DEM.model_copy(update={"overlap_max": 0.02}))  # fmt: skip

@@ -1,0 +1,86 @@
+"""Faces, seams, convex edges and corners: what a ball feels of the wall."""
+
+import numpy as np
+import pytest
+from millprint.mill.motion import build_motion
+from millprint.mill.walls import build_walls, touch
+
+from tests.physics.setups import CALIBRATED, World, box, prism
+
+RADIUS = 5e-3
+# A box with a square notch: the wall juts in along the vertical line x = y = 0.
+NOTCHED = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.0], [0.0, 0.0], [0.0, 0.1], [-0.1, 0.1]])
+
+
+def touched(vessel, point) -> list[tuple[int, float, np.ndarray]]:
+    """Features that a ball at `point` touches: (number, distance, direction)."""
+    walls = build_walls(vessel, RADIUS, 3e-4, 0.2 * RADIUS, 0.02)
+    features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
+    found = [(k, *touch(walls, k, 0, tuple(map(float, point)), RADIUS)) for k in range(features)]
+    return [(k, distance, np.array(normal)) for k, distance, normal in found if distance >= 0]
+
+
+def test_a_face_is_felt_once():
+    (found,) = touched(box(), [0.01, 0.02, 0.9 * RADIUS])
+    assert found[1] == pytest.approx(0.9 * RADIUS)
+    assert found[2] == pytest.approx([0, 0, 1])
+
+
+def test_a_seam_is_felt_as_its_two_faces():
+    found = touched(box(), [0.1 - 0.95 * RADIUS, 0.02, 0.9 * RADIUS])
+    assert sorted(distance for _, distance, _ in found) == pytest.approx([0.9 * RADIUS, 0.95 * RADIUS])
+
+
+def test_a_convex_edge_is_felt_once_all_the_way_round():
+    vessel = prism(NOTCHED, 0.1)
+    assert len(vessel.convex_edges) == 1
+    for angle in np.linspace(np.pi / 2, 2 * np.pi, 181):
+        point = 0.9 * RADIUS * np.array([np.cos(angle), np.sin(angle), 0]) + [0, 0, 0.05]
+        # Above the edge the ball is beside the face x = 0, right of it under the face y = 0.
+        if angle < np.pi:
+            point[0] = -0.9 * RADIUS
+        elif angle > 3 * np.pi / 2:
+            point[1] = -0.9 * RADIUS
+        found = touched(vessel, point)
+        assert len(found) == 1, (angle, found)
+        assert found[0][1] == pytest.approx(0.9 * RADIUS, rel=1e-9)
+
+
+def test_distance_is_continuous_from_face_to_edge():
+    vessel = prism(NOTCHED, 0.1)
+    distances = [touched(vessel, [x, -0.9 * RADIUS, 0.05]) for x in np.linspace(-1e-4, 1e-4, 41)]
+    assert all(len(found) == 1 for found in distances)
+    assert np.abs(np.diff([found[0][1] for found in distances])).max() < 1.5e-7
+
+
+def test_a_ball_that_rolls_over_a_shallow_seam_keeps_touching():
+    """A seam of 7.5 degrees: pressed-in balls must not lose a face while it still overlaps."""
+    turn = np.radians(7.5)
+    outline = np.array([[-0.05, 0], [0, 0], [0.05 * np.cos(turn), 0.05 * np.sin(turn)], [0.05, 0.1], [-0.05, 0.1]])
+    vessel = prism(outline, 0.1)
+    depth = 0.97 * RADIUS
+    inner = np.array([-np.sin(turn), np.cos(turn)])
+    for s in np.linspace(-6e-3, 6e-3, 241):
+        # The curve at constant distance from the nearer of the two faces.
+        point = np.array([s, depth]) if s < 0 else s * np.array([np.cos(turn), np.sin(turn)]) + depth * inner
+        found = touched(vessel, [*point, 0.05])
+        expected = [d for d in (point[1], point @ inner) if d < RADIUS]
+        assert sorted(f[1] for f in found) == pytest.approx(sorted(expected), rel=1e-9)
+
+
+def test_a_ball_bounces_off_a_convex_edge_as_off_a_sphere_of_no_radius():
+    vessel = prism(NOTCHED, 0.1)
+    contact = CALIBRATED.model_copy(update={"restitution": 1.0, "static_friction": 0.0, "rolling_friction": 0.0})
+    direction = np.array([-np.cos(np.pi / 4), -np.sin(np.pi / 4), 0])
+    world = World([*(direction[:2] * (RADIUS + 1e-5)), 0.05], -direction, vessel=vessel, contact=contact, step=5e-7)
+    world.run(1e-3)
+    assert len(world.collisions[0]) == 1
+    assert world.balls.velocity[0] == pytest.approx(direction, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_motion1", "emax_motion2", "emax_post"])
+def test_wall_velocity_is_the_rate_of_change_of_position(name, mills):
+    motion = build_motion(mills[name], 300)
+    time_s, h = np.linspace(0.001, 0.4, 97), 1e-6
+    rate = (motion.position(time_s + h) - motion.position(time_s - h)) / (2 * h)
+    assert motion.velocity(time_s) == pytest.approx(rate, abs=1e-7)

@@ -1,0 +1,59 @@
+"""Motions against the thesis's equations."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.dem.state import make_clock
+from millprint.kernel import kernel
+from millprint.mill.motion import build_motion, write_pose
+
+MILLS = Path(__file__).parents[2] / "config/mills"
+TIME = np.linspace(0, 0.4, 201)
+
+
+def motion(name: str, speed: float = 300):
+    return build_motion(load_named(MILLS, name, MillConfig, "mill"), speed)
+
+
+def test_circle():
+    w = 2 * np.pi * 10
+    expected = 0.017 * np.column_stack([np.cos(w * TIME), np.sin(w * TIME), 0 * TIME])
+    assert motion("emax", 600).position(TIME) == pytest.approx(expected, abs=1e-15)
+    assert motion("emax", 600).amplitude_m == pytest.approx(0.017)
+
+
+def test_motion_1_is_equation_6_34():
+    a, b = 10 * np.pi * TIME, 20 * np.pi * TIME
+    x, z = 1.7 * np.sin(a) - 0.85 * np.cos(b), 1.7 * np.cos(a) - 0.85 * np.sin(b)
+    assert motion("emax_motion1").position(TIME) == pytest.approx(np.column_stack([x, z, 0 * x]) / 100, abs=1e-15)
+
+
+def test_motion_2_is_equation_6_35():
+    x, z = 1.7 * np.sin(10 * np.pi * TIME), 1.7 * np.cos(20 * np.pi * TIME)
+    assert motion("emax_motion2").position(TIME) == pytest.approx(np.column_stack([x, z, 0 * x]) / 100, abs=1e-15)
+
+
+@kernel()
+def pose_at(clock, time):
+    write_pose(clock.kind, clock.harmonics, time, clock.pose)
+
+
+def test_the_kernel_moves_as_the_object_says():
+    for made in (motion("emax"), motion("emax_motion1"), motion("emax").at_rest()):
+        clock = make_clock(made, 1e-6, 1e-3)
+        for time in (0.0, 0.0123, 0.3):
+            pose_at(clock, time)
+            assert clock.pose[:3] == pytest.approx(made.position(time), abs=1e-15)
+            assert clock.pose[3:6] == pytest.approx(made.velocity(time), abs=1e-13)
+
+
+def test_before_the_start_the_vessel_rests_where_the_motion_begins():
+    made = motion("emax")
+    assert made.position(-1.0) == pytest.approx(made.position(0.0))
+    assert made.velocity(-1.0) == pytest.approx(np.zeros(3))
+    assert np.linalg.norm(made.velocity(0.0)) == pytest.approx(0.017 * 10 * np.pi)
+    assert made.at_rest().velocity(0.5) == pytest.approx(np.zeros(3))
+    assert motion("emax", 0).velocity(0.5) == pytest.approx(np.zeros(3))

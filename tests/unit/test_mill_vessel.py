@@ -1,0 +1,137 @@
+"""The jar as facets: closed, of the right volume, with edges of the right kind."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from millprint.config.load import check_model, load_named
+from millprint.config.mill import MillConfig
+from millprint.errors import ConfigError
+from millprint.mill.distance import SignedDistance
+from millprint.mill.stadium import stadium_facets
+from millprint.mill.vessel import Facet, Vessel, build_vessel
+from millprint.mill.walls import beyond_side, build_walls
+
+MILLS = Path(__file__).parents[2] / "config/mills"
+NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def vessels() -> dict[str, Vessel]:
+    return {name: build_vessel(load_named(MILLS, name, MillConfig, "mill")) for name in NAMES}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_walls_are_watertight_and_enclose_the_volume(vessels, name):
+    vessel = vessels[name]
+    vertices, triangles = vessel.triangles()
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    # Normals point into the vessel, so that the mesh's own volume is negative.
+    assert -mesh.volume == pytest.approx(vessel.volume_m3, rel=1e-9)
+
+
+def test_the_jar_holds_its_nominal_volume(vessels):
+    assert vessels["emax"].volume_m3 == pytest.approx(125e-6, rel=0.02)
+
+
+def test_the_plain_jar_is_convex_and_the_post_is_not(vessels):
+    assert not vessels["emax"].convex_edges
+    assert not vessels["emax"].corners
+    post = vessels["emax_post"]
+    assert len(post.convex_edges) == 24
+    assert len(post.corners) == 48
+    assert all(np.isclose(edge.turn, 2 * np.pi / 24) for edge in post.convex_edges)
+
+
+def test_an_open_vessel_is_refused():
+    mill = load_named(MILLS, "emax", MillConfig, "mill")
+    loops = stadium_facets(mill.geometry)
+    with pytest.raises(ConfigError, match="open"):
+        Vessel([Facet.from_loops(facet) for facet in loops[:-1]])
+    with pytest.raises(ConfigError, match="inside out"):
+        Vessel([Facet.from_loops([loop[::-1] for loop in facet]) for facet in loops])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"end_radius_mm": -1}, "end_radius_mm = -1"),
+        ({"fillet_radius_mm": 30}, "fillet_radius_mm = 30"),
+        ({"post": {"radius_mm": 25}}, "post.radius_mm = 25"),
+        ({"hieght_mm": 3}, "did you mean height_mm"),
+    ],
+)
+def test_bad_geometry_is_refused(change, message):
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content["geometry"].update(change)
+    with pytest.raises(ConfigError, match=message):
+        check_model(content, MillConfig, "emax.yaml")
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_post"])
+def test_signed_distance_agrees_with_the_mesh(vessels, name):
+    vessel = vessels[name]
+    rng = np.random.default_rng(1)
+    points = rng.uniform(*(vessel.bounds * 1.2), (150, 3))
+    distance, gradient = SignedDistance(vessel)(points)
+    vertices, triangles = vessel.triangles()
+    corners = vertices[triangles]
+    closest = np.array(
+        [
+            min(np.linalg.norm(trimesh.triangles.closest_point(corners, np.repeat([p], len(corners), 0)) - p, axis=1))
+            for p in points
+        ]
+    )
+    assert np.abs(distance) == pytest.approx(closest, abs=1e-12)
+    # Inside share and volume agree, and a step against the gradient by the distance lands on the wall.
+    landed = SignedDistance(vessel)(points - distance[:, None] * gradient)[0]
+    assert np.abs(landed).max() < 1e-12
+
+
+def test_signed_distance_is_negative_inside(vessels):
+    vessel = vessels["emax_post"]
+    distance = SignedDistance(vessel)
+    assert distance([[0.02, 0, 0.015], [0, 0, 0.015], [0.015, 0, -0.01]])[0] == pytest.approx(
+        [-(0.02 - 0.006), 0.006 * np.cos(np.pi / 24), 0.01], abs=2e-4
+    )
+    cube = vessel.bounds
+    points = np.random.default_rng(0).uniform(*cube, (20_000, 3))
+    share = (distance(points)[0] < 0).mean()
+    assert share * np.prod(np.ptp(cube, axis=0)) == pytest.approx(vessel.volume_m3, rel=0.03)
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_post"])
+def test_points_in_line_with_a_corner_are_inside_or_outside_for_certain(vessels, name):
+    """Rounding must not let a ray through a corner count it twice or not at all."""
+    vessel = vessels[name]
+    walls = build_walls(vessel, 5e-3, 3e-4, 7.5e-4, 0.01)
+    facet = max(range(len(vessel.facets)), key=lambda k: len(vessel.facets[k].loops[0]))
+    axes = np.array(vessel.facets[facet].axes)
+    flat = np.concatenate(vessel.facets[facet].loops) @ axes.T
+    rng = np.random.default_rng(0)
+    wanted = Path2D(vessel, facet)
+    for u in rng.uniform(*np.percentile(flat[:, 0], [2, 98]), 40):
+        for v in np.concatenate([flat[:, 1], np.nextafter(flat[:, 1], 1), np.nextafter(flat[:, 1], -1)]):
+            point = tuple((np.array([u, v]) @ axes).tolist())
+            beyond, _ = beyond_side(walls.axes, walls.first_side, walls.side, facet, point, 0.0)
+            # The same place a hair away from every corner's line settles the answer, except on the outline itself.
+            if abs(beyond) > 1e-9:
+                assert (beyond < 0) == wanted.holds(u, v + 1e-10), (u, v)
+
+
+class Path2D:
+    """Winding of a facet's outlines about a point, by angles: another way to tell inside from outside."""
+
+    def __init__(self, vessel: Vessel, facet: int) -> None:
+        self.loops = [loop @ np.array(vessel.facets[facet].axes).T for loop in vessel.facets[facet].loops]
+
+    def holds(self, u: float, v: float) -> bool:
+        total = 0.0
+        for loop in self.loops:
+            angle = np.arctan2(loop[:, 1] - v, loop[:, 0] - u)
+            turn = np.diff(angle, append=angle[0])
+            total += ((turn + np.pi) % (2 * np.pi) - np.pi).sum()
+        return abs(total) > np.pi
