@@ -1,6 +1,7 @@
 """Inverse mode: the speeds that keep a target's descriptors, and the user's conditions ranked by how near they come."""
 
 import pandas as pd
+
 from millprint.config.fingerprint import InverseConfig, TargetConfig
 from millprint.files import write_table
 from millprint.fingerprint.inverse import DESCRIPTORS, CurvePoint, invert_speed

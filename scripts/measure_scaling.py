@@ -1,6 +1,7 @@
 """Is the scaling universal? The collapse as numbers, the universal curves, exponents by regression, and the zones."""
 
 import pandas as pd
+
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.collapse import tabulate_collapse

@@ -1,6 +1,7 @@
 """Shear against compression: Tables 4.2 to 4.5 and the two regression lines, from published and from our curves."""
 
 import pandas as pd
+
 from millprint.config.partition import PartitionConfig
 from millprint.files import write_table
 from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields

@@ -1,6 +1,7 @@
 """The virtual drop test: restitution of every contact set, read back from simulated bounces."""
 
 import pandas as pd
+
 from millprint.config.contact import ContactConfig
 from millprint.config.fingerprint import DropTestConfig
 from millprint.config.sweep import DemConfig

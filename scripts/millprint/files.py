@@ -37,7 +37,7 @@ def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) 
     Raises ConfigError, in one line, for a missing file or column and for a text in a numeric column.
     """
     try:
-        frame = pd.read_csv(path, sep="\t", comment="#", dtype={name: str for name in text})
+        frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str))
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:

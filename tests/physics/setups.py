@@ -1,6 +1,7 @@
 """Small worlds for the physics tests: a few balls in a plain vessel, driven from Python."""
 
 import numpy as np
+
 from millprint.config.contact import ContactConfig
 from millprint.dem import state
 from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance

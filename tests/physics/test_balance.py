@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.dem.collisions import collision_statistics, collision_table, group_collisions
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
-
 from tests.physics.setups import World
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)

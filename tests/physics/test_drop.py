@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.sweep import DemConfig

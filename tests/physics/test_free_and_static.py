@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from millprint.mill.motion import HARMONIC, Motion
 
+from millprint.mill.motion import HARMONIC, Motion
 from tests.physics.setups import World
 
 RADIUS = 5e-3

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from millprint.dem.law import KN
 
+from millprint.dem.law import KN
 from tests.physics.setups import CALIBRATED, World
 
 RADIUS = 5e-3

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from millprint.mill.motion import build_motion
 from millprint.mill.walls import build_walls, touch
-
 from tests.physics.setups import CALIBRATED, World, box, prism
 
 RADIUS = 5e-3

@@ -1,9 +1,9 @@
 """Settings of the doe stage for tests: those of the thesis, with changes."""
 
 import yaml
+
 from millprint.config.doe import DoeConfig
 from millprint.config.load import check_model
-
 from tests.conftest import ROOT
 
 SCREENING = ROOT / "config/data/screening.tsv"

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pandas as pd
+
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.master import MasterCurves, describe_curves

@@ -1,6 +1,7 @@
 """The verdict on a claim follows from its tolerance alone."""
 
 import pytest
+
 from millprint.claims.compare import agrees, deviation, verdict
 from millprint.claims.finding import Finding
 

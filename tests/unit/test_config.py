@@ -1,6 +1,7 @@
 """Configuration models refuse what does not hold, in one line a fault; sweeps expand to cases with telling names."""
 
 import pytest
+
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml

@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
+
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
@@ -14,7 +16,6 @@ from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.errors import SimulationError
 from millprint.mill.vessel import build_vessel
-from scipy.spatial.distance import pdist
 
 CONFIG = Path(__file__).parents[2] / "config"
 VOLUME = 125e-6

@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
+
 from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import alias_table, confounding_table, interaction_partners
 from millprint.doe.audit import audit_table
@@ -12,7 +13,6 @@ from millprint.doe.design import describe, design_table, full_factorial_runs, le
 from millprint.doe.runs import read_runs
 from millprint.doe.words import add, aliases, defining_subgroup, length, low_order_words, normalised, resolution, spell
 from millprint.errors import ConfigError
-
 from tests.unit.doe_settings import SCREENING, settings, thesis_settings
 
 

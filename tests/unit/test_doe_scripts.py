@@ -2,21 +2,21 @@
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
+import pytest
+
 import analyse_variance
 import compute_wet_lab
 import design_experiments
-import numpy as np
-import pandas as pd
 import plot_interactions
 import plot_variance
-import pytest
 import tabulate_literature
 from millprint.claims.chapter2 import findings
 from millprint.claims.compare import verdict
 from millprint.config.doe import DoeConfig
 from millprint.doe.design import design_table
 from millprint.files import read_table
-
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 

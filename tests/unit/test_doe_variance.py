@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import ncf
+
 from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import contrasts
 from millprint.doe.design import design_table
@@ -14,8 +16,6 @@ from millprint.doe.residuals import residual_checks, residual_table
 from millprint.doe.runs import read_runs
 from millprint.doe.variance import as_designed, corrected_table, printed_table, truncated
 from millprint.errors import ConfigError
-from scipy.stats import ncf
-
 from tests.unit.doe_settings import SCREENING, settings
 
 # Thesis Table 2.5.

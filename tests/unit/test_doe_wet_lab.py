@@ -2,6 +2,7 @@
 
 import pandas as pd
 import pytest
+
 from millprint.doe.gas import gas_volume, gas_yield, hydrogen_amount, vapour_pressure
 from millprint.doe.half_life import half_life
 from millprint.doe.literature import read_literature, unreported_table
@@ -11,7 +12,6 @@ from millprint.doe.species import BORATE, BOROHYDRIDE, HYDRIDE, molar_mass
 from millprint.doe.wear import read_wear, wear_table
 from millprint.doe.wet_lab import half_life_table, powder_table
 from millprint.errors import ConfigError
-
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 

@@ -2,6 +2,7 @@
 
 import pandas as pd
 import pytest
+
 from millprint.errors import ConfigError
 from millprint.files import read_table, whole_file, write_table
 

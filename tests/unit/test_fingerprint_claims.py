@@ -4,19 +4,19 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import pytest
+import yaml
+
 import fit_master_curves
 import invert_master_curves
 import measure_scaling
 import partition_dissipation
-import pytest
 import tabulate_descriptors
-import yaml
 from millprint.claims import chapter3, chapter4
 from millprint.claims.compare import verdict
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
 from millprint.files import read_table
-
 from tests.unit.synthetic_mill import VOLUME, summaries, summary
 
 ROOT = Path(__file__).parents[2]

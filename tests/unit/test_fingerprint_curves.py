@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+
 from millprint.errors import ConfigError
 from millprint.files import write_json, write_table
 from millprint.fingerprint.collapse import tabulate_collapse
@@ -12,7 +13,6 @@ from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.master import MasterCurves
 from millprint.fingerprint.smooth import smooth_curves
 from millprint.fingerprint.zones import choking, elbow
-
 from tests.unit.synthetic_mill import (
     AMPLITUDE,
     DENSITY,

@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
+
 from millprint.errors import ConfigError
 from millprint.figures import chapter3, chapter4
 from millprint.fingerprint.curves import average_curves
@@ -16,7 +17,6 @@ from millprint.fingerprint.occupancy import DATASETS, read_occupancy
 from millprint.fingerprint.published import published_curves, published_cycles, read_published
 from millprint.fingerprint.regimes import design_cases, read_regimes
 from millprint.fingerprint.slopes import fit_slopes
-
 from tests.unit.synthetic_mill import descriptors, fitted_curves, summaries
 
 DATA = Path(__file__).parents[2] / "config/data"

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from millprint.fingerprint.inverse import CurvePoint, descriptors_at, invert_speed, solve_speed
 from millprint.fingerprint.master import MasterCurves
 from millprint.fingerprint.search import Allowed, rank_conditions
-
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fitted_curves
 
 PRINTED = CurvePoint(39.7, 90.0, 40.0)  # Table 4.2, fill 0.10

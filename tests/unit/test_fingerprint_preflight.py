@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+
 from millprint.config.checks import load_workflow
 from millprint.fingerprint.preflight import described_cases, fingerprint_faults, mapped_cases
 

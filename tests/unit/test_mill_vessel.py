@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
 from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
 from millprint.fingerprint.regimes import design_cases, equal_power_speed, power_as_run, read_regimes, with_curves
 from millprint.fingerprint.slopes import fit_slopes
-
 from tests.unit.synthetic_mill import fitted_curves
 
 DATA = Path(__file__).parents[2] / "config/data"

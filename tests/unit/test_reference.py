@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
+
 from millprint.config.document import MODELS, nested_models, reference_text, schema_text, sections
 
 ROOT = Path(__file__).parents[2]

@@ -4,9 +4,9 @@ import re
 
 import pandas as pd
 import pytest
+
 from millprint.claims.tabulate import CLAIM_COLUMNS
 from millprint.files import read_json, read_table
-
 from tests.workflow.conftest import ROOT, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")

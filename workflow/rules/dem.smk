@@ -1,13 +1,13 @@
 """Simulations: compile the kernels once, run every case of the sweeps, tabulate the effect of Young's modulus."""
 
-from millprint.config.sweep import expand_sweep
-
 
 rule compile_kernels:
     output:
         report=f"{RESULTS}/dem/kernels.json",
     log:
         f"{LOGS}/dem/compile_kernels.log",
+    conda:
+        "../../envs/millprint.yaml"
     threads: 1
     params:
         library=library("compile_kernels.py"),
@@ -27,6 +27,8 @@ rule run_dem_case:
         f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
     benchmark:
         f"{BENCHMARKS}/dem/{{mill}}/{{contact}}/{{case}}.tsv"
+    conda:
+        "../../envs/millprint.yaml"
     threads: 1
     params:
         case=lambda wildcards: CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"].model_dump(mode="json"),
@@ -47,6 +49,8 @@ rule tabulate_modulus:
         table=f"{RESULTS}/dem/modulus.tsv",
     log:
         f"{LOGS}/dem/tabulate_modulus.log",
+    conda:
+        "../../envs/millprint.yaml"
     threads: 1
     params:
         library=library("tabulate_modulus.py"),

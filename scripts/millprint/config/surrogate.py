@@ -45,7 +45,7 @@ class EdgeConfig(Section):
     training: Literal["contacts", "thresholds"] = Field(
         description="edges while training: the contacts that the DEM reports, or the thresholds of the roll-out"
     )
-    wall_threshold_m: float = Field(lt=0, description="phi_pw: a ball with a signed distance above it has a wall edge [m]")
+    wall_threshold_m: float = Field(lt=0, description="phi_pw: a signed distance above it makes a wall edge [m]")
     ball_threshold_m: Positive = Field(description="r_c: two balls nearer than this are joined [m]")
     ball_threshold_reading: Literal["surface_gap", "centre_distance"] = Field(
         description="what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)"
@@ -68,9 +68,7 @@ class TrainingConfig(Section):
     dissipation_weight: NonNegative = Field(description="weight of the dissipation loss, 1 in Eq. 6.28 [-]")
     velocity_noise: NonNegative = Field(description="standard deviation of noise on normalised velocities [-]")
     epochs: Count = Field(description="epochs over which the learning rate decays [-]")
-    snapshots_per_epoch: Count = Field(
-        description="snapshots drawn in an epoch; all of them where there are fewer [-]"
-    )
+    snapshots_per_epoch: Count = Field(description="snapshots drawn in an epoch; all of them where there are fewer [-]")
     batch_size: Count = Field(description="snapshots in a batch [-]")
     learning_rate: Positive = Field(description="of Adam at the first step [-]")
     final_learning_rate: Positive = Field(description="of Adam at the last step, reached exponentially [-]")
@@ -95,7 +93,12 @@ class ScenarioConfig(Section):
 
     case: str = Field(description="DEM case that gives the first states and the truth, as MILL/CONTACT/NAME")
     other_seed: str = Field(description="the same case with another seed: how far two DEM runs differ")
-    starts_s: list[NonNegative] = Field(min_length=1, description="times that roll-outs start from, rolled out as one batch [s]")
+    original: str | None = Field(
+        default=None, description="DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"
+    )
+    starts_s: list[NonNegative] = Field(
+        min_length=1, description="times that roll-outs start from, rolled out as one batch [s]"
+    )
 
 
 class TimingConfig(Section):
@@ -106,9 +109,11 @@ class TimingConfig(Section):
 
 
 class VariantConfig(Section):
-    """A surrogate: everything that tells one from another. Each section overrides keys of the section it is named after."""
+    """A surrogate: what tells it from the sections of the same names, key by key."""
 
-    weights_of: Name | None = Field(default=None, description="variant whose weights are rolled out; its own if left out")
+    weights_of: Name | None = Field(
+        default=None, description="variant whose weights are rolled out; its own if left out"
+    )
     graph: dict[str, Value] = Field(default={}, description="keys of `graph` to override")
     edges: dict[str, Value] = Field(default={}, description="keys of `edges` to override")
     network: dict[str, Value] = Field(default={}, description="keys of `network` to override")
@@ -157,11 +162,14 @@ class SurrogateConfig(Section):
     training: TrainingConfig
     rollout: RollOutConfig
     variants: dict[Name, VariantConfig] = Field(min_length=1, description="surrogates that `all` trains, by name")
-    ablations: dict[Name, VariantConfig] = Field(default={}, description="surrogates of the target `ablations`, by name")
+    ablations: dict[Name, VariantConfig] = Field(
+        default={}, description="surrogates of the target `ablations`, by name"
+    )
     ablation_budget: VariantConfig = Field(
-        default=VariantConfig(), description="overrides for every ablation, below its own"
+        default_factory=VariantConfig, description="overrides for every ablation, below its own"
     )
     tests: dict[Name, ScenarioConfig] = Field(min_length=1, description="motions and geometries to roll out, by name")
+    trained_test: Name = Field(description="the test on the motion of the training: what ablations and timings use")
     timing: TimingConfig
 
     @model_validator(mode="after")
@@ -169,6 +177,8 @@ class SurrogateConfig(Section):
         both = sorted(set(self.variants) & set(self.ablations))
         if both:
             raise ValueError(f"ablations.{both[0]}: is also a variant; a name can stand for one surrogate only")
+        if self.trained_test not in self.tests:
+            raise ValueError(f"trained_test = {self.trained_test!r}: is not among tests: {', '.join(self.tests)}")
         for name in [*self.variants, *self.ablations]:
             self.variant(name)
             source = self.weights_of(name)
@@ -192,7 +202,8 @@ class SurrogateConfig(Section):
         except ValidationError as error:
             fault = error.errors()[0]
             key = ".".join(str(step) for step in fault["loc"])
-            raise ValueError(f"{name}.{key} = {fault['input']!r}: {fault['msg'].removeprefix('Value error, ')}") from None
+            message = fault["msg"].removeprefix("Value error, ")
+            raise ValueError(f"{name}.{key} = {fault['input']!r}: {message}" if key else f"{name}: {message}") from None
 
     def weights_of(self, name: str) -> str:
         """The variant whose weights `name` is rolled out with."""
@@ -201,9 +212,10 @@ class SurrogateConfig(Section):
     def simulated_cases(self) -> dict[str, float]:
         """Every DEM case that the stage reads, with the time of motion that it must cover [s]."""
         needed = dict.fromkeys(self.snapshots.cases, self.snapshots.validation_until_s)
-        longest = max(self.variant(name).rollout.length_s for name in [*self.variants, *self.ablations])
-        for test in self.tests.values():
-            for case in (test.case, test.other_seed):
+        for name, test in self.tests.items():
+            names = [*self.variants, *(self.ablations if name == self.trained_test else [])]
+            longest = max(self.variant(name).rollout.length_s for name in names)
+            for case in filter(None, (test.case, test.other_seed, test.original)):
                 needed[case] = max(needed.get(case, 0.0), max(test.starts_s) + longest)
         return needed
 
@@ -218,7 +230,9 @@ def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], sourc
             raise ConfigError(f"{source}: surrogate: case {path} is in no sweep; add a sweep with snapshot_interval_s")
         case = cases[path]
         if case.snapshot_interval_s is None:
-            raise ConfigError(f"{source}: surrogate: case {path} records no snapshots: its sweep wants snapshot_interval_s")
+            raise ConfigError(
+                f"{source}: surrogate: case {path} records no snapshots: its sweep wants snapshot_interval_s"
+            )
         duration_s = case.discard_s + case.window_s
         if duration_s < until_s - 1e-9:
             raise ConfigError(

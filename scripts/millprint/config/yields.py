@@ -1,7 +1,150 @@
-"""Settings of the yields stage."""
+"""Settings of the yield stage: the models, the search of their hyper-parameters, and how they are judged."""
 
-from millprint.config.section import Section
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from millprint.config.section import Fraction, NonNegative, Positive, Section
+
+Algorithm = Literal["linear", "gpr", "rf", "svr", "xgb"]
+Strategy = Literal["primary", "two_step"]
+Count = Annotated[int, Field(ge=1)]
+Seed = Annotated[int, Field(ge=0)]
+Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+WholeInterval = Annotated[list[Count], Field(min_length=2, max_length=2)]
+
+
+class Bounded(Section):
+    """A search space: a lower and an upper bound for each hyper-parameter."""
+
+    @model_validator(mode="after")
+    def _bounds_rise(self) -> "Bounded":
+        for name in type(self).model_fields:
+            low, high = getattr(self, name)
+            if low >= high:
+                raise ValueError(f"{name} = [{low}, {high}]: a lower and then a higher bound is wanted")
+        return self
+
+
+class GprSpace(Bounded):
+    """Table 5.2. The values drawn are where the marginal likelihood (Eq. 5.10) starts to climb."""
+
+    constant: Interval = Field(description="constant scaling C, uniform [pp2]")
+    length_scale: Interval = Field(description="length scale l, uniform [standard deviations of a feature]")
+    noise: Interval = Field(description="noise variance, uniform [pp2]")
+
+
+class RfSpace(Bounded):
+    """Table 5.3, uniform on whole numbers."""
+
+    n_estimators: WholeInterval = Field(description="number of trees")
+    max_depth: WholeInterval = Field(description="largest depth of a tree")
+    min_samples_split: Annotated[list[Annotated[int, Field(ge=2)]], Field(min_length=2, max_length=2)] = Field(
+        description="rows that a node needs to be split"
+    )
+    min_samples_leaf: WholeInterval = Field(description="rows that a leaf needs")
+
+
+class SvrSpace(Bounded):
+    """Table 5.4."""
+
+    C: Interval = Field(description="regularisation, uniform in its logarithm [-]")
+    epsilon: Interval = Field(description="half width of the insensitive tube, uniform [pp]")
+    gamma: Interval = Field(description="kernel scale of Eq. 5.13, uniform in its logarithm [-]")
+
+
+class XgbSpace(Bounded):
+    """Table 5.5."""
+
+    max_depth: WholeInterval = Field(description="largest depth of a tree, uniform on whole numbers")
+    learning_rate: Interval = Field(description="learning rate, uniform in its logarithm [-]")
+    n_estimators: WholeInterval = Field(description="number of trees, uniform on whole numbers")
+    subsample: Interval = Field(description="fraction of the rows for a tree, uniform [-]")
+    colsample_bytree: Interval = Field(description="fraction of the features for a tree, uniform [-]")
+    gamma: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] = Field(
+        description="smallest loss reduction that splits a node, uniform [pp2]"
+    )
+
+
+class Spaces(Section):
+    """Where each algorithm's hyper-parameters are looked for."""
+
+    gpr: GprSpace
+    rf: RfSpace
+    svr: SvrSpace
+    xgb: XgbSpace
+
+
+class PerAlgorithm(Section):
+    """A whole number for each algorithm that is tuned."""
+
+    gpr: Annotated[int, Field(ge=0)]
+    rf: Annotated[int, Field(ge=0)]
+    svr: Annotated[int, Field(ge=0)]
+    xgb: Annotated[int, Field(ge=0)]
+
+
+class Evaluations(PerAlgorithm):
+    """Evaluations of the search, one at least."""
+
+    gpr: Count
+    rf: Count
+    svr: Count
+    xgb: Count
+
+
+class SearchConfig(Section):
+    """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
+
+    evaluations: Evaluations = Field(description="sets of hyper-parameters that are tried for each step of a model")
+    folds: Annotated[int, Field(ge=2)] = Field(description="folds of the cross-validation")
+    repeats: Count = Field(description="repeats of the cross-validation, each shuffled anew")
+
+
+class HonestConfig(SearchConfig):
+    """Leave-one-out over all runs, with the search repeated inside every fold."""
+
+    resamples: Count = Field(description="bootstrap resamples behind each interval")
+    level: Fraction = Field(description="level of the bootstrap intervals [-]")
+    seed: Seed = Field(description="of the bootstrap")
+    nominal: list[Fraction] = Field(min_length=1, description="levels at which predictive intervals are checked [-]")
+
+
+class Choices(Section):
+    """What the thesis leaves open. The values are those that come nearest to its Table 5.6 (see choices.tsv)."""
+
+    linear_features: list[str] = Field(min_length=1, description="features of the linear baseline")
+    length_scales: Literal["per_feature", "shared"] = Field(
+        description="Matern kernel with a length scale for each feature, or one for all"
+    )
+    kernel_bounds: Interval = Field(description="bounds of the kernel's hyper-parameters in the marginal likelihood")
+    time_model: Literal["same", "linear"] = Field(
+        description="first step of a two-step model: the same algorithm, or a straight line"
+    )
+    residual_weights: Literal["yield", "residual"] = Field(
+        description="what decides the weight of Eq. 5.3 while the residual model is tuned"
+    )
+    max_features: Annotated[float, Field(gt=0, le=1)] = Field(
+        description="fraction of the features that a forest's node sees [-]"
+    )
+
+
+class TrainingConfig(Section):
+    """How a model is trained, whatever the budget of its search."""
+
+    high_yield_percent: NonNegative = Field(description="yield above which an error counts more, Eq. 5.3 [%]")
+    high_yield_weight: Positive = Field(description="weight of an error above it [-]")
+    seed: Seed = Field(description="of the folds and the trees")
+    search_seeds: PerAlgorithm = Field(description="of the search, for each algorithm")
+    spaces: Spaces
+    choices: Choices
 
 
 class YieldConfig(Section):
-    """Settings of the yields stage."""
+    """Settings of the yield stage (thesis chapter 5)."""
+
+    out_of_domain: str = Field(description="table of runs outside the trained domain (Table 5.7)")
+    interval_level: Fraction = Field(description="level of the predictive intervals in tables and figures [-]")
+    training: TrainingConfig
+    search: SearchConfig
+    honest: HonestConfig

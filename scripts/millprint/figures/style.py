@@ -6,10 +6,10 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
-from millprint.files import whole_file  # noqa: E402
+from millprint.files import whole_file
 
 COLUMN_WIDTH_IN = 85 / 25.4
 PAGE_WIDTH_IN = 175 / 25.4
