@@ -3,7 +3,12 @@
 import pytest
 import yaml
 
+from millprint.config.checks import load_workflow
+from millprint.errors import ConfigError
+from millprint.preflight import check_before_running
 from tests.workflow.conftest import run_snakemake
+
+CONFIG = "config/config.yaml"
 
 
 def edit_yaml(path, *place, value):
@@ -16,18 +21,30 @@ def edit_yaml(path, *place, value):
     path.write_text(yaml.safe_dump(content))
 
 
-def refusal(project) -> str:
-    """The single line that refuses a run; fails if there is none, a traceback, or a started job."""
-    done = run_snakemake(project, "--config", "name=thesis")
+@pytest.fixture
+def refusal(project, monkeypatch):
+    """A function that returns the single line that refuses the project; it fails if there is none or more."""
+    monkeypatch.chdir(project)
+
+    def read_line() -> str:
+        with pytest.raises(ConfigError) as caught:
+            config, mills, contacts, cases = load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
+            check_before_running(config, mills, contacts, cases, CONFIG)
+        (line,) = str(caught.value).splitlines()
+        return line
+
+    return read_line
+
+
+@pytest.mark.parametrize("key", ["time_stp_s", "rayleigh_fraction_max"])
+def test_snakemake_stops_before_any_job(project, key):
+    edit_yaml(project / CONFIG, "dem", key, value=1e-4)
+    done = run_snakemake(project)
     lines = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
     assert done.returncode == 1, done.stdout
     assert len(lines) == 1, done.stdout
     assert "Traceback" not in done.stdout
-    assert not any((project / "results").iterdir())
-    return lines[0]
-
-
-CONFIG = "config/config.yaml"
+    assert [path.name for path in (project / "results").iterdir()] == [".gitkeep"]
 
 
 @pytest.mark.parametrize(
@@ -48,30 +65,30 @@ CONFIG = "config/config.yaml"
         ("config/contacts/steel.yaml", ("restitution",), 1.5, ["steel.yaml", "restitution", "1.5"]),
     ],
 )
-def test_bad_value(project, file, place, value, parts):
+def test_bad_value(project, refusal, file, place, value, parts):
     edit_yaml(project / file, *place, value=value)
-    line = refusal(project)
+    line = refusal()
     for part in parts:
         assert part in line
 
 
-def test_yaml_that_is_not_a_mapping(project):
+def test_yaml_that_is_not_a_mapping(project, refusal):
     (project / "config/contacts/steel.yaml").write_text("- a\n- b\n")
-    assert "mapping" in refusal(project)
+    assert "mapping" in refusal()
 
 
-def test_missing_data_column(project):
+def test_missing_data_column(project, refusal):
     table = project / "config/data/screening.tsv"
     table.write_text(table.read_text().replace("yield_percent", "outcome", 1))
-    line = refusal(project)
+    line = refusal()
     assert "screening.tsv" in line
     assert "yield_percent" in line
 
 
-def test_text_in_a_number_column(project):
+def test_text_in_a_number_column(project, refusal):
     table = project / "config/data/wear.tsv"
     table.write_text(table.read_text().replace("97.06", "heavy", 1))
-    line = refusal(project)
+    line = refusal()
     assert "wear.tsv" in line
     assert "unused_mass_g" in line
     assert "heavy" in line
