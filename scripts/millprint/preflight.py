@@ -15,6 +15,7 @@ from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.mill.vessel import Vessel, build_vessel
+from millprint.predict.tables import check_yield_tables
 
 
 def check_before_running(
@@ -25,7 +26,7 @@ def check_before_running(
     source: str,
 ) -> None:
     """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
-    check_tables(config)
+    check_tables(config, source)
     vessels = {name: build_vessel(mill) for name, mill in mills.items()}
     media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
     for name, diameter in media:
@@ -41,11 +42,12 @@ def check_before_running(
         raise ConfigError("\n".join(faults))
 
 
-def check_tables(config: WorkflowConfig) -> None:
+def check_tables(config: WorkflowConfig, source: str) -> None:
     """Read every measured table once."""
     read_runs(config.data.screening, config.doe, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
     read_literature(config.doe.literature)
+    check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
 
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, source: str) -> None:

@@ -22,3 +22,13 @@ def summaries_of_sweep(name: str) -> list[str]:
     blocks = [block for block in CONFIG.sweeps if block.name == name]
     cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
+
+
+def yield_settings(section: str) -> dict:
+    """One part of the section `yields`, so that a change of another part reruns nothing."""
+    return getattr(CONFIG.yields, section).model_dump(mode="json")
+
+
+def every_model(pattern: str, models) -> list[str]:
+    """The files of `models`, from a pattern of {model} and {strategy}."""
+    return [pattern.format(model=model, strategy=strategy) for model, strategy in models]

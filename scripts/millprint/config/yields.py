@@ -75,22 +75,13 @@ class Spaces(Section):
     xgb: XgbSpace
 
 
-class PerAlgorithm(Section):
-    """A whole number for each algorithm that is tuned."""
+class Evaluations(Section):
+    """Evaluations of the search for each algorithm that is tuned, one at least."""
 
-    gpr: Annotated[int, Field(ge=0)]
-    rf: Annotated[int, Field(ge=0)]
-    svr: Annotated[int, Field(ge=0)]
-    xgb: Annotated[int, Field(ge=0)]
-
-
-class Evaluations(PerAlgorithm):
-    """Evaluations of the search, one at least."""
-
-    gpr: Count
-    rf: Count
-    svr: Count
-    xgb: Count
+    gpr: Count = Field(description="evaluations for Gaussian-process regression")
+    rf: Count = Field(description="evaluations for the random forest")
+    svr: Count = Field(description="evaluations for support-vector regression")
+    xgb: Count = Field(description="evaluations for XGBoost")
 
 
 class SearchConfig(Section):
@@ -134,8 +125,7 @@ class TrainingConfig(Section):
 
     high_yield_percent: NonNegative = Field(description="yield above which an error counts more, Eq. 5.3 [%]")
     high_yield_weight: Positive = Field(description="weight of an error above it [-]")
-    seed: Seed = Field(description="of the folds and the trees")
-    search_seeds: PerAlgorithm = Field(description="of the search, for each algorithm")
+    seed: Seed = Field(description="of the folds, the search and the trees")
     spaces: Spaces
     choices: Choices
 

@@ -1,0 +1,42 @@
+"""Turns the snapshots of simulations into the surrogate's training set."""
+
+import logging
+
+import numpy as np
+
+from millprint.config.surrogate import SnapshotConfig
+from millprint.files import write_table
+from millprint.job import job
+from millprint.surrogate.dataset import TrainingRun, write_dataset
+from millprint.surrogate.features import featurise, wall_contact_distances
+from millprint.surrogate.scene import read_scene
+from millprint.surrogate.trajectory import read_trajectory
+from millprint.surrogate.wall_contacts import wall_contact_table
+
+logger = logging.getLogger("millprint")
+
+
+def main(runs: list[str], dataset: str, wall_contacts: str, settings: SnapshotConfig) -> None:
+    parts: list[TrainingRun] = []
+    distances: list[np.ndarray] = []
+    for case, path in zip(settings.cases, runs, strict=True):
+        trajectory, scene = read_trajectory(path, until_s=settings.validation_until_s), read_scene(path)
+        snapshots = featurise(trajectory, scene)
+        train_end = trajectory.index(settings.train_until_s)
+        parts.append(TrainingRun(case, snapshots, train_end, len(trajectory.time_s) - 1))
+        distances.append(wall_contact_distances(snapshots, train_end))
+        logger.info(
+            "%s: %d snapshots of %d balls, %d to train on", path, len(trajectory.time_s), trajectory.balls, train_end
+        )
+    write_dataset(parts, dataset)
+    write_table(wall_contact_table(np.concatenate(distances)), wall_contacts)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "build the surrogate's training set"):
+        main(
+            list(snakemake.input.runs),
+            snakemake.output.dataset,
+            snakemake.output.wall_contacts,
+            SnapshotConfig(**snakemake.params.settings),
+        )

@@ -1,0 +1,114 @@
+"""Chapter 5 against its claims: yield models on the locked split and outside their domain."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.claims.finding import Finding
+from millprint.files import read_table
+from millprint.predict.catalogue import MODELS
+from millprint.predict.metrics import METRICS
+
+UNITS = {"rmse": "pp", "mae": "pp", "mape": "%", "r2": "", "wmse": "pp2"}
+# How the open choices were settled; every row of the table was computed from training rows alone.
+RECIPES = {
+    "linear": "least squares on three features; found by its printed row, as is the split",
+    "gpr": "the search sets where the marginal likelihood starts, with a length scale for each feature; both read off "
+    "the printed row",
+    "rf": "every node sees the share of features in yields.training.choices; one seed for everything, not chosen",
+    "svr": "one seed for everything, not chosen",
+    "xgb": "one seed for everything, not chosen; choices.tsv shows what other seeds of the trees do",
+}
+
+
+def _name(model: str, strategy: str) -> str:
+    return model if model == "linear" else f"{model}.{strategy}"
+
+
+def _row(table: pd.DataFrame, **keys: str) -> pd.Series | None:
+    """The one row of these keys, or None."""
+    mask = pd.Series(True, index=table.index)
+    for column, value in keys.items():
+        mask &= table[column] == value
+    rows = table[mask]
+    return rows.iloc[0] if len(rows) == 1 else None
+
+
+def _metric(honest: pd.DataFrame, model: str, strategy: str, metric: str, rows: int) -> Finding:
+    """A metric of the locked split, with its interval and the leave-one-out figure beside it."""
+    locked = _row(honest, model=model, strategy=strategy, scheme="locked", metric=metric)
+    left_out = _row(honest, model=model, strategy=strategy, scheme="leave_one_out", metric=metric)
+    if locked is None:
+        return Finding(None, f"not run: results/yield/honest.tsv has no {metric} of {model} {strategy}")
+    unit = f" {UNITS[metric]}" if UNITS[metric] else ""
+    text = (
+        f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}"
+    )
+    if left_out is not None:
+        text += (
+            f"; leave-one-out {left_out['value']:.3g} ({left_out['lower']:.3g} to {left_out['upper']:.3g}){unit} at a "
+            "smaller search budget"
+        )
+    return Finding(float(locked["value"]), f"{text}. {RECIPES[model].capitalize()}.")
+
+
+def _outside(table: pd.DataFrame, case: str, model: str) -> Finding:
+    row = _row(table, case=case, model=model, strategy="two_step")
+    if row is None:
+        return Finding(None, f"not run: results/yield/out_of_domain.tsv has no case {case} of {model}")
+    interval = ""
+    if pd.notna(row["deviation_pp"]):
+        interval = f"; interval {row['lower_percent']:.0f} to {row['upper_percent']:.0f} %"
+    return Finding(
+        float(row["predicted_percent"]),
+        f"measured {row['yield_percent']:g} %, error {row['error_pp']:+.1f} points{interval}; not fitted again",
+    )
+
+
+def _time_variance(results: Path) -> Finding:
+    table = read_table(results / "yield/time_variance.tsv", numeric=["share"], text=["measure"]).set_index("measure")
+    levels, line = 100 * table.loc["levels", "share"], 100 * table.loc["line", "share"]
+    return Finding(
+        levels,
+        f"sum of squares between the times over the total, all runs: the most that any function of time explains; a "
+        f"straight line explains {line:.1f} %",
+    )
+
+
+def _shap(results: Path) -> Finding:
+    table = read_table(results / "yield/shap_ranking.tsv", numeric=["mean_abs_shap_pp"], text=["model", "feature"])
+    first, words = [], []
+    for model, rows in table.groupby("model", sort=False):
+        ranked = rows.sort_values("mean_abs_shap_pp", ascending=False)
+        first.append(ranked["feature"].iloc[0].removesuffix("_h"))
+        top = ", ".join(f"{row.feature} {row.mean_abs_shap_pp:.1f}" for row in ranked.head(3).itertuples())
+        words.append(f"{model}: {top}")
+    return Finding(" / ".join(dict.fromkeys(first)), f"mean |SHAP| in points over all runs; {'; '.join(words)}")
+
+
+def findings(results: Path, data: Path) -> dict[str, Finding]:
+    """A finding for every claim of chapter 5, from the tables in `results`/yield.
+
+    `data` is the folder of the measured tables, which this chapter reads through its results only.
+    """
+    honest = read_table(
+        results / "yield/honest.tsv",
+        numeric=["value", "lower", "upper"],
+        text=["model", "strategy", "scheme", "metric"],
+    )
+    locked = read_table(results / "yield/locked.tsv", numeric=["test_rows"], text=["model", "strategy"])
+    outside = read_table(
+        results / "yield/out_of_domain.tsv",
+        numeric=["yield_percent", "predicted_percent", "error_pp"],
+        text=["case", "model", "strategy"],
+    )
+    rows = int(locked["test_rows"].iloc[0])
+    found = {
+        f"5.{_name(model, strategy)}.{metric}": _metric(honest, model, strategy, metric, rows)
+        for model, strategy in MODELS
+        for metric in METRICS
+    }
+    for case in ("27", "28"):
+        for model in ("gpr", "xgb"):
+            found[f"5.ood.{case}.{model}"] = _outside(outside, case, model)
+    return found | {"5.time_variance": _time_variance(results), "5.shap.first": _shap(results)}

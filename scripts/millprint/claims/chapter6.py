@@ -1,0 +1,194 @@
+"""Claims of chapter 6 and appendix A: the surrogate."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.claims.finding import Finding
+from millprint.files import read_json, read_table
+from millprint.surrogate.wall_contacts import covered_share
+
+VARIANT = "thesis"
+BASELINE = "baseline"
+# Tables 6.1 and 6.3.
+SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
+DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
+
+# Ablations whose claim is a word, and what the thesis says of them.
+STATEMENTS = {
+    "A.window3": ("window3", "stable_and_worse"),
+    "A.window9": ("window9", "unstable"),
+    "A.layers2": ("layers2", "grows"),
+    "A.layers4": ("layers4", "unstable"),
+    "A.width64": ("width64", "stable_and_worse"),
+    "A.mlp2": ("mlp2", "unstable"),
+}
+NUMBERS = {"A.phi.shallow": "phi_shallow", "A.phi.deep": "phi_deep", "A.global_loss": "no_global_loss"}
+# A dissipation that "grows without bound" is held to be off by more than itself.
+UNBOUNDED_PERCENT = 100.0
+
+
+def findings(results: Path, data: Path) -> dict[str, Finding]:
+    """What was computed for every claim of chapter 6 and appendix A."""
+    folder = results / "surrogate"
+    return {
+        "6.timestep": Finding(
+            100 * (SURROGATE_STEP_S / DEM_STEP_S - 1), "1e-4 s over 9.5e-7 s of Tables 6.3 and 6.1, less one"
+        ),
+        "6.contacts": _contacts(folder / "wall_contacts.tsv"),
+        "6.duration": _duration(results),
+        **_rollouts(folder / "metrics.tsv"),
+        **_runtimes(folder / "runtime.tsv"),
+        **_ablations(folder / "ablations.tsv"),
+    }
+
+
+def _not_run(path: Path, target: str) -> Finding:
+    return Finding(None, f"not run: {path.name} is written by the target {target}")
+
+
+def _contacts(path: Path) -> Finding:
+    if not path.exists():
+        return _not_run(path, "surrogate")
+    table = read_table(path, numeric=["low_m", "high_m", "contacts"])
+    share = 100 * covered_share(table, WALL_THRESHOLD_M)
+    return Finding(
+        share,
+        f"of {int(table['contacts'].sum())} balls at the wall in the training snapshots; with an exact distance a "
+        "10 mm ball touches at -5 mm or above, so any threshold below that covers all",
+    )
+
+
+def _duration(results: Path) -> Finding:
+    summaries = sorted((results / "dem").glob("*/calibrated/d10_f0.10_n300_s*/summary.json"))
+    chosen = [path for path in summaries if path.parts[-4] == "emax"]
+    if not chosen:
+        return Finding(None, "not run: no simulation of emax/calibrated/d10_f0.10_n300")
+    durations = [read_json(path)["median_contact_duration_s"] for path in chosen]
+    return Finding(float(np.median(durations)), f"contact lifetimes of 24 balls, median of {len(chosen)} seed(s)")
+
+
+def _measure(table: pd.DataFrame, variant: str, test: str, measure: str) -> pd.Series | None:
+    rows = table[(table["variant"] == variant) & (table["test"] == test) & (table["measure"] == measure)]
+    return rows.iloc[0] if len(rows) else None
+
+
+def _rollouts(path: Path) -> dict[str, Finding]:
+    names = ("6.mse", "6.energy", "6.energy.motion1", "6.energy.motion2", "6.pearson", "6.geometry")
+    if not path.exists():
+        return dict.fromkeys(names, _not_run(path, "surrogate"))
+    table = read_table(path, text=["variant", "test", "measure"])
+    found = {"6.mse": _plateau(table), "6.pearson": _pearson(table), "6.geometry": _geometry(table)}
+    for name, test in (("6.energy", "trained"), ("6.energy.motion1", "motion1"), ("6.energy.motion2", "motion2")):
+        found[name] = _dissipation(table, test)
+    return found
+
+
+def _missing(test: str) -> Finding:
+    return Finding(None, f"not run: no roll-out of variant {VARIANT}, test {test}")
+
+
+def _plateau(table: pd.DataFrame) -> Finding:
+    row = _measure(table, VARIANT, "trained", PLATEAU)
+    if row is None:
+        return _missing("trained")
+    centroid = _measure(table, VARIANT, "trained", "position_mse_centroid_m2")["value"]
+    return Finding(
+        float(row["value"]),
+        f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
+        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories",
+    )
+
+
+def _dissipation(table: pd.DataFrame, test: str) -> Finding:
+    row = _measure(table, VARIANT, test, DISSIPATION)
+    if row is None:
+        return _missing(test)
+    bias = _measure(table, VARIANT, test, "one_step_dissipation_bias_percent")["value"]
+    speed = _measure(table, VARIANT, test, "mean_square_speed_ratio")["value"]
+    return Finding(
+        float(row["value"]),
+        f"against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single steps from DEM states, with "
+        f"the edges of the roll-out, are off by {bias:+.3g} %, and the roll-out's mean square speed is {speed:.2g} of "
+        "the DEM's: a small error of the sum can be these two cancelling",
+    )
+
+
+def _pearson(table: pd.DataFrame) -> Finding:
+    rows = [_measure(table, VARIANT, test, "cumulative_pearson_r") for test in ("motion1", "motion2")]
+    if any(row is None for row in rows):
+        return _missing("motion1 or motion2")
+    own = [row["value"] for row in rows]
+    increments = [_measure(table, VARIANT, test, "increments_5ms_r") for test in ("motion1", "motion2")]
+    text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
+    explanation = (
+        f"the smaller of the two; two unrelated DEM runs score {min(row['dem_reference'] for row in rows):.4f}, so "
+        f"this measure is empty; increments over 5 ms correlate at {text}"
+    )
+    if not np.isfinite(own).all():
+        return Finding(0.0, f"a roll-out is not finite, so that nothing correlates; {explanation}")
+    return Finding(float(min(own)), explanation)
+
+
+def _geometry(table: pd.DataFrame) -> Finding:
+    rows = {name: _measure(table, VARIANT, "post", name) for name in ("stable", "balls_left", DISSIPATION)}
+    if rows["stable"] is None:
+        return _missing("post")
+    left = int(rows["balls_left"]["value"])
+    return Finding(
+        "yes" if rows["stable"]["value"] == 1 else "no",
+        f"{left} ball(s) crossed the wall before the snap-back; dissipation is {rows[DISSIPATION]['value']:.3g} % off "
+        "our DEM of the modified jar",
+    )
+
+
+def _runtimes(path: Path) -> dict[str, Finding]:
+    names = ("6.runtime.ratio", "6.runtime.dem", "6.runtime.sgn")
+    if not path.exists():
+        return dict.fromkeys(names, _not_run(path, "surrogate"))
+    table = read_table(path, numeric=["batch", "seconds_for_15_s", "dem_seconds_for_15_s"], text=["variant", "basis"])
+    rows = table[(table["variant"] == VARIANT) & (table["batch"] == 1)]
+    if rows.empty:
+        return dict.fromkeys(names, _missing("trained, batch 1"))
+    row = rows.iloc[0]
+    ours = f"{int(row['balls'])} balls, one trajectory, {row['basis']}"
+    ratio = float(row["dem_seconds_for_15_s"] / row["seconds_for_15_s"])
+    return {
+        "6.runtime.ratio": Finding(ratio, f"our DEM over our surrogate in the same run: {ours}"),
+        "6.runtime.dem": Finding(float(row["dem_seconds_for_15_s"]), "our DEM, 15 s of motion on one core"),
+        "6.runtime.sgn": Finding(float(row["seconds_for_15_s"]), ours),
+    }
+
+
+def _ablations(path: Path) -> dict[str, Finding]:
+    if not path.exists():
+        return dict.fromkeys([*STATEMENTS, *NUMBERS], _not_run(path, "ablations"))
+    table = read_table(path, text=["variant", "test", "measure"])
+    found = {name: _statement(table, *what) for name, what in STATEMENTS.items()}
+    for name, variant in NUMBERS.items():
+        row = _measure(table, variant, "trained", DISSIPATION)
+        found[name] = (
+            Finding(float(row["value"]), "at the reduced budget of surrogate.ablation_budget")
+            if row is not None
+            else Finding(None, f"not run: no ablation {variant}")
+        )
+    return found
+
+
+def _statement(table: pd.DataFrame, variant: str, what: str) -> Finding:
+    rows = {key: _measure(table, variant, "trained", key) for key in ("stable", DISSIPATION, PLATEAU)}
+    base = _measure(table, BASELINE, "trained", DISSIPATION)
+    if base is None or any(row is None for row in rows.values()):
+        return Finding(None, f"not run: no ablation {variant} or {BASELINE}")
+    stable, error = rows["stable"]["value"] == 1, float(rows[DISSIPATION]["value"])
+    holds = {
+        "stable_and_worse": stable and error > base["value"],
+        "unstable": not stable,
+        "grows": error > UNBOUNDED_PERCENT,
+    }[what]
+    return Finding(
+        "yes" if holds else "no",
+        f"{'stable' if stable else 'unstable'}, dissipation error {error:.3g} % against {base['value']:.3g} % of the "
+        "baseline, at the reduced budget of surrogate.ablation_budget",
+    )

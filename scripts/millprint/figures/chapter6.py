@@ -1,0 +1,175 @@
+"""Figures of chapter 6 and appendix A: signed distance, wall contacts, loss, roll-outs, ablations."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, plt
+
+LABELS = {
+    "surrogate": ("surrogate", {"color": COLOURS[1]}),
+    "dem": ("DEM", {"color": COLOURS[0]}),
+    "other_seed": ("DEM, other seed", {"color": COLOURS[0], "linestyle": ":"}),
+    "centroid": ("all at the centre of mass", {"color": COLOURS[2], "linestyle": "--"}),
+    "original": ("DEM, original jar", {"color": COLOURS[3], "linestyle": "-."}),
+}
+TITLES = {
+    "trained": "trained motion",
+    "motion1": "unseen motion 1",
+    "motion2": "unseen motion 2",
+    "post": "central post, motion 1",
+}
+
+
+def plot_distance_slices(slices: list[dict]) -> Figure:
+    """Signed distance on plane sections (Fig. 6.3).
+
+    Each slice: `title`, `axes` (names of the two axes), `first_m` (a,), `second_m` (b,), `distance_m` (b, a) with
+    values that are not numbers outside the vessel.
+    """
+    figure, panels = plt.subplots(len(slices), 1, figsize=(COLUMN_WIDTH_IN, 2.1 * len(slices)), squeeze=False)
+    lowest = min(np.nanmin(part["distance_m"]) for part in slices) * 1e3
+    for panel, part in zip(panels[:, 0], slices, strict=True):
+        extent = [1e3 * part[key][end] for key in ("first_m", "second_m") for end in (0, -1)]
+        image = panel.imshow(
+            1e3 * part["distance_m"], origin="lower", extent=extent, vmin=lowest, vmax=0, cmap="viridis", aspect="equal"
+        )
+        contours = np.arange(np.floor(lowest / 5) * 5, 0, 5)
+        x, y = 1e3 * part["first_m"], 1e3 * part["second_m"]
+        panel.contour(x, y, 1e3 * part["distance_m"], contours, colors="white", linewidths=0.4, linestyles="solid")
+        panel.set(title=part["title"], xlabel=f"{part['axes'][0]} / mm", ylabel=f"{part['axes'][1]} / mm")
+    figure.colorbar(image, ax=panels, label="signed distance / mm", shrink=0.8)
+    return figure
+
+
+def plot_wall_contacts(table: pd.DataFrame, threshold_m: float, share: float) -> Figure:
+    """Signed distance of balls that touch the wall, and the threshold of the roll-out's edges (Fig. 6.4)."""
+    figure, panel = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.3))
+    total = table["contacts"].sum()
+    widths = 1e3 * (table["high_m"] - table["low_m"])
+    panel.bar(1e3 * table["low_m"], 100 * table["contacts"] / total, widths, align="edge", color=COLOURS[0])
+    label = f"$\\phi_{{pw}}$ = {1e3 * threshold_m:g} mm covers {100 * share:.1f} %"
+    panel.axvline(1e3 * threshold_m, color=COLOURS[1], label=label)
+    met = table.loc[table["contacts"] > 0]
+    low, high = min(met["low_m"].min(), threshold_m), max(met["high_m"].max(), threshold_m)
+    panel.set(xlabel="signed distance of the centre / mm", ylabel="wall contacts / %", yscale="log")
+    panel.set_xlim(1e3 * low - 0.05, 1e3 * high + 0.05)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return figure
+
+
+def plot_loss(history: pd.DataFrame) -> Figure:
+    """Loss on training and validation snapshots over the epochs (Fig. 6.6)."""
+    figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.5))
+    for column, label, style in (
+        ("training_total", "training", {"color": COLOURS[0]}),
+        ("validation_total", "validation", {"color": COLOURS[1]}),
+        ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
+    ):
+        panels[0].plot(history["epoch"], history[column], label=label, **style)
+    panels[0].set(title="total loss, Eq. 6.28")
+    for part, colour in (("acceleration", COLOURS[0]), ("dissipation", COLOURS[1])):
+        panels[1].plot(history["epoch"], history[f"training_{part}"], color=colour, label=part)
+        panels[1].plot(history["epoch"], history[f"validation_{part}"], color=colour, linestyle="--")
+    panels[1].set(title="its terms (dashed: validation)")
+    for panel in panels:
+        panel.set(xlabel="epoch", ylabel="standardised loss / 1", yscale="log")
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=3, handlelength=1.2, columnspacing=1)
+    return figure
+
+
+def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
+    columns = 2 if len(tests) > 1 else 1
+    rows = -(-len(tests) // columns)
+    width = PAGE_WIDTH_IN if columns == 2 else COLUMN_WIDTH_IN
+    figure, panels = plt.subplots(rows, columns, figsize=(width, 2.1 * rows), squeeze=False)
+    for panel in panels.ravel()[len(tests) :]:
+        panel.remove()
+    named = dict(zip(tests, panels.ravel(), strict=False))
+    for test, panel in named.items():
+        panel.set_title(TITLES.get(test, test))
+    return figure, named
+
+
+def plot_error_growth(errors: pd.DataFrame) -> Figure:
+    """Position error over time beside that of another DEM run and of the centre of mass (Figs 6.7, 6.11)."""
+    figure, panels = _grid(list(errors["test"].unique()))
+    for test, panel in panels.items():
+        part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]
+        for name in ("surrogate", "other_seed", "centroid"):
+            label, style = LABELS[name]
+            panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
+        if test == "trained":
+            panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
+        panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
+    next(iter(panels.values())).legend()
+    return figure
+
+
+def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure:
+    """Cumulative dissipation of the roll-out and of DEM (Figs 6.8, 6.14, 6.15, 6.17)."""
+    figure, panels = _grid(list(dissipation["test"].unique()))
+    errors = metrics[metrics["measure"] == "dissipation_error_percent"].set_index("test")
+    for test, panel in panels.items():
+        part = dissipation[dissipation["test"] == test]
+        for name in ("dem", "other_seed", "original", "surrogate"):
+            column = f"{name}_J"
+            if column in part and part[column].notna().any():
+                label, style = LABELS[name]
+                panel.plot(part["time_s"], part[column], label=label, **style)
+        note = f"error {errors['value'][test]:.3g} %"
+        if pd.notna(errors["thesis"][test]):
+            note += f"\nthesis {errors['thesis'][test]:g} %"
+        panel.text(0.97, 0.05, note, transform=panel.transAxes, ha="right", va="bottom")
+        panel.set(xlabel="time since the start of the roll-out / s", ylabel="cumulative dissipation / J")
+        panel.legend(loc="upper left")
+    return figure
+
+
+def plot_distributions(distributions: pd.DataFrame) -> Figure:
+    """Densities of ball speed and wall distance, a row a test."""
+    tests = list(distributions["test"].unique())
+    figure, panels = plt.subplots(len(tests), 2, figsize=(PAGE_WIDTH_IN, 1.7 * len(tests)), squeeze=False)
+    for row, test in zip(panels, tests, strict=True):
+        for panel, (quantity, label, scale) in zip(
+            row, (("speed_m_s", "speed / m s$^{-1}$", 1), ("wall_distance_m", "wall distance / mm", 1e3)), strict=True
+        ):
+            part = distributions[(distributions["test"] == test) & (distributions["quantity"] == quantity)]
+            middle = scale * (part["low"] + part["high"]) / 2
+            for name in ("dem", "other_seed", "surrogate"):
+                panel.plot(middle, part[name].where(part[name] > 0) / scale, label=LABELS[name][0], **LABELS[name][1])
+            unit = "s m$^{-1}$" if scale == 1 else "mm$^{-1}$"
+            panel.set(xlabel=label, ylabel=f"density / {unit}", title=TITLES.get(test, test), yscale="log")
+    panels[0, 0].legend()
+    return figure
+
+
+def plot_ablations(ablations: pd.DataFrame) -> Figure:
+    """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A)."""
+    figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
+    wanted = {
+        "dissipation_error_percent": "error of the cumulative dissipation / %",
+        "position_mse_plateau_m2": "plateau of the position error / m$^2$",
+    }
+    names = list(ablations["variant"].unique())
+    stable = ablations[ablations["measure"] == "stable"].set_index("variant")["value"]
+    for panel, (measure, label) in zip(panels, wanted.items(), strict=True):
+        part = ablations[ablations["measure"] == measure].set_index("variant").loc[names]
+        finite = part["value"].where(np.isfinite(part["value"]))
+        colours = [COLOURS[0] if stable[name] else COLOURS[1] for name in names]
+        panel.barh(range(len(names)), finite, color=colours)
+        for place in np.flatnonzero(finite.isna()):
+            panel.text(0.02, place, "not finite", transform=panel.get_yaxis_transform(), va="center")
+        panel.plot(part["thesis"], range(len(names)), **PUBLISHED)
+        panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
+    panels[0].set_yticks(range(len(names)), names)
+    panels[0].invert_yaxis()
+    handles = [Patch(color=COLOURS[0], label="stable"), Patch(color=COLOURS[1], label="unstable")]
+    handles.append(Line2D([], [], label="thesis", **PUBLISHED))
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    return figure

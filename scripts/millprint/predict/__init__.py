@@ -1,0 +1,1 @@
+"""Yield models on milling conditions and mechanical descriptors (thesis chapter 5)."""

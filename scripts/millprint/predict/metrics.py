@@ -1,0 +1,42 @@
+"""How far predictions are from measured yields: thesis Eqs 5.3 and 5.17 to 5.20."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+METRICS = ("rmse", "mae", "mape", "r2", "wmse")
+
+
+@dataclass(frozen=True)
+class YieldWeights:
+    """The weights of Eq. 5.3: `weight` for a yield above `threshold` [%], 1 for any other."""
+
+    threshold: float
+    weight: float
+
+    def __call__(self, yields: np.ndarray) -> np.ndarray:
+        """Weights of shape (n,), for yields (n,) [%]."""
+        return np.where(np.asarray(yields) > self.threshold, self.weight, 1.0)
+
+
+def weighted_mse(truth: np.ndarray, predicted: np.ndarray, weights: np.ndarray) -> float:
+    """Mean of weights * (truth - predicted)^2, Eq. 5.3 [pp2]; the sum is divided by n and not by the weights."""
+    return float(np.mean(weights * (truth - predicted) ** 2))
+
+
+def metrics(truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights) -> dict[str, np.ndarray | float]:
+    """RMSE [pp], MAE [pp], MAPE [%], R2 [-] and weighted MSE [pp2] over the last axis: Eqs 5.17 to 5.20 and 5.3.
+
+    truth, predicted: (..., n) yields [%]. R2 is NaN where all yields are equal, MAPE where one is zero.
+    """
+    error = truth - predicted
+    spread = ((truth - truth.mean(axis=-1, keepdims=True)) ** 2).sum(axis=-1)
+    squares = (error**2).sum(axis=-1)
+    shares = np.abs(np.divide(error, truth, out=np.full_like(error, np.nan), where=truth != 0))
+    return {
+        "rmse": np.sqrt((error**2).mean(axis=-1)),
+        "mae": np.abs(error).mean(axis=-1),
+        "mape": 100 * shares.mean(axis=-1),
+        "r2": 1 - np.divide(squares, spread, out=np.full_like(squares, np.nan), where=spread > 0),
+        "wmse": (weigh(truth) * error**2).mean(axis=-1),
+    }

@@ -1,0 +1,83 @@
+"""The measured tables of the yield stage: the screening runs with their split, and the runs outside their domain."""
+
+import pandas as pd
+
+from millprint.config.doe import DoeConfig
+from millprint.config.yields import YieldConfig
+from millprint.doe.runs import YIELD, read_runs
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from millprint.predict.features import CONDITIONS, FEATURES
+
+ROLES = ("train", "test")
+
+
+def read_split(path: str) -> pd.DataFrame:
+    """Read the locked split: columns case (text) and role (train or test), in the order in which models see the rows.
+
+    Raises ConfigError, in one line, for a missing column, a case that appears twice, another role, or an empty part.
+    """
+    split = read_table(path, text=["case", "role"])
+    if split["case"].duplicated().any():
+        twice = split.loc[split["case"].duplicated(), "case"].iloc[0]
+        raise ConfigError(f"{path}: column case = {twice} appears twice: each case has one role")
+    unknown = split[~split["role"].isin(ROLES)]
+    if len(unknown):
+        row = unknown.iloc[0]
+        raise ConfigError(f"{path}: column role, case {row['case']} = {row['role']}: train or test is wanted")
+    for role in ROLES:
+        if (split["role"] == role).sum() < 2:
+            raise ConfigError(f"{path}: column role: two cases at least are wanted with the role {role}")
+    return split
+
+
+def read_parts(screening: str, split: str, design: DoeConfig) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The training rows and the test rows of the screening table, each in the order of the split.
+
+    Columns: case, the six conditions, yield_percent. Raises ConfigError, in one line, for whatever read_runs refuses,
+    for a run with no role and for a role with no run.
+    """
+    runs = read_runs(screening, design, positive=list(CONDITIONS)).set_index("case")
+    roles = read_split(split).set_index("case")["role"]
+    for case in runs.index.difference(roles.index):
+        raise ConfigError(f"{split}: column case: case {case} of {screening} has no role; train or test is wanted")
+    for case in roles.index.difference(runs.index):
+        raise ConfigError(f"{split}: column case = {case}: there is no such case in {screening}")
+    rows = runs.loc[roles.index, [*CONDITIONS, YIELD]].reset_index()
+    train, test = ((roles == role).to_numpy() for role in ROLES)
+    return rows[train].reset_index(drop=True), rows[test].reset_index(drop=True)
+
+
+def read_rows(path: str) -> pd.DataFrame:
+    """Read rows that carry the six conditions and a yield, with their case as text; raises ConfigError as read_table.
+
+    Also refuses, in one line, a case that appears twice, a condition that is not above 0 and a yield outside 0 to 100.
+    """
+    rows = read_table(path, numeric=[*CONDITIONS, YIELD], text=["case"])
+    if rows["case"].duplicated().any():
+        twice = rows.loc[rows["case"].duplicated(), "case"].iloc[0]
+        raise ConfigError(f"{path}: column case = {twice} appears twice: each run needs a case of its own")
+    for column in (*CONDITIONS, YIELD):
+        good = rows[column].between(0, 100) if column == YIELD else rows[column] > 0
+        if not good.all():
+            row = rows[~good].iloc[0]
+            wanted = "between 0 and 100" if column == YIELD else "above 0"
+            raise ConfigError(f"{path}: column {column}, case {row['case']} = {row[column]:g}: {wanted} is wanted")
+    return rows
+
+
+def check_yield_tables(settings: YieldConfig, screening: str, split: str, design: DoeConfig, source: str) -> None:
+    """Raise ConfigError, in one line, for the first thing in the tables that would make a job fail."""
+    train, test = read_parts(screening, split, design)
+    read_rows(settings.out_of_domain)
+    for name in settings.training.choices.linear_features:
+        if name not in FEATURES:
+            known = ", ".join(FEATURES)
+            raise ConfigError(
+                f"{source}: yields.training.choices.linear_features = {name!r}: no feature; known: {known}"
+            )
+    most = {"search": len(train), "honest": len(train) + len(test) - 1}
+    for key, rows in most.items():
+        folds = getattr(settings, key).folds
+        if folds > rows:
+            raise ConfigError(f"{source}: yields.{key}.folds = {folds}: at most {rows}, the rows to train on")

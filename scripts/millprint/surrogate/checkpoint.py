@@ -1,0 +1,54 @@
+"""What a killed training goes on from, exactly, and the file that holds the finished weights."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import torch
+
+from millprint.config.surrogate import Recipe
+from millprint.files import whole_file
+from millprint.surrogate.normalise import Surrogate
+
+BUDGET = {"wall_time_max_s", "checkpoint_every_s", "threads"}
+
+
+def identity(recipe: Recipe, statistics: dict[str, torch.Tensor]) -> str:
+    """A hash of the recipe and of the statistics of the data: only a checkpoint of the same may be resumed.
+
+    How long to train, how often to save and on how many threads is left out: a training may go on with more.
+    """
+    content = recipe.model_dump(mode="json", exclude={"training": BUDGET})
+    total = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+    for name in sorted(statistics):
+        total.update(statistics[name].cpu().numpy().tobytes())
+    return total.hexdigest()
+
+
+def write_checkpoint(path: str | Path, content: dict) -> None:
+    """Write tensors, numbers, texts and mappings of them."""
+    with whole_file(path) as partial:
+        torch.save(content, partial)
+
+
+def read_checkpoint(path: str | Path, wanted: str, device: torch.device) -> dict | None:
+    """The checkpoint at `path` if there is one whose `identity` is `wanted`, otherwise None."""
+    if not Path(path).exists():
+        return None
+    content = torch.load(path, map_location=device, weights_only=True)
+    return content if content["identity"] == wanted else None
+
+
+def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
+    """Write the weights, with the recipe that gives them a shape; they load with weights_only=True."""
+    state = {name: value.cpu() for name, value in model.state_dict().items()}
+    write_checkpoint(path, {"recipe": recipe.model_dump(mode="json"), "state": state})
+
+
+def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
+    """The model with its weights, ready to predict, and its recipe."""
+    content = torch.load(path, map_location=device, weights_only=True)
+    recipe = Recipe(**content["recipe"])
+    model = Surrogate(recipe)
+    model.load_state_dict(content["state"])
+    return model.to(device).eval(), recipe

@@ -1,0 +1,15 @@
+"""Draws the ablations of appendix A."""
+
+from millprint.figures.chapter6 import plot_ablations
+from millprint.figures.style import save
+from millprint.files import read_table
+from millprint.job import job
+
+
+def main(table: str, svg: str, png: str) -> None:
+    save(plot_ablations(read_table(table, text=["variant", "test", "measure"])), svg, png)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "draw the ablations"):
+        main(snakemake.input.ablations, snakemake.output.svg, snakemake.output.png)

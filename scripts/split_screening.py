@@ -1,0 +1,24 @@
+"""Splits the screening runs into training and test rows, so that training jobs cannot see a test row."""
+
+from millprint.config.doe import DoeConfig
+from millprint.files import write_table
+from millprint.job import job
+from millprint.predict.tables import read_parts
+
+
+def main(screening: str, split: str, train_path: str, test_path: str, design: DoeConfig) -> None:
+    """Write both parts in the order of the split."""
+    train, test = read_parts(screening, split, design)
+    write_table(train, train_path)
+    write_table(test, test_path)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "split screening runs"):
+        main(
+            snakemake.input.screening,
+            snakemake.input.split,
+            snakemake.output.train,
+            snakemake.output.test,
+            DoeConfig(**snakemake.params.design),
+        )

@@ -1,0 +1,200 @@
+"""The network, its loss and its training."""
+
+import numpy as np
+import pytest
+import torch
+
+from millprint.config.surrogate import NetworkConfig
+from millprint.surrogate.checkpoint import read_weights, write_weights
+from millprint.surrogate.dataset import TrainingRun
+from millprint.surrogate.features import featurise
+from millprint.surrogate.graphs import Edges, Graphs, graphs_at
+from millprint.surrogate.loss import huber, losses
+from millprint.surrogate.network import InteractionLayer, SignedDistanceNetwork
+from millprint.surrogate.training import Trainer, draw_epoch
+from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
+
+CPU = torch.device("cpu")
+SNAPSHOTS = featurise(simulate(), sphere_scene())
+RUN = TrainingRun("sample", SNAPSHOTS, 230, 299)
+
+
+def trained(steps: int | None = None, **changes) -> Trainer:
+    trainer = Trainer([RUN], small_recipe(**changes), CPU)
+    trainer.train(max_steps=steps)
+    return trainer
+
+
+def test_huber_closed_form():
+    error = torch.tensor([-5.0, -2.0, -0.5, 0.0, 1.0, 2.0, 7.0])
+    torch.testing.assert_close(huber(error, 2.0), torch.tensor([4.0, 1.0, 0.0625, 0.0, 0.25, 1.0, 6.0]))
+    below, above = huber(torch.tensor([2 - 1e-4, 2 + 1e-4]), 2.0)
+    assert above - below == pytest.approx(2e-4, rel=1e-2)  # slope 1 on both sides of delta
+
+
+def test_total_loss_is_weighted():
+    settings = small_recipe().training
+    terms = losses((torch.ones(4, 3), torch.tensor([3.0, 0.0])), (torch.zeros(4, 3), torch.zeros(2)), settings)
+    assert terms["acceleration"].item() == pytest.approx(0.25)
+    assert terms["dissipation"].item() == pytest.approx(1.0)  # (|3| - 1 + 0) / 2
+    assert terms["total"].item() == pytest.approx(3 * 0.25 + 1.0)
+
+
+@pytest.mark.parametrize("layers", [1, 3])
+def test_shapes(layers):
+    network = SignedDistanceNetwork(7, NetworkConfig(width=16, mlp_layers=4, interaction_layers=layers))
+    acceleration, dissipation = network(graphs_at(SNAPSHOTS, torch.tensor([40, 150, 230]), 7, None))
+    assert acceleration.shape == (18, 3) and dissipation.shape == (3,)
+
+
+def test_number_of_weights_of_the_published_network():
+    """Table 6.3: six MLPs of four linear layers, 256 wide; 49 node and 3 edge inputs, 3 and 1 outputs."""
+    network = SignedDistanceNetwork(7, NetworkConfig(width=256, mlp_layers=4, interaction_layers=1))
+
+    def linear(inputs: int, outputs: int) -> int:
+        return (inputs + 1) * outputs
+
+    hidden = 2 * linear(256, 256)
+    expected = sum(
+        linear(inputs, 256) + hidden + linear(256, outputs)
+        for inputs, outputs in ((49, 256), (3, 256), (3 * 256, 256), (2 * 256, 256), (256, 3), (256, 1))
+    )
+    assert sum(value.numel() for value in network.parameters()) == expected
+
+
+def test_mean_aggregation():
+    torch.manual_seed(0)
+    layer = InteractionLayer(4, 2)
+    node, edge = torch.randn(3, 4), torch.randn(2, 4)
+    into_first = torch.tensor([[1, 2], [0, 0]])
+    message = [layer.message_mlp(torch.cat([node[0], node[j], edge[k]])) for k, j in ((0, 1), (1, 2))]
+    expected = layer.node_mlp(torch.cat([node[0], (message[0] + message[1]) / 2]))
+    out = layer(node, into_first, edge)
+    torch.testing.assert_close(out[0], expected)
+    torch.testing.assert_close(out[1], layer.node_mlp(torch.cat([node[1], torch.zeros(4)])))
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_order_of_balls_does_not_matter(layers):
+    torch.manual_seed(1)
+    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=layers)).double()
+    graphs = graphs_at(SNAPSHOTS, torch.tensor([150, 230]), 4, None)
+    order = torch.cat([torch.randperm(6), 6 + torch.randperm(6)])
+    place = torch.argsort(order)
+    edges = graphs.edges
+    moved = Graphs(
+        graphs.ball[order].double(),
+        graphs.wall.double(),
+        Edges(place[edges.pair], edges.pair_vector.double(), place[edges.wall], edges.wall_vector.double()),
+        graphs.balls,
+    )
+    straight = Graphs(
+        graphs.ball.double(),
+        graphs.wall.double(),
+        Edges(edges.pair, edges.pair_vector.double(), edges.wall, edges.wall_vector.double()),
+        graphs.balls,
+    )
+    acceleration, dissipation = network(straight)
+    permuted, same = network(moved)
+    torch.testing.assert_close(permuted, acceleration[order])
+    torch.testing.assert_close(same, dissipation)
+
+
+def test_a_ball_feels_its_contacts_and_no_others():
+    """With one round, a ball's acceleration depends on its own state and on those it touches."""
+    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=1))
+    graphs = graphs_at(SNAPSHOTS, torch.tensor([230]), 4, None)
+    assert graphs.edges.pair.shape[1] > 0
+    source, target = graphs.edges.pair[:, 0].tolist()
+    changed = graphs.ball.clone()
+    changed[source] += 1
+    touched = {source, *graphs.edges.pair[1][graphs.edges.pair[0] == source].tolist()}
+    before, after = network(graphs)[0], network(Graphs(changed, graphs.wall, graphs.edges, graphs.balls))[0]
+    differs = set(torch.nonzero((before != after).any(1)).squeeze(1).tolist())
+    assert target in differs and differs == touched
+
+
+def test_readout_pools_balls_with_an_edge_only():
+    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=3, interaction_layers=1))
+    graphs = graphs_at(SNAPSHOTS, torch.tensor([3, 230]), 4, None)
+    touched = set(graphs.edges.pair[1].tolist()) | set(graphs.edges.wall.tolist())
+    free = [ball for ball in range(6, 12) if ball not in touched]
+    assert free and not touched & set(range(6))
+    changed = graphs.ball.clone()
+    changed[free[0]] += 5
+    before, after = network(graphs)[1], network(Graphs(changed, graphs.wall, graphs.edges, graphs.balls))[1]
+    assert torch.equal(before, after)
+    # A graph without edges pools to zero.
+    torch.testing.assert_close(before[0], network.readout(torch.zeros(1, 16))[0, 0])
+
+
+def test_every_snapshot_is_drawn_once():
+    rows = [torch.arange(3, 40), torch.arange(10, 30)]
+    batches = draw_epoch(rows, 1000, 8, seed=5)
+    for number, part in enumerate(rows):
+        drawn = torch.cat([batch for run, batch in batches if run == number])
+        assert torch.equal(drawn.sort().values, part)
+    assert sum(len(batch) for _, batch in draw_epoch(rows, 20, 8, seed=5)) == 20
+
+
+def test_resumed_training_is_the_uninterrupted_one(tmp_path):
+    whole = trained(velocity_noise=0.1)
+    part = trained(steps=11, velocity_noise=0.1)
+    part.save(tmp_path / "checkpoint.pt")
+    again = Trainer([RUN], small_recipe(velocity_noise=0.1), CPU)
+    torch.rand(100)  # the global generator must not matter
+    assert again.resume(tmp_path / "checkpoint.pt") and again.cursor == 3 and again.epoch == 1
+    assert again.train()
+    for name, value in whole.model.state_dict().items():
+        assert torch.equal(value, again.model.state_dict()[name]), name
+    losses_of = [trainer.history_table().drop(columns="elapsed_s") for trainer in (whole, again)]
+    assert losses_of[0].equals(losses_of[1])
+
+
+def test_checkpoint_of_another_recipe_is_not_resumed(tmp_path):
+    trained(steps=2).save(tmp_path / "checkpoint.pt")
+    assert not Trainer([RUN], small_recipe(seed=4), CPU).resume(tmp_path / "checkpoint.pt")
+    assert Trainer([RUN], small_recipe(wall_time_max_s=200), CPU).resume(tmp_path / "checkpoint.pt")
+    assert not Trainer([RUN], small_recipe(), CPU).resume(tmp_path / "absent.pt")
+
+
+def test_wall_time_ends_a_training():
+    trainer = Trainer([RUN], small_recipe(epochs=100_000, wall_time_max_s=0.3), CPU)
+    assert not trainer.train()
+    assert 0.3 <= trainer.elapsed_s < 3 and len(trainer.history) >= 1
+
+
+def test_learning_rate_reaches_its_end():
+    trainer = trained()
+    assert trainer.scheduler.get_last_lr()[0] == pytest.approx(1e-4, rel=1e-6)
+
+
+def test_weights_load_without_code(tmp_path):
+    trainer = trained(steps=3)
+    write_weights(tmp_path / "weights.pt", trainer.model, trainer.recipe)
+    assert set(torch.load(tmp_path / "weights.pt", weights_only=True)) == {"recipe", "state"}
+    model, recipe = read_weights(tmp_path / "weights.pt", CPU)
+    assert recipe == trainer.recipe
+    graphs = graphs_at(SNAPSHOTS, torch.tensor([100]), 4, None)
+    with torch.inference_mode():
+        for first, second in zip(model(graphs), trainer.model(graphs), strict=True):
+            assert torch.equal(first, second)
+
+
+def test_learns_a_small_set():
+    """Forty snapshots by heart: the loss falls at least tenfold, and accelerations are explained."""
+    recipe = small_recipe(
+        width=64, epochs=150, batch_size=10, velocity_noise=0.0, snapshots_per_epoch=40, final_learning_rate=3e-4
+    )
+    few = TrainingRun("few", SNAPSHOTS, 43, 60)
+    torch.manual_seed(0)
+    trainer = Trainer([few], recipe, CPU)
+    trainer.train()
+    history = trainer.history_table()["training_total"]
+    assert history.iloc[-5:].mean() < history.iloc[0] / 10
+    graphs = graphs_at(SNAPSHOTS, torch.arange(3, 43), 4, None)
+    with torch.inference_mode():
+        predicted = trainer.model(graphs)[0].numpy()
+    truth = SNAPSHOTS.finite_difference[3:43].numpy()
+    assert 1 - ((predicted - truth) ** 2).sum() / ((truth - truth.mean()) ** 2).sum() > 0.9
+    assert np.isfinite(predicted).all()

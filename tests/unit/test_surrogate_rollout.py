@@ -1,0 +1,182 @@
+"""The recursive stage, and the measures of a roll-out."""
+
+import numpy as np
+import pytest
+import torch
+
+from millprint.surrogate import measures
+from millprint.surrogate.evaluation import evaluate, rolled_series, simulated_series
+from millprint.surrogate.features import DISTANCE, featurise
+from millprint.surrogate.graphs import graphs_at
+from millprint.surrogate.normalise import Surrogate, measure
+from millprint.surrogate.rollout import Simulator, euler_step, first_state, snap_back
+from millprint.surrogate.store import read_rollout, write_rollout
+from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
+
+RUN, SCENE = simulate(), sphere_scene()
+SNAPSHOTS = featurise(RUN, SCENE)
+CPU = torch.device("cpu")
+
+
+class Free(torch.nn.Module):
+    """A model of balls that only fall, and dissipate 1 mJ for each wall edge."""
+
+    def forward(self, graphs):
+        acceleration = torch.tensor([0.0, 0.0, -9.81]).expand(graphs.count, graphs.balls, 3)
+        graph = graphs.graph_of_ball[graphs.edges.wall]
+        return acceleration, 1e-3 * torch.bincount(graph, minlength=graphs.count).float()
+
+
+def untrained() -> Surrogate:
+    torch.manual_seed(0)
+    recipe = small_recipe()
+    return Surrogate(recipe, measure([(SNAPSHOTS, torch.arange(3, 290))], recipe.graph, None)).eval()
+
+
+def simulator(model, threshold=-0.0049) -> Simulator:
+    return Simulator(model, SCENE, CONTACTS, threshold, STEP, CPU)
+
+
+def test_euler_step():
+    position, velocity = euler_step(np.array([1.0]), np.array([2.0]), np.array([10.0]), 0.1)
+    assert position[0] == pytest.approx(1.2)  # with the old velocity, Eq. 6.32
+    assert velocity[0] == pytest.approx(3.0)
+
+
+def test_snap_back_puts_the_ball_at_its_threshold():
+    inside = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, VESSEL - 0.0048], [VESSEL + 0.001, 0.0, 0.0]])
+    distance, gradient = SCENE.signed_distance(inside, np.zeros(3))
+    moved, beyond = snap_back(inside, distance, gradient, -0.0049)
+    assert beyond.tolist() == [False, True, True]
+    again, _ = SCENE.signed_distance(moved, np.zeros(3))
+    np.testing.assert_array_equal(moved[0], inside[0])
+    np.testing.assert_allclose(again[1:], -0.0049, rtol=1e-12)
+
+
+def test_first_state_is_the_training_graph():
+    """The roll-out's own graph of a DEM window equals the one that training would see with threshold edges."""
+    model = untrained()
+    state = first_state(RUN, SCENE, [0.02, 0.01], 4)
+    own, known = simulator(model).graphs(state), graphs_at(SNAPSHOTS, torch.tensor([200, 100]), 4, CONTACTS)
+    torch.testing.assert_close(own.ball, known.ball)
+    torch.testing.assert_close(own.wall, known.wall)
+    assert torch.equal(own.edges.pair, known.edges.pair) and torch.equal(own.edges.wall, known.edges.wall)
+
+
+def test_free_fall():
+    state = first_state(RUN, SCENE, [0.0], 4)
+    rollout = simulator(Free(), None).run(state, 50, 10)
+    start = RUN.time_s[3]
+    fall = rollout.position_m[:, 0] - (RUN.position_m[3] + RUN.velocity_m_s[3] * rollout.time_s[:, None, None])
+    # Explicit Euler falls by g dt^2 n (n - 1) / 2 in n steps.
+    steps = np.arange(0, 51, 10)
+    expected = np.repeat((-9.81 * STEP**2 * steps * (steps - 1) / 2)[:, None], RUN.balls, axis=1)
+    np.testing.assert_allclose(fall[..., 2], expected, atol=1e-8)
+    assert rollout.start_s[0] == pytest.approx(start)
+
+
+def test_window_slides_and_the_wall_moves():
+    sim = simulator(Free())
+    state = first_state(RUN, SCENE, [0.01], 4)
+    following, _, _ = sim.advance(state, sim.graphs(state))
+    np.testing.assert_array_equal(following.ball[:, :, :-1], state.ball[:, :, 1:])
+    np.testing.assert_allclose(following.wall[0, -1, :3], circle(0.0101), rtol=1e-6)
+    distance, _ = SCENE.signed_distance(following.position_m, circle(0.0101))
+    np.testing.assert_allclose(following.ball[:, :, -1, DISTANCE], distance, rtol=1e-5)
+
+
+def test_no_ball_stays_outside_with_snap_back():
+    state = first_state(RUN, SCENE, [0.0], 4)
+    with_snap = simulator(Free()).run(state, 1200, 100)
+    wall = circle(with_snap.start_s[0] + with_snap.time_s)
+    far = np.linalg.norm(with_snap.position_m[:, 0] - wall[:, None], axis=-1)
+    assert far.max() < VESSEL - 0.0049 + 1e-6
+    without = simulator(Free(), None).run(state, 1200, 100)
+    assert np.isfinite(without.crossed_s).all()
+    assert 0 < without.crossed_s.min() < 1200 * STEP
+
+
+def test_dissipation_of_every_step_is_counted():
+    state = first_state(RUN, SCENE, [0.01], 4)
+    coarse, fine = (simulator(Free()).run(state, 60, stride) for stride in (20, 1))
+    np.testing.assert_allclose(coarse.dissipated_J.sum(), fine.dissipated_J.sum())
+    np.testing.assert_allclose(fine.dissipated_J.sum(), 60 * 1e-3 * fine.edges["wall"], rtol=1e-6)
+    np.testing.assert_array_equal(coarse.position_m[1:], fine.position_m[20::20])
+
+
+def test_trajectories_of_a_batch_do_not_meet():
+    model = untrained()
+    alone = [simulator(model).run(first_state(RUN, SCENE, [start], 4), 30, 10) for start in (0.005, 0.02)]
+    batch = simulator(model).run(first_state(RUN, SCENE, [0.005, 0.02], 4), 30, 10)
+    for number, single in enumerate(alone):
+        np.testing.assert_allclose(batch.position_m[:, number], single.position_m[:, 0], atol=1e-7)
+        np.testing.assert_allclose(batch.dissipated_J[:, number], single.dissipated_J[:, 0], rtol=1e-3, atol=1e-9)
+
+
+def test_roll_out_that_is_not_finite_ends(tmp_path):
+    class Broken(Free):
+        def forward(self, graphs):
+            acceleration, dissipation = super().forward(graphs)
+            return acceleration * float("nan"), dissipation
+
+    rollout = simulator(Broken()).run(first_state(RUN, SCENE, [0.01], 4), 100, 10)
+    assert np.isfinite(rollout.crossed_s).all() and np.isnan(rollout.position_m[-1]).all()
+    table, _ = evaluate(rollout, {"dem": RUN, "other_seed": simulate(seed=1)}, SCENE, "trained", "thesis")
+    values = table.set_index("measure")["value"]
+    assert values["stable"] == 0 and values["balls_left"] == RUN.balls
+    assert np.isinf(values["position_mse_plateau_m2"]) and np.isinf(values["dissipation_error_percent"])
+
+
+def test_roll_out_on_disk_is_the_same(tmp_path):
+    rollout = simulator(Free()).run(first_state(RUN, SCENE, [0.01], 4), 20, 5)
+    write_rollout(rollout, tmp_path / "rollout.h5", "a/b/c")
+    again = read_rollout(tmp_path / "rollout.h5")
+    np.testing.assert_array_equal(again.position_m, rollout.position_m)
+    assert again.edges == rollout.edges
+
+
+def test_position_error_sums_axes():
+    truth = np.zeros((1, 1, 2, 3))
+    position = truth.copy()
+    position[0, 0, 0] = [1.0, 2.0, 2.0]
+    assert measures.position_error(position, truth)[0, 0] == pytest.approx(4.5)
+
+
+def test_centroid_scores_half_of_two_unrelated_runs():
+    """Balls drawn from one distribution: 2 sigma^2 an axis apart, and sigma^2 from the centre of mass."""
+    generator = np.random.default_rng(0)
+    first, second = generator.normal(size=(2, 200, 1, 500, 3))
+    assert measures.position_error(first, second).mean() == pytest.approx(6, rel=0.01)
+    assert measures.centroid_error(first).mean() == pytest.approx(3, rel=0.01)
+
+
+def test_pearson_of_cumulative_curves_is_empty_and_that_of_increments_is_not():
+    generator = np.random.default_rng(1)
+    first, second = np.cumsum(generator.exponential(size=(2, 2000, 1)), axis=1)
+    assert measures.correlation(first, second) > 0.999
+    assert abs(measures.correlation(measures.increments(first, 5), measures.increments(second, 5))) < 0.2
+    assert measures.correlation(measures.increments(first, 5), measures.increments(first, 5)) == pytest.approx(1)
+
+
+def test_relative_error_and_horizon():
+    truth = np.linspace(0, 2, 11)[:, None]
+    assert measures.relative_error_percent(1.1 * truth, truth) == pytest.approx(10)
+    time_s = np.linspace(0, 1, 11)
+    assert measures.horizon(time_s, time_s[:, None] ** 2, 0.2) == pytest.approx(0.5)
+    assert measures.horizon(time_s, 0 * truth, 0.2) == 1.0
+
+
+def test_a_perfect_roll_out_scores_zero():
+    """The simulation's own states, taken for a roll-out, meet every measure."""
+    rollout = simulator(Free()).run(first_state(RUN, SCENE, [0.005], 4), 200, 10)
+    truth = simulated_series(RUN, rollout.time_s, rollout.start_s)
+    rollout.position_m, rollout.velocity_m_s = truth.position_m, truth.velocity_m_s
+    rollout.dissipated_J = np.diff(truth.cumulative_J, axis=0, prepend=0)
+    rollout.crossed_s[:] = np.inf
+    np.testing.assert_allclose(rolled_series(rollout, truth.wall_m).cumulative_J, truth.cumulative_J)
+    table, _ = evaluate(rollout, {"dem": RUN, "other_seed": simulate(seed=1)}, SCENE, "trained", "thesis")
+    values, reference = (table.set_index("measure")[column] for column in ("value", "dem_reference"))
+    for name in ("position_mse_plateau_m2", "dissipation_error_percent", "speed_wasserstein_m_s", "balls_left"):
+        assert values[name] == pytest.approx(0, abs=1e-9)
+    assert values["stable"] == 1 and values["horizon_s"] == rollout.time_s[-1]
+    assert reference["position_mse_plateau_m2"] > 1e-6 and reference["speed_wasserstein_m_s"] > 0

@@ -1,0 +1,291 @@
+"""Chapter 6 and appendix A: the graph-network surrogate, its roll-outs, and the ablations."""
+
+
+include: "surrogate_common.smk"
+
+
+SURROGATE_TESTS = list(CONFIG.surrogate.tests)
+SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
+
+# Everything of chapter 6, for the chapter's target, `all` and the table of claims.
+SURROGATE_OUTPUTS = [
+    *(f"{SURROGATE}/{name}" for name in ("wall_contacts.tsv", "metrics.tsv", "runtime.tsv")),
+    *(f"{SURROGATE}/{name}.{kind}" for name in ("signed_distance", "wall_contacts") for kind in ("svg", "png")),
+    *expand(
+        f"{SURROGATE}/{{variant}}/{{name}}.{{kind}}",
+        variant=CONFIG.surrogate.variants,
+        name=("loss", "error_growth", "dissipation", "distributions"),
+        kind=("svg", "png"),
+    ),
+]
+
+
+wildcard_constraints:
+    variant="|".join([*CONFIG.surrogate.variants, *CONFIG.surrogate.ablations]),
+    test="|".join(SURROGATE_TESTS),
+
+
+rule build_surrogate_dataset:
+    input:
+        runs=[simulated(case) for case in CONFIG.surrogate.snapshots.cases],
+    output:
+        dataset=f"{SURROGATE}/dataset.h5",
+        wall_contacts=f"{SURROGATE}/wall_contacts.tsv",
+    log:
+        f"{LOGS}/surrogate/build_surrogate_dataset.log",
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
+        library=library("build_surrogate_dataset.py"),
+    message:
+        "Features, targets and contacts of every snapshot to train on"
+    script:
+        "../../scripts/build_surrogate_dataset.py"
+
+
+rule train_surrogate:
+    input:
+        dataset=rules.build_surrogate_dataset.output.dataset,
+    output:
+        weights=f"{SURROGATE}/{{variant}}/weights.pt",
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/surrogate/{{variant}}/train_surrogate.tsv"
+    conda:
+        "../../envs/millprint.yaml"
+    threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
+    params:
+        settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
+        library=library("train_surrogate.py"),
+    message:
+        "Train the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/train_surrogate.py"
+
+
+rule roll_out_surrogate:
+    input:
+        weights=variant_weights,
+        run=lambda wildcards: simulated(CONFIG.surrogate.tests[wildcards.test].case),
+    output:
+        rollout=f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/{{test}}/roll_out_surrogate.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        edges=variant_settings("edges"),
+        settings=variant_settings("rollout"),
+        test=test_settings,
+        library=library("roll_out_surrogate.py"),
+    message:
+        "Roll out the surrogate {wildcards.variant}: {wildcards.test}"
+    script:
+        "../../scripts/roll_out_surrogate.py"
+
+
+rule evaluate_surrogate:
+    input:
+        unpack(test_runs),
+        rollout=rules.roll_out_surrogate.output.rollout,
+        weights=variant_weights,
+    output:
+        **{name: f"{SURROGATE}/{{variant}}/{{test}}/{name}.tsv" for name in SURROGATE_TABLES},
+    log:
+        f"{LOGS}/surrogate/{{variant}}/{{test}}/evaluate_surrogate.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        edges=variant_settings("edges"),
+        ablation=lambda wildcards: wildcards.variant in CONFIG.surrogate.ablations,
+        library=library("evaluate_surrogate.py"),
+    message:
+        "Measure the surrogate {wildcards.variant} against the simulation: {wildcards.test}"
+    script:
+        "../../scripts/evaluate_surrogate.py"
+
+
+rule time_surrogate:
+    input:
+        weights=variant_weights,
+        run=simulated(CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].case),
+        summary=f"{RESULTS}/dem/{CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].case}/summary.json",
+    output:
+        runtime=f"{SURROGATE}/{{variant}}/runtime.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/time_surrogate.log",
+    conda:
+        "../../envs/millprint.yaml"
+    # It uses one thread, and takes every core so that nothing runs beside what is timed.
+    threads: workflow.cores
+    params:
+        edges=variant_settings("edges"),
+        settings=variant_settings("rollout"),
+        timing=CONFIG.surrogate.timing.model_dump(mode="json"),
+        test=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].model_dump(mode="json"),
+        library=library("time_surrogate.py"),
+    message:
+        "Time the surrogate {wildcards.variant} beside our simulation"
+    script:
+        "../../scripts/time_surrogate.py"
+
+
+rule collect_surrogate:
+    input:
+        metrics=expand(
+            f"{SURROGATE}/{{variant}}/{{test}}/metrics.tsv", variant=CONFIG.surrogate.variants, test=SURROGATE_TESTS
+        ),
+        runtime=expand(f"{SURROGATE}/{{variant}}/runtime.tsv", variant=CONFIG.surrogate.variants),
+    output:
+        metrics=f"{SURROGATE}/metrics.tsv",
+        runtime=f"{SURROGATE}/runtime.tsv",
+    log:
+        f"{LOGS}/surrogate/collect_surrogate.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("collect_surrogate.py"),
+    message:
+        "Measures and run times of every surrogate"
+    script:
+        "../../scripts/collect_surrogate.py"
+
+
+rule plot_surrogate_data:
+    input:
+        run=simulated(CONFIG.surrogate.snapshots.cases[0]),
+        wall_contacts=rules.build_surrogate_dataset.output.wall_contacts,
+    output:
+        slices_svg=report(
+            f"{SURROGATE}/signed_distance.svg",
+            caption="../report/surrogate_signed_distance.rst",
+            category="Chapter 6",
+            labels={"figure": "signed distance (Fig. 6.3)"},
+        ),
+        slices_png=f"{SURROGATE}/signed_distance.png",
+        contacts_svg=report(
+            f"{SURROGATE}/wall_contacts.svg",
+            caption="../report/surrogate_wall_contacts.rst",
+            category="Chapter 6",
+            labels={"figure": "wall contacts (Fig. 6.4)"},
+        ),
+        contacts_png=f"{SURROGATE}/wall_contacts.png",
+    log:
+        f"{LOGS}/surrogate/plot_surrogate_data.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        edges=CONFIG.surrogate.edges.model_dump(mode="json"),
+        library=library("plot_surrogate_data.py"),
+    message:
+        "Draw the signed distance of the jar and its wall contacts"
+    script:
+        "../../scripts/plot_surrogate_data.py"
+
+
+rule plot_surrogate:
+    input:
+        **{
+            name: expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/{name}.tsv", test=SURROGATE_TESTS)
+            for name in SURROGATE_TABLES
+        },
+        history=[f"{SURROGATE}/{{variant}}/loss.tsv"],
+    output:
+        loss_svg=report(
+            f"{SURROGATE}/{{variant}}/loss.svg",
+            caption="../report/surrogate_loss.rst",
+            category="Chapter 6",
+            labels={"figure": "loss of {variant} (Fig. 6.6)"},
+        ),
+        loss_png=f"{SURROGATE}/{{variant}}/loss.png",
+        errors_svg=report(
+            f"{SURROGATE}/{{variant}}/error_growth.svg",
+            caption="../report/surrogate_error_growth.rst",
+            category="Chapter 6",
+            labels={"figure": "position error of {variant} (Figs 6.7, 6.11)"},
+        ),
+        errors_png=f"{SURROGATE}/{{variant}}/error_growth.png",
+        dissipation_svg=report(
+            f"{SURROGATE}/{{variant}}/dissipation.svg",
+            caption="../report/surrogate_dissipation.rst",
+            category="Chapter 6",
+            labels={"figure": "dissipation of {variant} (Figs 6.8, 6.14, 6.15, 6.17)"},
+        ),
+        dissipation_png=f"{SURROGATE}/{{variant}}/dissipation.png",
+        distributions_svg=report(
+            f"{SURROGATE}/{{variant}}/distributions.svg",
+            caption="../report/surrogate_distributions.rst",
+            category="Chapter 6",
+            labels={"figure": "distributions of {variant}"},
+        ),
+        distributions_png=f"{SURROGATE}/{{variant}}/distributions.png",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/plot_surrogate.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_surrogate.py"),
+    message:
+        "Draw loss and roll-outs of the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/plot_surrogate.py"
+
+
+rule collect_ablations:
+    input:
+        ablations=expand(
+            f"{SURROGATE}/{{variant}}/{CONFIG.surrogate.trained_test}/metrics.tsv", variant=CONFIG.surrogate.ablations
+        ),
+    output:
+        ablations=f"{SURROGATE}/ablations.tsv",
+    log:
+        f"{LOGS}/surrogate/collect_ablations.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("collect_surrogate.py"),
+    message:
+        "Measures of every ablation"
+    script:
+        "../../scripts/collect_surrogate.py"
+
+
+rule plot_ablations:
+    input:
+        ablations=rules.collect_ablations.output.ablations,
+    output:
+        svg=report(
+            f"{SURROGATE}/ablations.svg",
+            caption="../report/surrogate_ablations.rst",
+            category="Appendix A",
+            labels={"figure": "ablations (Figs A.1 to A.8)"},
+        ),
+        png=f"{SURROGATE}/ablations.png",
+    log:
+        f"{LOGS}/surrogate/plot_ablations.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_ablations.py"),
+    message:
+        "Draw the ablations of appendix A"
+    script:
+        "../../scripts/plot_ablations.py"
+
+
+# Appendix A. Not part of `all`: twelve more trainings, at the budget of surrogate.ablation_budget.
+rule ablations:
+    input:
+        rules.collect_ablations.output,
+        rules.plot_ablations.output,
+    localrule: True
