@@ -115,13 +115,17 @@ def plot_cycle_means(cycles: pd.DataFrame, published: pd.DataFrame) -> Figure:
 def plot_energies(descriptors: pd.DataFrame) -> Figure:
     """Figs 3.7 and 3.8: energies per collision and collision frequencies against fill ratio, a line a condition."""
     figure, axes = _panels(2, 2, 4.4)
+    # A colour a speed, a marker a ball size.
+    diameters = sorted(descriptors["ball_diameter_mm"].unique())
+    speeds = sorted(descriptors["speed_rpm"].unique())
     for axis, (quantity, label) in zip(axes, ENERGY_LABELS.items(), strict=True):
         groups = descriptors.groupby(["ball_diameter_mm", "speed_rpm"], sort=True)
-        for index, ((diameter, speed), line) in enumerate(groups):
+        for (diameter, speed), line in groups:
             axis.plot(
                 line["fill_ratio"],
                 line[quantity],
-                marker=MARKERS[index % len(MARKERS)],
+                marker=MARKERS[diameters.index(diameter) % len(MARKERS)],
+                color=COLOURS[speeds.index(speed) % len(COLOURS)],
                 label=_condition(diameter, speed),
             )
         logarithmic = quantity in ("normal_energy_J", "tangential_energy_J", "collision_frequency_hz")
