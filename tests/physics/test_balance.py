@@ -132,7 +132,7 @@ def test_cells_and_all_pairs_list_the_same_pairs(mills, contacts, monkeypatch):
     simulation, _, _ = simulate(mills, contacts, diameter=5, fill=0.10, settle_s=0.05, discard_s=0.0, window_s=0.05)
     candidates, n = simulation.candidates, simulation.count
     listed = {
-        (i, int(candidates.partner[k])) for i in range(n) for k in range(candidates.first[i], candidates.first_wall[i])
+        (i, int(candidates.partner[k])) for i in range(n) for k in range(candidates.first[i], candidates.first[i + 1])
     }
     away = candidates.anchor[0, :, None] - candidates.anchor[0, None]
     close = np.argwhere(np.triu((away**2).sum(axis=-1) < (2 * simulation.radius + DEM.skin_m) ** 2, 1))

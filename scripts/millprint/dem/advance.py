@@ -8,7 +8,7 @@ from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.neighbours import refresh
 from millprint.dem.steps import apply_forces, drift, fall_and_kick, kick
-from millprint.dem.touching import book_works, write_collision
+from millprint.dem.touching import book_works, listed, write_collision
 from millprint.kernel import inlined, kernel
 from millprint.mill.motion import write_poses
 from millprint.mill.vectors import row, subtract
@@ -123,7 +123,8 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
             recorder.snapshot[m, i, 6 + c] = balls.spin[i, c] + half * balls.torque[i, c] / inertia
             recorder.snapshot[m, i, 9 + c] = balls.force[i, c]
         write_open(candidates, candidates.first, i, counters, recorder)
-        write_open(candidates, candidates.first_wall, i, counters, recorder)
+        for body in range(candidates.first_wall.shape[0]):
+            write_open(candidates, candidates.first_wall[body], i, counters, recorder)
     body = recorder.snapshot_body[m]
     body[0] = time
     for c in range(6):
@@ -159,7 +160,7 @@ def count_occupancy(balls, clock, recorder):
 @inlined()
 def room_left(candidates, counters, table, recorder):
     """Whether the buffers can take everything that one more step may write."""
-    open_at_most = candidates.first_wall[candidates.first_wall.size - 1]
+    open_at_most = np.int64(listed(candidates))
     if table.value.shape[0] > 0 and counters[state.RECORDS] + open_at_most > table.value.shape[0]:
         return False
     if recorder.sample_every > 0 and counters[state.SAMPLES] >= recorder.sample.shape[0]:
@@ -241,6 +242,6 @@ def begin_window(contacts, totals, counters):
 @kernel()
 def end_window(candidates, contacts, time, counters, table):
     """Append every contact that is still open to the table of collisions; nothing else is changed."""
-    for k in range(candidates.first_wall[candidates.first_wall.size - 1]):
+    for k in range(listed(candidates)):
         if candidates.lane[k] >= 0:
             write_collision(contacts, candidates.lane[k], time, 0, counters, table)

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from millprint.dem import lanes
 from millprint.dem.lanes import HISTORY, HISTORY_COLUMNS, LANES
 from millprint.dem.law import REACH
@@ -19,10 +21,10 @@ from millprint.dem.state import (
     STATUS,
     USED,
 )
-from millprint.dem.touching import occupy
+from millprint.dem.touching import listed, occupy
 from millprint.kernel import inlined, kernel
 from millprint.mill.vectors import cross, dot, row, subtract
-from millprint.mill.walls import cell_of, near, plane_distance, to_body
+from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
 
 # Below this number of balls every pair is looked at; above it a grid of cells is used.
 ALL_PAIRS = 160
@@ -32,7 +34,7 @@ ALL_PAIRS = 160
 def put_aside(candidates, contacts, counters):
     """Copy the open contacts to the side, in the order of the lists, and free all lanes; counters[ASIDE] counts."""
     kept = 0
-    for k in range(candidates.first_wall[candidates.first_wall.size - 1]):
+    for k in range(listed(candidates)):
         lane = candidates.lane[k]
         if lane < 0:
             continue
@@ -48,21 +50,24 @@ def put_aside(candidates, contacts, counters):
 
 
 @inlined()
-def find_candidate(candidates, i, partner):
+def find_candidate(walls, candidates, i, partner):
     """The candidate of ball i with a partner; -1 if it is not listed."""
-    first = candidates.first if partner >= 0 else candidates.first_wall
-    for k in range(first[i], first[i + 1]):
+    begin, end = candidates.first[i], candidates.first[i + 1]
+    if partner < 0:
+        body = body_of(walls, -1 - partner)
+        begin, end = candidates.first_wall[body, i], candidates.first_wall[body, i + 1]
+    for k in range(begin, end):
         if candidates.partner[k] == partner:
-            return k
+            return np.int64(k)
     return -1
 
 
 @kernel()
-def put_back(balls, candidates, contacts, laws, counters):
+def put_back(balls, candidates, contacts, laws, walls, counters):
     """Give the contacts set aside their histories back, exactly; sets the status if one has lost its candidate."""
     for kept in range(counters[ASIDE]):
         i = contacts.kept_ball[kept]
-        k = find_candidate(candidates, i, contacts.kept_partner[kept])
+        k = find_candidate(walls, candidates, i, contacts.kept_partner[kept])
         if k < 0:
             counters[STATUS] = CONTACT_LOST
             counters[BALL] = i
@@ -96,26 +101,26 @@ def add_pair(balls, candidates, laws, i, j, skin, k):
 
 
 @kernel()
-def add_walls(balls, candidates, walls, i, skin, k):
-    """Append the wall features near ball i; returns -1 if the ball is outside the vessel's bounding box."""
+def add_walls(balls, candidates, walls, body, i, skin, k):
+    """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
     radius = balls.radius[balls.species[i]]
     # Walls stand still in their body's frame: the ball alone moves, by half the skin at most.
     margin = 0.5 * skin
-    for body in range(candidates.anchor.shape[0]):
-        point = row(candidates.anchor[body], i)
-        cell = cell_of(walls, body, point)
-        if cell < 0:
-            if body == 0:
-                return -1
-            continue
-        for m in range(walls.cell_first[cell], walls.cell_first[cell + 1]):
-            feature = walls.cell_feature[m]
-            if walls.cell_sure[m]:
-                closeness = 2 if plane_distance(walls, feature, point) <= radius + margin else 0
-            else:
-                closeness = near(walls, feature, point, radius, margin)
-            if closeness:
-                k = add_candidate(candidates, k, i, -1 - feature, closeness - 1, radius)
+    point = row(candidates.anchor[body], i)
+    cell = cell_of(walls, body, point)
+    if cell < 0:
+        return k if body > 0 else -1
+    for m in range(walls.cell_first[cell], walls.cell_first[cell + 1]):
+        feature = walls.cell_feature[m]
+        if walls.cell_sure[m]:
+            closeness = 2 if plane_distance(walls, feature, point) <= radius + margin else 0
+        else:
+            closeness = near(walls, feature, point, radius, margin)
+        if closeness and k < candidates.partner.size:
+            for c in range(4):
+                candidates.plane[k, c] = walls.plane[feature, c] if feature < walls.plane.shape[0] else 0.0
+        if closeness:
+            k = add_candidate(candidates, k, i, -1 - feature, closeness - 1, radius)
     return k
 
 
@@ -192,14 +197,15 @@ def list_candidates(balls, candidates, laws, walls, clock, counters):
             for j in range(i + 1, n):
                 k = add_pair(balls, candidates, laws, i, j, clock.skin, k)
     candidates.first[n] = k
-    for i in range(n):
-        candidates.first_wall[i] = k
-        k = add_walls(balls, candidates, walls, i, clock.skin, k)
-        if k < 0:
-            counters[STATUS] = ESCAPED
-            counters[BALL] = i
-            return
-    candidates.first_wall[n] = k
+    for body in range(candidates.anchor.shape[0]):
+        for i in range(n):
+            candidates.first_wall[body, i] = k
+            k = add_walls(balls, candidates, walls, body, i, clock.skin, k)
+            if k < 0:
+                counters[STATUS] = ESCAPED
+                counters[BALL] = i
+                return
+        candidates.first_wall[body, n] = k
     if k > candidates.partner.size:
         counters[STATUS] = CANDIDATES_FULL
 
@@ -224,7 +230,7 @@ def rebuild(balls, candidates, contacts, laws, walls, clock, counters):
     list_candidates(balls, candidates, laws, walls, clock, counters)
     if counters[STATUS] != RUNNING:
         return
-    put_back(balls, candidates, contacts, laws, counters)
+    put_back(balls, candidates, contacts, laws, walls, counters)
     counters[REBUILDS] += 1
 
 

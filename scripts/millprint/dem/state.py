@@ -42,12 +42,13 @@ class Balls(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """What may touch before a ball has moved by half the skin: all pairs of balls, then all balls with walls."""
+    """What may touch before a ball has moved by half the skin: all pairs of balls, then all balls with each body."""
 
     first: np.ndarray  # (n + 1,) pairs of ball i with balls of higher numbers are first[i] to first[i + 1]
-    first_wall: np.ndarray  # (n + 1,) and with features of the walls first_wall[i] to first_wall[i + 1]
+    first_wall: np.ndarray  # (bodies, n + 1) and with features of body b first_wall[b, i] to first_wall[b, i + 1]
     ball: np.ndarray  # (s,)
     partner: np.ndarray  # (s,) a ball, or -1 - feature
+    plane: np.ndarray  # (s, 4) of a facet; 0 for an edge or a corner, whose distance is not that simple
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; -1 while open
@@ -104,10 +105,12 @@ def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidat
     """Empty lists with room for `per_ball` candidates a ball."""
     room = balls * per_ball + 64
     return Candidates(
-        first=np.zeros(balls + 1, dtype=np.int64),
-        first_wall=np.zeros(balls + 1, dtype=np.int64),
+        # Unsigned numbers spare the compiled code the look for negative ones.
+        first=np.zeros(balls + 1, dtype=np.uint64),
+        first_wall=np.zeros((bodies, balls + 1), dtype=np.uint64),
         ball=np.zeros(room, dtype=np.uint32),
         partner=np.zeros(room, dtype=np.int64),
+        plane=np.zeros((room, 4)),
         sure=np.zeros(room, dtype=np.uint8),
         lane=np.full(room, -1, dtype=np.int64),
         trigger=np.zeros(room),

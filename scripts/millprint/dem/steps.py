@@ -41,11 +41,10 @@ def gather_pair(balls, contacts, lane, block, m):
 @inlined()
 def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
     """Put the state of a ball and the wall that it touches into their lane; returns whether they still touch."""
-    i, feature = contacts.ball[lane], np.uint32(-1 - contacts.partner[lane])
+    i, body = contacts.ball[lane], body_of(walls, -1 - contacts.partner[lane])
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     position = row(balls.position, i)
-    away = wall_away(walls, motions, feature, candidates.sure[contacts.slot[lane]], position, reach)
-    body = body_of(walls, feature)
+    away = wall_away(walls, candidates, motions, np.uint32(contacts.slot[lane]), body, position, reach)
     lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
     velocity = subtract(row(balls.velocity_now, i), wall_velocity(motions, body, subtract(position, away)))
     lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
@@ -90,8 +89,8 @@ def scatter(balls, contacts, walls, clock, lane, block, m, counters):
 @inlined()
 def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table):
     """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
-    first = block * LANES
-    width = min(LANES, counters[state.USED] - first)
+    first = np.uint64(block * LANES)
+    width = np.uint64(min(LANES, counters[state.USED] - block * LANES))
     for m in range(width):
         lane = first + m
         if contacts.slot[lane] < 0:

@@ -9,10 +9,16 @@ from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.law import REACH
 from millprint.kernel import inlined, kernel
 from millprint.mill.vectors import dot, row, scale, subtract
-from millprint.mill.walls import body_of, direction_to_laboratory, plane_distance, to_body, touch, wall_velocity
+from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
 
 # Farther than anything touches [m].
 FAR = 1e300
+
+
+@inlined()
+def listed(candidates):
+    """The number of candidates."""
+    return candidates.first_wall[candidates.first_wall.shape[0] - 1, candidates.first_wall.shape[1] - 1]
 
 
 @inlined()
@@ -101,10 +107,13 @@ def close_contact(balls, candidates, contacts, laws, lane, time, totals, counter
 
 
 @inlined()
-def wall_away(walls, motions, feature, sure, position, limit):
-    """From the foot on a wall's feature to a ball's centre, in the laboratory frame; (FAR, 0, 0) if nothing touches."""
-    body = body_of(walls, feature)
-    distance, direction = touch(walls, feature, sure, to_body(motions, body, position), limit)
+def wall_away(walls, candidates, motions, k, body, position, limit):
+    """From the foot on candidate k's feature of the wall to the centre of a ball, in the laboratory frame.
+
+    (FAR, 0, 0) if a ball of radius `limit` there does not touch it.
+    """
+    feature = -1 - candidates.partner[k]
+    distance, direction = touch(walls, feature, candidates.sure[k], to_body(motions, body, position), limit)
     if distance < 0.0:
         return FAR, 0.0, 0.0
     return scale(distance, direction_to_laboratory(motions, body, direction))
@@ -113,26 +122,30 @@ def wall_away(walls, motions, feature, sure, position, limit):
 @inlined()
 def find_pairs(balls, candidates):
     """Write the closed candidates whose balls have come within reach to candidates.found; returns how many."""
-    count = 0
+    count = np.uint64(0)
     for k in range(candidates.first[candidates.first.size - 1]):
-        # Unsigned numbers spare the compiler the look for negative ones.
         i, j = candidates.ball[k], np.uint32(candidates.partner[k])
         away = subtract(row(balls.position, i), row(balls.position, j))
         # Written always and kept now and then, so that nothing depends on a branch.
         candidates.found[count] = k
-        count += dot(away, away) < candidates.trigger[k]
+        count += np.uint64(dot(away, away) < candidates.trigger[k])
     return count
 
 
 @inlined()
-def find_walls(balls, candidates, walls, motions):
+def find_walls(balls, candidates, motions):
     """The same for balls and features of the walls; of edges and corners, all that are closed."""
-    count = 0
-    for k in range(candidates.first_wall[0], candidates.first_wall[candidates.first_wall.size - 1]):
-        feature = np.uint32(-1 - candidates.partner[k])
-        point = to_body(motions, body_of(walls, feature), row(balls.position, candidates.ball[k]))
-        candidates.found[count] = k
-        count += plane_distance(walls, feature, point) < candidates.trigger[k]
+    count = np.uint64(0)
+    balls_end = candidates.first_wall.shape[1] - 1
+    for body in range(candidates.first_wall.shape[0]):
+        origin, turns = row(motions.pose, body), motions.turns[body]
+        for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, balls_end]):
+            point = subtract(row(balls.position, candidates.ball[k]), origin)
+            if turns:
+                point = direction_to_body(motions, body, point)
+            distance = dot(row(candidates.plane, k), point) - candidates.plane[k, 3]
+            candidates.found[count] = k
+            count += np.uint64(distance < candidates.trigger[k])
     return count
 
 
@@ -149,11 +162,11 @@ def open_pair(balls, candidates, contacts, laws, counters, k, time):
 @kernel()
 def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, time):
     """Open the contact of candidate k, a ball and a wall, if the feature itself is within reach."""
-    i, feature = candidates.ball[k], -1 - candidates.partner[k]
+    i, body = candidates.ball[k], body_of(walls, -1 - candidates.partner[k])
     position = row(balls.position, i)
-    away = wall_away(walls, motions, feature, candidates.sure[k], position, candidates.trigger[k])
+    away = wall_away(walls, candidates, motions, k, body, position, candidates.trigger[k])
     if away[0] < FAR:
-        foot = wall_velocity(motions, body_of(walls, feature), subtract(position, away))
+        foot = wall_velocity(motions, body, subtract(position, away))
         approach = dot(subtract(foot, row(balls.velocity_now, i)), away) / math.sqrt(dot(away, away))
         open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
@@ -163,5 +176,5 @@ def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, t
     """Open the contacts of all that have come within reach."""
     for at in range(find_pairs(balls, candidates)):
         open_pair(balls, candidates, contacts, laws, counters, candidates.found[at], time)
-    for at in range(find_walls(balls, candidates, walls, motions)):
+    for at in range(find_walls(balls, candidates, motions)):
         open_wall(balls, candidates, contacts, laws, walls, motions, counters, candidates.found[at], time)
