@@ -48,11 +48,9 @@ class World:
         self.vessel = options.get("vessel") or box()
         self.step, skin = options.get("step", 1e-6), options.get("skin", 6e-4)
         self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
-        for array, now, value in (
-            (self.balls.velocity, self.balls.velocity_now, velocity),
-            (self.balls.spin, self.balls.spin_now, spin),
-        ):
-            array[:] = now[:] = 0.0 if value is None else value
+        for columns, value in ((slice(0, 3), velocity), (slice(3, 6), spin)):
+            if value is not None:
+                self.balls.rate[:, columns] = self.balls.rate_now[:, columns] = value
         self.candidates = state.make_candidates(len(position), per_ball=40)
         self.contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, 0.2)

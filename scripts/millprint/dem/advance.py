@@ -6,8 +6,8 @@ import numpy as np
 
 from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
-from millprint.dem.neighbours import refresh
-from millprint.dem.steps import apply_forces, drift, fall_and_kick, kick
+from millprint.dem.neighbours import look
+from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.touching import book_works, listed, write_collision
 from millprint.kernel import inlined, kernel
 from millprint.mill.motion import write_poses
@@ -85,8 +85,8 @@ def write_sample(balls, clock, time, totals, out):
     for i in range(balls.species.size):
         mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
         for c in range(3):
-            speed = balls.velocity[i, c] + 0.5 * clock.step * (balls.force[i, c] / mass + clock.gravity[c])
-            spin = balls.spin[i, c] + 0.5 * clock.step * balls.torque[i, c] / inertia
+            speed = balls.rate[i, c] + 0.5 * clock.step * (balls.load[i, c] / mass + clock.gravity[c])
+            spin = balls.rate[i, 3 + c] + 0.5 * clock.step * balls.load[i, 3 + c] / inertia
             moving += 0.5 * mass * speed * speed
             turning += 0.5 * inertia * spin * spin
             potential -= mass * clock.gravity[c] * balls.position[i, c]
@@ -119,9 +119,9 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
         for c in range(3):
             half = 0.5 * clock.step
             recorder.snapshot[m, i, c] = balls.position[i, c]
-            recorder.snapshot[m, i, 3 + c] = balls.velocity[i, c] + half * (balls.force[i, c] / mass + clock.gravity[c])
-            recorder.snapshot[m, i, 6 + c] = balls.spin[i, c] + half * balls.torque[i, c] / inertia
-            recorder.snapshot[m, i, 9 + c] = balls.force[i, c]
+            recorder.snapshot[m, i, 3 + c] = balls.rate[i, c] + half * (balls.load[i, c] / mass + clock.gravity[c])
+            recorder.snapshot[m, i, 6 + c] = balls.rate[i, 3 + c] + half * balls.load[i, 3 + c] / inertia
+            recorder.snapshot[m, i, 9 + c] = balls.load[i, c]
         write_open(candidates, candidates.first, i, counters, recorder)
         for body in range(candidates.first_wall.shape[0]):
             write_open(candidates, candidates.first_wall[body], i, counters, recorder)
@@ -149,7 +149,7 @@ def count_occupancy(balls, clock, recorder):
             continue
         cell = recorder.occupancy[column, line]
         # The velocity that somebody in the vessel sees, along the vessel's axes.
-        seen = subtract(row(balls.velocity_now, i), wall_velocity(clock.motions, 0, position))
+        seen = subtract(row(balls.rate_now, i), wall_velocity(clock.motions, 0, position))
         speed = direction_to_body(clock.motions, 0, seen)
         cell[0] += 1
         for c in range(3):
@@ -200,14 +200,12 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
     Time is the step's number times the step; the mill starts at step 0.
     """
     # The same numbers as rows of one line each, which make fast loops.
-    position, velocity, spin = balls.position.reshape(-1), balls.velocity.reshape(-1), balls.spin.reshape(-1)
-    velocity_now, spin_now = balls.velocity_now.reshape(-1), balls.spin_now.reshape(-1)
-    force, torque = balls.force.reshape(-1), balls.torque.reshape(-1)
+    rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
     while counters[state.STEP] <= last_step and counters[state.STATUS] == state.RUNNING:
         time = counters[state.STEP] * clock.step
         write_poses(clock.motions, time)
         if counters[state.CHECK_IN] <= 0:
-            refresh(balls, candidates, contacts, laws, walls, clock, counters)
+            look(balls, candidates, contacts, laws, walls, clock, counters)
             if counters[state.STATUS] != state.RUNNING:
                 break
         if not room_left(candidates, counters, table, recorder):
@@ -221,9 +219,8 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
             record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
-        fall_and_kick(velocity, velocity_now, force, clock.gain, clock.fall)
-        kick(spin, spin_now, torque, clock.spin_gain)
-        drift(position, velocity, clock.step)
+        kick(rate, rate_now, load, clock.gain, clock.fall)
+        drift(balls.position, balls.rate, clock.step)
         counters[state.STEP] += 1
         counters[state.CHECK_IN] -= 1
 

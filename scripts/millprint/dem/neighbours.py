@@ -21,13 +21,16 @@ from millprint.dem.state import (
     STATUS,
     USED,
 )
-from millprint.dem.touching import listed, occupy
+from millprint.dem.touching import check_overlaps, listed, occupy
 from millprint.kernel import inlined, kernel
 from millprint.mill.vectors import cross, dot, row, subtract
 from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
 
 # Below this number of balls every pair is looked at; above it a grid of cells is used.
 ALL_PAIRS = 160
+
+# Steps between two looks at the lists and at the overlaps, at most.
+LOOK_EVERY = 100.0
 
 
 @kernel()
@@ -247,7 +250,7 @@ def farthest_and_fastest(balls, candidates, motions, body):
     for i in range(balls.species.size):
         point = to_body(motions, body, row(balls.position, i))
         moved = subtract(point, row(candidates.anchor[body], i))
-        speed = subtract(row(balls.velocity, i), (pose[body, 3], pose[body, 4], pose[body, 5]))
+        speed = subtract(row(balls.rate, i), (pose[body, 3], pose[body, 4], pose[body, 5]))
         if motions.turns[body]:
             arm = subtract(row(balls.position, i), (pose[body, 0], pose[body, 1], pose[body, 2]))
             speed = subtract(speed, cross((pose[body, 6], pose[body, 7], pose[body, 8]), arm))
@@ -259,12 +262,13 @@ def farthest_and_fastest(balls, candidates, motions, body):
 
 
 @kernel()
-def refresh(balls, candidates, contacts, laws, walls, clock, counters):
+def look(balls, candidates, contacts, laws, walls, clock, counters):
     """Rebuild the lists if a ball may leave its skin within the next step; plan the next look.
 
     No ball is taken to become faster, relative to a body, than twice the fastest one between two looks.
     """
-    strides = 1000.0
+    check_overlaps(contacts, counters)
+    strides = LOOK_EVERY
     stale = False
     for body in range(candidates.anchor.shape[0]):
         travelled2, fastest2, total = farthest_and_fastest(balls, candidates, clock.motions, body)

@@ -14,8 +14,8 @@ from millprint.mill.motion import Motion, Motions, stack_motions
 WALL_WORK, TOTAL_NORMAL, TOTAL_DAMPING, TOTAL_TANGENTIAL, TOTAL_ROLLING, ELASTIC_NORMAL, ELASTIC_TANGENTIAL = range(7)
 TOTALS = 7
 
-# Counters of a run. USED lanes lie below the highest open one, FREE ones among them; ASIDE contacts are set aside while
-# the candidates are listed anew, -1 where none are.
+# Counters of a run. CHECK_IN steps remain until the next look at the lists; USED lanes lie below the highest open one,
+# FREE ones among them; ASIDE contacts are set aside while the candidates are listed anew, -1 where none are.
 (
     STEP, CHECK_IN, STATUS, BALL, PARTNER, RECORDS, SAMPLES, SNAPSHOTS, SNAPSHOT_CONTACTS, REBUILDS, USED, FREE, ASIDE,
 ) = range(13)  # fmt: skip
@@ -26,19 +26,26 @@ RUNNING, OVERLAP, ESCAPED, NOT_FINITE, CONTACT_LOST, CANDIDATES_FULL = range(6)
 
 
 class Balls(NamedTuple):
-    """State of the balls; velocities are those of half a step ago, `_now` those expected at the present position."""
+    """State of the balls; rates are those of half a step ago, `rate_now` those expected at the present position."""
 
     position: np.ndarray  # (n, 3) [m]
-    velocity: np.ndarray  # (n, 3) [m/s]
-    velocity_now: np.ndarray
-    spin: np.ndarray  # (n, 3) [rad/s]
-    spin_now: np.ndarray
-    force: np.ndarray  # (n, 3) contact force [N]
-    torque: np.ndarray  # (n, 3) [N m]
+    rate: np.ndarray  # (n, 6) velocity [m/s] and angular velocity [rad/s]
+    rate_now: np.ndarray
+    load: np.ndarray  # (n, 6) contact force [N] and torque [N m]
     species: np.ndarray  # (n,) row of the tables below
     radius: np.ndarray  # (species,) [m]
     mass: np.ndarray  # (species,) [kg]
     inertia: np.ndarray  # (species,) [kg m2]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities (n, 3) half a step ago [m/s]."""
+        return self.rate[:, :3]
+
+    @property
+    def spin(self) -> np.ndarray:
+        """Angular velocities (n, 3) half a step ago [rad/s]."""
+        return self.rate[:, 3:]
 
 
 class Candidates(NamedTuple):
@@ -52,7 +59,7 @@ class Candidates(NamedTuple):
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; -1 while open
-    found: np.ndarray  # (s + 1,) what has come within reach in the present step
+    found: np.ndarray  # (s + 1,) those that have come within reach in the present step
     anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
     cell_place: np.ndarray  # (n, 4) a ball's cell along each axis, and its number
     cell_first: np.ndarray  # (cells + 1,) where a cell's members begin
@@ -85,9 +92,8 @@ class Clock(NamedTuple):
     step: float  # [s]
     gravity: np.ndarray  # (3,) [m/s2]
     motions: Motions
-    gain: np.ndarray  # (3 n,) change of velocity in a step by a force of 1 N [m/s]
-    spin_gain: np.ndarray  # (3 n,) change of spin in a step by a torque of 1 N m [rad/s]
-    fall: np.ndarray  # (3 n,) change of velocity in a step by gravity [m/s]
+    gain: np.ndarray  # (6 n,) change of the rates in a step by unit loads [m/s, rad/s]
+    fall: np.ndarray  # (6 n,) change of the rates in a step by gravity [m/s]
     load: np.ndarray  # (bodies, 6) force on the balls [N] and torque about the body's origin [N m] of the present step
     skin: float  # a candidate is listed up to this far from contact [m]
 
@@ -95,7 +101,7 @@ class Clock(NamedTuple):
 def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:
     """Balls at rest at `position` (n, 3) [m]; species (n,) are rows of `radii` [m]; density [kg/m3]."""
     position = np.ascontiguousarray(position, dtype=float)
-    zero = [np.zeros_like(position) for _ in range(6)]
+    zero = [np.zeros((len(position), 6)) for _ in range(3)]
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
     return Balls(position.copy(), *zero, np.asarray(species, dtype=np.int64), radii, mass, 0.4 * mass * radii**2)
@@ -184,9 +190,8 @@ def make_clock(balls: Balls, motions: list[Motion], step: float, skin: float, gr
         step=float(step),
         gravity=down,
         motions=stack_motions(motions),
-        gain=np.repeat(step / balls.mass[balls.species], 3),
-        spin_gain=np.repeat(step / balls.inertia[balls.species], 3),
-        fall=np.tile(step * down, len(balls.species)),
+        gain=np.repeat(step / np.column_stack([balls.mass, balls.inertia])[balls.species], 3),
+        fall=np.tile(np.concatenate([step * down, np.zeros(3)]), len(balls.species)),
         load=np.zeros((len(motions), 6)),
         skin=float(skin),
     )

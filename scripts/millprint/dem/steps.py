@@ -10,7 +10,7 @@ import numpy as np
 
 from millprint.dem import lanes, state
 from millprint.dem.lanes import LANES, evaluate
-from millprint.dem.law import LIMIT, REACH
+from millprint.dem.law import REACH
 from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
 from millprint.mill.vectors import cross, dot, row, scale, subtract
@@ -18,10 +18,15 @@ from millprint.mill.walls import body_of, wall_velocity
 
 
 @inlined()
-def accumulate(array, index, vector):
-    array[index, 0] += vector[0]
-    array[index, 1] += vector[1]
-    array[index, 2] += vector[2]
+def spin_of(rates, i):
+    return rates[i, 3], rates[i, 4], rates[i, 5]
+
+
+@inlined()
+def add_load(balls, i, force, torque):
+    for c in range(3):
+        balls.load[i, c] += force[c]
+        balls.load[i, 3 + c] += torque[c]
 
 
 @inlined()
@@ -31,10 +36,10 @@ def gather_pair(balls, contacts, lane, block, m):
     away = subtract(row(balls.position, i), row(balls.position, j))
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
-    velocity = subtract(row(balls.velocity_now, i), row(balls.velocity_now, j))
+    velocity = subtract(row(balls.rate_now, i), row(balls.rate_now, j))
     lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
-    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, row(balls.spin_now, i))
-    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, row(balls.spin_now, j))
+    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, spin_of(balls.rate_now, i))
+    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, spin_of(balls.rate_now, j))
     return dot(away, away) < reach * reach
 
 
@@ -46,9 +51,9 @@ def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
     position = row(balls.position, i)
     away = wall_away(walls, candidates, motions, np.uint32(contacts.slot[lane]), body, position, reach)
     lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
-    velocity = subtract(row(balls.velocity_now, i), wall_velocity(motions, body, subtract(position, away)))
+    velocity = subtract(row(balls.rate_now, i), wall_velocity(motions, body, subtract(position, away)))
     lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
-    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, row(balls.spin_now, i))
+    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, spin_of(balls.rate_now, i))
     turning = (motions.pose[body, 6], motions.pose[body, 7], motions.pose[body, 8])
     lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, turning)
     return away[0] < FAR
@@ -66,24 +71,17 @@ def load_body(walls, motions, load, position, away, feature, force, back):
 
 
 @inlined()
-def scatter(balls, contacts, walls, clock, lane, block, m, counters):
+def scatter(balls, contacts, walls, clock, lane, block, m):
     """Hand what came out of a lane to its partners."""
     i, j = contacts.ball[lane], contacts.partner[lane]
     force = lanes.get_vector(contacts.lanes, block, lanes.FORCE, m)
     back = lanes.get_vector(contacts.lanes, block, lanes.BACK, m)
-    accumulate(balls.force, i, force)
-    accumulate(balls.torque, i, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
+    add_load(balls, i, force, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
     if j >= 0:
-        accumulate(balls.force, np.uint32(j), scale(-1.0, force))
-        accumulate(balls.torque, np.uint32(j), back)
+        add_load(balls, np.uint32(j), scale(-1.0, force), back)
     else:
         away = lanes.get_vector(contacts.lanes, block, lanes.AWAY, m)
         load_body(walls, clock.motions, clock.load, row(balls.position, i), away, -1 - j, force, back)
-    overlap = lanes.get(contacts.lanes, block, lanes.OVERLAP, m)
-    if overlap > lanes.get(contacts.lanes, block, lanes.LAW + LIMIT, m):
-        counters[state.STATUS] = state.OVERLAP
-        counters[state.BALL] = i
-        counters[state.PARTNER] = j
 
 
 @inlined()
@@ -104,7 +102,7 @@ def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, 
     evaluate(contacts.lanes, block, clock.step)
     for m in range(width):
         if contacts.slot[first + m] >= 0:
-            scatter(balls, contacts, walls, clock, first + m, block, m, counters)
+            scatter(balls, contacts, walls, clock, first + m, block, m)
 
 
 @inlined()
@@ -127,31 +125,20 @@ def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, 
 
 
 @inlined()
-def kick(velocity, velocity_now, force, gain):
-    """Velocities half a step on, and those expected at the next positions; the forces are cleared. Flat arrays."""
-    for c in range(velocity.size):
-        change = force[c] * gain[c]
-        faster = velocity[c] + change
-        velocity[c] = faster
-        velocity_now[c] = faster + 0.5 * change
-    for c in range(force.size):
-        force[c] = 0.0
+def kick(rate, rate_now, load, gain, fall):
+    """Rates half a step on, and those expected at the next positions; the loads are cleared. Flat arrays."""
+    for c in range(rate.size):
+        change = load[c] * gain[c] + fall[c]
+        faster = rate[c] + change
+        rate[c] = faster
+        rate_now[c] = faster + 0.5 * change
+    for c in range(load.size):
+        load[c] = 0.0
 
 
 @inlined()
-def fall_and_kick(velocity, velocity_now, force, gain, fall):
-    """As `kick`, with the change by gravity in a step, `fall`."""
-    for c in range(velocity.size):
-        change = force[c] * gain[c] + fall[c]
-        faster = velocity[c] + change
-        velocity[c] = faster
-        velocity_now[c] = faster + 0.5 * change
-    for c in range(force.size):
-        force[c] = 0.0
-
-
-@inlined()
-def drift(position, velocity, step):
+def drift(position, rate, step):
     """Positions a step on."""
-    for c in range(position.size):
-        position[c] += step * velocity[c]
+    for i in range(position.shape[0]):
+        for c in range(3):
+            position[i, c] += step * rate[i, c]

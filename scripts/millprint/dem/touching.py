@@ -6,7 +6,7 @@ import numpy as np
 
 from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
-from millprint.dem.law import REACH
+from millprint.dem.law import LIMIT, REACH
 from millprint.kernel import inlined, kernel
 from millprint.mill.vectors import dot, row, scale, subtract
 from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
@@ -92,9 +92,29 @@ def write_collision(contacts, lane, time, ended, counters, table):
         table.value[at, 3 + c] = lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_FORCE + c, m)
 
 
+@inlined()
+def check_overlap(contacts, lane, counters):
+    """Set the status if a contact has overlapped too much at any time."""
+    block, m = lane // LANES, lane % LANES
+    peak = lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m)
+    if peak > lanes.get(contacts.lanes, block, lanes.LAW + LIMIT, m):
+        counters[state.STATUS] = state.OVERLAP
+        counters[state.BALL] = contacts.ball[lane]
+        counters[state.PARTNER] = contacts.partner[lane]
+
+
+@kernel()
+def check_overlaps(contacts, counters):
+    """Set the status if any open contact has overlapped too much."""
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            check_overlap(contacts, lane, counters)
+
+
 @kernel()
 def close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table):
     """End a contact: book its works, record it, free its lane."""
+    check_overlap(contacts, lane, counters)
     book_works(contacts, lane, totals)
     write_collision(contacts, lane, time, 1, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
@@ -136,10 +156,10 @@ def find_pairs(balls, candidates):
 def find_walls(balls, candidates, motions):
     """The same for balls and features of the walls; of edges and corners, all that are closed."""
     count = np.uint64(0)
-    balls_end = candidates.first_wall.shape[1] - 1
+    last = candidates.first_wall.shape[1] - 1
     for body in range(candidates.first_wall.shape[0]):
         origin, turns = row(motions.pose, body), motions.turns[body]
-        for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, balls_end]):
+        for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, last]):
             point = subtract(row(balls.position, candidates.ball[k]), origin)
             if turns:
                 point = direction_to_body(motions, body, point)
@@ -154,7 +174,7 @@ def open_pair(balls, candidates, contacts, laws, counters, k, time):
     """Open the contact of candidate k, two balls."""
     i, j = candidates.ball[k], candidates.partner[k]
     away = subtract(row(balls.position, i), row(balls.position, j))
-    closing = subtract(row(balls.velocity_now, j), row(balls.velocity_now, i))
+    closing = subtract(row(balls.rate_now, j), row(balls.rate_now, i))
     approach = dot(closing, away) / math.sqrt(dot(away, away))
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
@@ -167,7 +187,7 @@ def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, ti
     away = wall_away(walls, candidates, motions, k, body, position, candidates.trigger[k])
     if away[0] < FAR:
         foot = wall_velocity(motions, body, subtract(position, away))
-        approach = dot(subtract(foot, row(balls.velocity_now, i)), away) / math.sqrt(dot(away, away))
+        approach = dot(subtract(foot, row(balls.rate_now, i)), away) / math.sqrt(dot(away, away))
         open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
