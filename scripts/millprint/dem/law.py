@@ -24,6 +24,9 @@ from millprint.mill.vectors import add, add_scaled, dot, scale
 KN, KT, CN, CT, MU, MU_ROLLING, STOP, REACH, LIMIT = range(9)
 COLUMNS = 9
 
+# Keeps a quotient finite where a force [N] or an angular velocity [rad/s] is nothing; its root is added to them.
+TINY = 1e-60
+
 # Share of the relative angular velocity that rolling friction may take in one step.
 STOP_SHARE = 0.25
 
@@ -64,12 +67,15 @@ def law_row(
 
 @inlined()
 def turn_spring(spring, normal):
-    """The tangential spring in the plane across `normal`, its length kept (Eq. 3.3 and the text below it)."""
-    length2 = dot(spring, spring)
-    flat = add_scaled(spring, -dot(spring, normal), normal)
+    """The tangential spring in the plane across `normal`, its length kept (Eq. 3.3 and the text below it).
+
+    To the second order in the angle turned in the step, which is small: sqrt(1 + x) is taken as 1 + x / 2.
+    """
+    along = dot(spring, normal)
+    flat = add_scaled(spring, -along, normal)
     flat2 = dot(flat, flat)
     # No contact turns that far in a step; lengths of rounding's size may seem to.
-    stretch = math.sqrt(length2 / flat2) if flat2 > 0.25 * length2 else 1.0
+    stretch = 1.0 + 0.5 * along * along / flat2 if flat2 > along * along else 1.0
     return scale(stretch, flat)
 
 
@@ -99,10 +105,13 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     viscous = law[CT] * quarter
     force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     cap = law[MU] * elastic
-    force2 = dot(force, force)
-    slides = force2 > cap * cap
-    force = scale(cap / math.sqrt(force2) if slides else 1.0, force)
-    softness = -1.0 / stiffness
+    size = math.sqrt(dot(force, force) + TINY)
+    turning = math.sqrt(dot(spin, spin) + TINY)
+    # Three quotients by one division, which is what takes the processor longest.
+    inverse = 1.0 / (stiffness * size * turning)
+    slides = size > cap
+    force = scale(cap * inverse * stiffness * turning if slides else 1.0, force)
+    softness = -inverse * size * turning
     spring = (
         softness * force[0] if slides else spring[0],
         softness * force[1] if slides else spring[1],
@@ -111,10 +120,10 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     sticking_power = 0.0 if slides else viscous * dot(slip, slip)
     tangential_power = -dot(force, slip)
 
-    turning = math.sqrt(dot(spin, spin))
-    resistance, bound = law[MU_ROLLING] * elastic * arm, law[STOP] * turning
-    moment = resistance if resistance < bound else bound
-    torque = scale(-moment / turning if turning > 0.0 else 0.0, spin)
-    powers = (damping * approach, sticking_power, tangential_power, moment * turning)
+    # Torque over angular velocity [N m s].
+    resistance = law[MU_ROLLING] * elastic * arm * inverse * stiffness * size
+    resistance = resistance if resistance < law[STOP] else law[STOP]
+    torque = scale(-resistance, spin)
+    powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)
     stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
     return elastic - damping, force, torque, spring, slip, powers, stored
