@@ -4,9 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from millprint.config.section import Positive, Section
-
-Vector = tuple[float, float, float]
+from millprint.config.section import Positive, Section, Vector
 
 
 def _has_length(vector: Vector) -> Vector:

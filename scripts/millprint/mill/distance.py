@@ -67,21 +67,16 @@ def _nearest_on_outline(surface, facet, point):
     for k in range(surface.first_side[facet], surface.first_side[facet + 1]):
         away = subtract(point, row(surface.start, k))
         along = dot(away, row(surface.along, k))
-        within = min(max(along, 0.0), surface.length[k])
+        # The end of a side is the start of the next one, which knows the corner's normal.
+        if along >= surface.length[k]:
+            continue
+        within = max(along, 0.0)
         away = add_scaled(away, -within, row(surface.along, k))
         squared = dot(away, away)
         if squared < best:
             best = squared
             away_best = away
-            # Ends belong to two sides; their corner's normal is stored with the side that starts there.
-            if along <= 0.0:
-                outward = row(surface.corner_normal, k)
-            elif along >= surface.length[k]:
-                outward = (0.0, 0.0, 0.0)
-            else:
-                outward = row(surface.side_normal, k)
-        elif squared == best and along <= 0.0:
-            outward = row(surface.corner_normal, k)
+            outward = row(surface.corner_normal, k) if along <= 0.0 else row(surface.side_normal, k)
     return best, away_best, outward
 
 
