@@ -1,5 +1,6 @@
-"""Exact signed distance to a vessel's walls and its gradient."""
+"""Exact signed distance to the walls of a vessel or of a solid, and its gradient."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -130,7 +131,10 @@ def _signed_distance(surface, points):
 
 
 class SignedDistance:
-    """Signed distance to the walls of a vessel, in the body frame: negative inside, zero on the wall."""
+    """Signed distance to the walls of a body, in its frame: zero on the wall, negative where the balls are.
+
+    That is inside a vessel, and outside a solid.
+    """
 
     def __init__(self, vessel: Vessel) -> None:
         self._surface = _surface(vessel)
@@ -140,3 +144,9 @@ class SignedDistance:
         points = np.asarray(points, dtype=float)
         distance, gradient = _signed_distance(self._surface, np.ascontiguousarray(points.reshape(-1, 3)))
         return distance.reshape(points.shape[:-1]), gradient.reshape(points.shape)
+
+
+@lru_cache(maxsize=32)
+def signed_distance(vessel: Vessel) -> SignedDistance:
+    """The signed distance of a body, made once for as long as it is in use."""
+    return SignedDistance(vessel)

@@ -135,6 +135,13 @@ class Vessel:
         return tuple(self._edge_at.values())
 
     @cached_property
+    def vertices(self) -> np.ndarray:
+        """Every vertex (v, 3) [m], once."""
+        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
+        _, first = np.unique([self.key(point) for point in points], axis=0, return_index=True)
+        return points[np.sort(first)]
+
+    @cached_property
     def volume_m3(self) -> float:
         """Inner volume [m3], by the divergence theorem; negative for a solid, which takes it from the balls."""
         return -sum(facet.offset * facet.area for facet in self.facets) / 3
