@@ -152,9 +152,10 @@ def test_blades_are_alike():
         (CAPSULE, {"fillet_ends": "none"}, "at most 0 mm"),
         (CAPSULE, {"fillet_ends": "bottom", "height_mm": 10}, "fillet_ends = bottom"),
         (CAPSULE, {"radius_mm": float("inf")}, "finite"),
-        (STIRRER, {"blade_thickness_mm": 15}, "must be thinner than 14.1"),
+        (STIRRER, {"blade_thickness_mm": 15}, "must be thinner than 14 mm"),
         (STIRRER, {"blades": 0}, "greater than or equal to 1"),
-        (SHAPES["box"], {"x_mm": 0}, "greater than 0"),
+        (SHAPES["box"], {"x_mm": 0}, "greater than or equal to 0.01"),
+        (SHAPES["box"], {"centre_mm": [0, 1e300, 0]}, "less than or equal to 10000"),
     ],
 )
 def test_sizes_that_do_not_fit_are_refused(shape, changes, message):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from millprint.config.section import NonNegative, Positive, Section, Vector
+from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size
 
 MESH_SUFFIXES = (".stl", ".ply", ".obj")
 
@@ -14,20 +14,22 @@ MESH_SUFFIXES = (".stl", ".ply", ".obj")
 class PostGeometry(Section):
     """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
 
-    radius_mm: Positive = Field(description="radius of the post [mm]")
-    facets: Annotated[int, Field(ge=3)] = Field(default=24, description="flat facets around the post [-]")
+    radius_mm: Size = Field(description="radius of the post [mm]")
+    facets: Annotated[int, Field(ge=3, le=720)] = Field(default=24, description="flat facets around the post [-]")
 
 
 class StadiumGeometry(Section):
     """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
 
     kind: Literal["stadium"]
-    end_radius_mm: Positive = Field(description="radius of the two round ends [mm]")
-    straight_mm: Positive = Field(description="length of the straight sides [mm]")
-    height_mm: Positive = Field(description="inner height [mm]")
-    facets_per_half_circle: Annotated[int, Field(ge=3)] = Field(description="flat facets of each round end [-]")
-    fillet_radius_mm: Annotated[float, Field(ge=0)] = Field(description="radius of the bottom edge's fillet [mm]")
-    fillet_facets: Annotated[int, Field(ge=1)] = Field(default=5, description="flat facets across the fillet [-]")
+    end_radius_mm: Size = Field(description="radius of the two round ends [mm]")
+    straight_mm: Size = Field(description="length of the straight sides [mm]")
+    height_mm: Size = Field(description="inner height [mm]")
+    facets_per_half_circle: Annotated[int, Field(ge=3, le=360)] = Field(description="flat facets of each round end [-]")
+    fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
+    fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(
+        default=5, description="flat facets across the fillet [-]"
+    )
     post: PostGeometry | None = Field(default=None, description="a central post; none if left out")
 
     @model_validator(mode="after")
@@ -50,8 +52,8 @@ class CylinderGeometry(Section):
     """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
-    radius_mm: Positive = Field(description="radius, on which the facets' edges lie [mm]")
-    height_mm: Positive = Field(description="inner length from end to end, rounded ends included [mm]")
+    radius_mm: Size = Field(description="radius, on which the facets' edges lie [mm]")
+    height_mm: Size = Field(description="inner length from end to end, rounded ends included [mm]")
     axis: Literal["x", "y", "z"] = Field(default="z", description="direction of the cylinder's axis; z points up")
     facets: Annotated[int, Field(ge=3, le=720)] = Field(default=48, description="flat facets around [-]")
     fillet_radius_mm: NonNegative = Field(default=0.0, description="radius of the ends' fillets [mm]; 0 for none")
@@ -59,7 +61,7 @@ class CylinderGeometry(Section):
     fillet_ends: Literal["bottom", "both", "none"] = Field(
         default="bottom", description="ends with a fillet; bottom is the end towards the axis's negative side"
     )
-    centre_mm: Vector | None = Field(
+    centre_mm: PlaceVector | None = Field(
         default=None,
         description="middle of the cylinder [mm]; left out, an upright one stands on z = 0 and a lying one is centred",
     )
@@ -81,10 +83,10 @@ class BoxGeometry(Section):
     """A box with its sides along the axes."""
 
     kind: Literal["box"]
-    x_mm: Positive = Field(description="inner size along x [mm]")
-    y_mm: Positive = Field(description="inner size along y [mm]")
-    z_mm: Positive = Field(description="inner size along z [mm]")
-    centre_mm: Vector | None = Field(
+    x_mm: Size = Field(description="inner size along x [mm]")
+    y_mm: Size = Field(description="inner size along y [mm]")
+    z_mm: Size = Field(description="inner size along z [mm]")
+    centre_mm: PlaceVector | None = Field(
         default=None, description="middle of the box [mm]; left out, it stands on z = 0 about the z axis"
     )
 
@@ -93,17 +95,18 @@ class PaddlesGeometry(Section):
     """An upright stirrer: flat upright blades around a hub on the z axis, one outline through the whole height."""
 
     kind: Literal["paddles"]
-    hub_radius_mm: Positive = Field(description="radius of the hub [mm]")
+    hub_radius_mm: Size = Field(description="radius of the hub [mm]")
     hub_facets: Annotated[int, Field(ge=3, le=360)] = Field(default=24, description="flat facets of a whole hub [-]")
     blades: Annotated[int, Field(ge=1, le=64)] = Field(description="number of blades [-]")
-    blade_length_mm: Positive = Field(description="how far a blade stands out of the hub [mm]")
-    blade_thickness_mm: Positive = Field(description="thickness of a blade [mm]")
-    height_mm: Positive = Field(description="height of hub and blades [mm]")
-    bottom_mm: float = Field(description="z of the lower side [mm]")
+    blade_length_mm: Size = Field(description="how far a blade stands out of the hub [mm]")
+    blade_thickness_mm: Size = Field(description="thickness of a blade [mm]")
+    height_mm: Size = Field(description="height of hub and blades [mm]")
+    bottom_mm: Place = Field(description="z of the lower side [mm]")
 
     @model_validator(mode="after")
     def _blades_fit(self) -> "PaddlesGeometry":
-        widest = 2 * self.hub_radius_mm * (math.sin(math.pi / self.blades) if self.blades > 1 else 1.0)
+        # A hundredth of the hub is left between blades, so that its facets there have a size.
+        widest = 1.98 * self.hub_radius_mm * (math.sin(math.pi / self.blades) if self.blades > 1 else 1.0)
         if self.blade_thickness_mm >= widest:
             raise ValueError(
                 f"blade_thickness_mm = {self.blade_thickness_mm:g}: {self.blades} blades on this hub must be thinner "

@@ -11,11 +11,16 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
 
+# Sizes and places of mills [mm], in bounds that no machine reaches and no number overflows in.
+Size = Annotated[float, Field(ge=0.01, le=10_000)]
+Place = Annotated[float, Field(ge=-10_000, le=10_000)]
+Vector = tuple[float, float, float]
+PlaceVector = tuple[Place, Place, Place]
+
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
-Vector = tuple[float, float, float]
 
 
 def nested_models(annotation: Any) -> list[type[BaseModel]]:

@@ -146,8 +146,9 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
             if away.max() > (TOUCH if as_one else -TOUCH) * bodies[0].vessel.size:
                 at = body.to_laboratory(points[np.argmax(away)][None], time_s)[0] * 1e3
                 when = "" if as_one else f" after {time_s:.3g} turns"
+                first, second = (other, body) if body is bodies[0] else (body, other)
                 raise ConfigError(
-                    f"{_place(mill)}: inserts: {body.name} meets {other.name} at "
+                    f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
                     f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm{when}; inserts must lie inside the vessel and clear "
                     "of each other throughout"
                 )
