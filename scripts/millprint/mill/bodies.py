@@ -139,16 +139,32 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     times = _check_times(mill)
     for body, other in itertools.permutations(bodies, 2):
         as_one = laws[body.name] == laws[other.name]
-        points = _samples(body.vessel)
-        for time_s in times[:1] if as_one else times:
-            away = signed_distance(other.vessel)(other.to_body(body.to_laboratory(points, time_s), time_s))[0]
-            # Where balls can be the distance is negative; so it must be at the points of another body.
-            if away.max() > (TOUCH if as_one else -TOUCH) * bodies[0].vessel.size:
-                at = body.to_laboratory(points[np.argmax(away)][None], time_s)[0] * 1e3
-                when = "" if as_one else f" after {time_s:.3g} turns"
-                first, second = (other, body) if body is bodies[0] else (body, other)
-                raise ConfigError(
-                    f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
-                    f"({at[0]:.4g}, {at[1]:.4g}, {at[2]:.4g}) mm{when}; inserts must lie inside the vessel and clear "
-                    "of each other throughout"
-                )
+        # Where balls can be the distance is negative; so it must be at the points of another body.
+        allowed = (TOUCH if as_one else -TOUCH) * bodies[0].vessel.size
+        met = _first_meeting(body, other, times[:1] if as_one else times, allowed)
+        if met:
+            turns, at = met
+            first, second = (other, body) if body is bodies[0] else (body, other)
+            when = "" if as_one else f" after {turns:.3g} turns"
+            raise ConfigError(
+                f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
+                f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm{when}; inserts must lie inside the "
+                "vessel and clear of each other throughout"
+            )
+
+
+def _first_meeting(body: Body, other: Body, times: np.ndarray, allowed: float) -> tuple[float, np.ndarray] | None:
+    """The first of some times [s] at which a point of `body` comes as far as `allowed` into `other`, and the point.
+
+    A distance changes by no more than its point moves, so it is computed anew only where that could matter.
+    """
+    points, distance_of = _samples(body.vessel), signed_distance(other.vessel)
+    seen, distance = np.zeros_like(points), np.full(len(points), np.inf)
+    for time_s in times:
+        placed = body.to_laboratory(points, time_s)
+        now = other.to_body(placed, time_s)
+        stale = distance + np.linalg.norm(now - seen, axis=1) > allowed
+        seen[stale], distance[stale] = now[stale], distance_of(now[stale])[0]
+        if distance.max() > allowed:
+            return float(time_s), placed[np.argmax(distance)]
+    return None
