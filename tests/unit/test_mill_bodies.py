@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.distance import pdist
 
 from millprint.config.load import check_model
@@ -63,6 +64,24 @@ def test_an_insert_without_a_motion_moves_with_the_vessel():
     vessel, rod = build_bodies(mill(motion=circle, inserts=[{"name": "rod", "geometry": ROD}]), 600)
     times = np.linspace(-0.1, 0.3, 7)
     assert np.array_equal(vessel.motion.position(times), rod.motion.position(times))
+
+
+def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    wanted = build_bodies(attritor(), 60)
+    # A solid's walls face out of it, as a file's normals do.
+    trimesh.Trimesh(*wanted[1].vessel.triangles(), process=False).export("stirrer.stl")
+    geometry = {"kind": "stl", "path": "stirrer.stl", "unit": "m"}
+    made = mill(inserts=[{"name": "stirrer", "geometry": geometry, "motion": TURNING}])
+    found = build_bodies(made, 60)
+    check(made)
+    assert made.mesh_files == ["stirrer.stl"]
+    assert len(found[1].vessel.facets) == len(wanted[1].vessel.facets)
+    assert ball_space_m3(found) == pytest.approx(ball_space_m3(wanted), rel=1e-6)
+    points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (300, 3))
+    assert distance_to_walls(found, points, 0.3)[0] == pytest.approx(
+        distance_to_walls(wanted, points, 0.3)[0], abs=1e-8
+    )
 
 
 def test_travel_is_the_amplitude_the_radius_or_the_reach():
@@ -233,10 +252,11 @@ def test_tall_lying_and_flat_vessels_are_filled_alike(shape):
 
 
 def test_a_large_drum_needs_no_lattice_of_its_diagonal_cubed():
-    """10 L and 5 mm balls: sites over a box, not over the cube of its diagonal."""
-    vessel = build_vessel(mill({"kind": "cylinder", "radius_mm": 60, "height_mm": 900, "axis": "x"}))
+    """A long drum and 5 mm balls: sites over a box, not over the cube of its diagonal."""
+    vessel = build_vessel(mill({"kind": "cylinder", "radius_mm": 40, "height_mm": 900, "axis": "x", "facets": 24}))
     sites = lattice(vessel, 5e-3, 0.2, np.array([0.3, 0.7, 0.1]))
     low, high = vessel.bounds
     held = ((sites > low) & (sites < high)).all(axis=1).sum()
-    assert held == pytest.approx(np.prod(high - low) * math.sqrt(2) / 5e-3**3, rel=0.02)
-    assert len(pack(vessel, 5e-3, 20_000, 0, vessel.volume_m3)) == 20_000
+    assert held == pytest.approx(np.prod(high - low) * math.sqrt(2) / 5e-3**3, rel=0.05)
+    assert len(sites) < 3 * held
+    assert len(pack(vessel, 5e-3, 10_000, 0, vessel.volume_m3)) == 10_000

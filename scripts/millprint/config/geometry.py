@@ -110,7 +110,7 @@ class PaddlesGeometry(Section):
         if self.blade_thickness_mm >= widest:
             raise ValueError(
                 f"blade_thickness_mm = {self.blade_thickness_mm:g}: {self.blades} blades on this hub must be thinner "
-                f"than {widest:g} mm"
+                f"than {widest:.4g} mm"
             )
         return self
 
