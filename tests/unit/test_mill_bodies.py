@@ -257,6 +257,7 @@ def test_a_large_drum_needs_no_lattice_of_its_diagonal_cubed():
     sites = lattice(vessel, 5e-3, 0.2, np.array([0.3, 0.7, 0.1]))
     low, high = vessel.bounds
     held = ((sites > low) & (sites < high)).all(axis=1).sum()
+    # Not one of the box is missing: as many as a close packing has, up to the surface.
     assert held == pytest.approx(np.prod(high - low) * math.sqrt(2) / 5e-3**3, rel=0.05)
-    assert len(sites) < 3 * held
+    assert len(sites) < 2 * held
     assert len(pack(vessel, 5e-3, 10_000, 0, vessel.volume_m3)) == 10_000

@@ -53,16 +53,20 @@ def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> 
     angle: turn about the vertical [rad]; shift: (3,) in units of the spacing.
     """
     low, high = vessel.bounds
-    middle, half = (low + high) / 2, (high - low) / 2
-    # Layers up to the top, and in each a square that holds the box however it is turned; two more for the shift.
-    across, up = math.hypot(half[0], half[1]) / spacing, half[2] / spacing
-    rows = [across, across / math.sqrt(3 / 4), up / math.sqrt(2 / 3)]
-    i, j, k = np.meshgrid(*(np.arange(-n, n + 1) for n in (math.ceil(row) + 2 for row in rows)), indexing="ij")
+    middle, half = (low + high) / 2, (high - low) / 2 / spacing
+    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    # Rows over the turned box in plan, two spacings more for stagger and shift, each through all layers.
+    across = math.hypot(half[0], half[1])
+    rows = (np.arange(-n, n + 1) for n in (math.ceil(across) + 2, math.ceil(across / math.sqrt(3 / 4)) + 2))
+    i, j = (index.reshape(-1, 1) for index in np.meshgrid(*rows, indexing="ij"))
+    plan = np.hstack([i + j % 2 / 2, math.sqrt(3) / 2 * j]) @ turn[:2, :2].T
+    i, j = (index[(np.abs(plan) <= half[:2] + 2).all(axis=1)] for index in (i, j))
+    layers = math.ceil(half[2] / math.sqrt(2 / 3)) + 2
+    k = np.arange(-layers, layers + 1)
     x = i + ((j + k) % 2) / 2
     y = math.sqrt(3) / 2 * (j + (k % 2) / 3)
     z = math.sqrt(2 / 3) * k
-    sites = np.stack([x, y, z], axis=-1).reshape(-1, 3) + shift
-    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    sites = np.stack(np.broadcast_arrays(x, y, z), axis=-1).reshape(-1, 3) + shift
     return spacing * sites @ turn.T + middle
 
 
