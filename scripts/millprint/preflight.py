@@ -1,4 +1,4 @@
-"""What is checked once before the first job: measured tables, balls that fit, steps that are stable."""
+"""What is checked once before the first job: tables, the shapes of mills, balls that fit, steps that are stable."""
 
 import math
 
@@ -14,7 +14,8 @@ from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.preflight import fingerprint_faults
-from millprint.mill.vessel import Vessel, build_vessel
+from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
+from millprint.mill.vessel import Vessel
 from millprint.predict.tables import check_yield_tables
 
 
@@ -27,11 +28,12 @@ def check_before_running(
 ) -> None:
     """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
     check_tables(config, source)
-    vessels = {name: build_vessel(mill) for name, mill in mills.items()}
+    bodies = checked_bodies(mills)
     media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
     for name, diameter in media:
-        check_ball_size(vessels[name], name, diameter, source)
-        most = capacity(vessels[name], diameter / 1000)
+        vessel = bodies[name][0].vessel
+        check_ball_size(vessel, name, diameter, source)
+        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]))
         for fill in sorted({case.fill_ratio for case in cases.values() if case.ball_diameter_mm == diameter}):
             check_fill(mills[name], diameter, fill, most, source)
     for case in cases.values():
@@ -40,6 +42,20 @@ def check_before_running(
     faults = fingerprint_faults(config, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
+
+
+def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
+    """The bodies of every mill. Raises ConfigError, a line for each mill whose geometry does not hold."""
+    bodies, faults = {}, []
+    for name, mill in mills.items():
+        try:
+            bodies[name] = build_bodies(mill, CHECK_RPM)
+            check_inserts(mill, bodies[name])
+        except ConfigError as error:
+            faults.append(str(error))
+    if faults:
+        raise ConfigError("\n".join(faults))
+    return bodies
 
 
 def check_tables(config: WorkflowConfig, source: str) -> None:

@@ -1,6 +1,8 @@
 """Bad input is refused before a job starts, in one line that names file, key, value and what would be right."""
 
+import numpy as np
 import pytest
+import trimesh
 import yaml
 
 from millprint.config.checks import load_workflow
@@ -69,6 +71,20 @@ def test_bad_value(project, refusal, file, place, value, parts):
     edit_yaml(project / file, *place, value=value)
     line = refusal()
     for part in parts:
+        assert part in line
+
+
+def test_an_open_mesh_is_refused_and_a_closed_one_is_not(project, refusal):
+    box = trimesh.creation.box((50, 50, 50))
+    box.export(project / "config/mills/jar.stl")
+    mill = project / "config/mills/emax.yaml"
+    edit_yaml(mill, "geometry", value={"kind": "stl", "path": "config/mills/jar.stl", "unit": "mm"})
+    with pytest.raises(pytest.fail.Exception, match="DID NOT RAISE"):
+        refusal()
+    box.update_faces(np.arange(12) > 0)
+    box.export(project / "config/mills/jar.stl")
+    line = refusal()
+    for part in ("config/mills/emax.yaml: geometry.path = 'config/mills/jar.stl'", "open"):
         assert part in line
 
 

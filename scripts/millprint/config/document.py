@@ -11,6 +11,7 @@ from pydantic_core import PydanticUndefined
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import WorkflowConfig
 
 MODELS: dict[str, type[BaseModel]] = {"config": WorkflowConfig, "mill": MillConfig, "contact": ContactConfig}
@@ -52,20 +53,8 @@ def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[Ba
         key = f"{place}.{name}".lstrip(".")
         nested = nested_models(field.annotation)
         for item in nested:
-            found += sections(item, key if len(nested) == 1 else f"{key} ({_kind(item)})")
+            found += sections(item, key if len(nested) == 1 else f"{key} ({kind_of(item)})")
     return found
-
-
-def _kind(model: type[BaseModel]) -> str:
-    kind = model.model_fields.get("kind")
-    return get_args(kind.annotation)[0] if kind else model.__name__
-
-
-def nested_models(annotation: Any) -> list[type[BaseModel]]:
-    """Models that a field's annotation holds: directly, in a list, or as one of several."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for item in get_args(annotation) for model in nested_models(item)]
 
 
 def _row(key: str, field: FieldInfo) -> str:

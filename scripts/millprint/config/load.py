@@ -8,25 +8,37 @@ from typing import TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from millprint.config.section import kind_of, nested_models
 from millprint.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def _known_keys(model: type[BaseModel], place: tuple) -> list[str]:
-    """Keys that the model at `place` (the path of the unknown key, without it) knows."""
+def _follow(model: type[BaseModel], place: tuple) -> tuple[type[BaseModel] | None, tuple]:
+    """The model at `place` (the path of a fault), None if it is not one, and the path as the YAML file has it.
+
+    Where a section is one of several kinds, the path of a fault also names the kind, which the file does not.
+    """
+    current: type[BaseModel] | None = model
+    choices: list[type[BaseModel]] = []
+    kept = []
     for step in place:
+        if len(choices) > 1 and step in map(kind_of, choices):
+            current = next(item for item in choices if kind_of(item) == step)
+            choices = []
+            continue
+        kept.append(step)
         if isinstance(step, int):
             continue
-        field = next((f for name, f in model.model_fields.items() if step in (name, f.alias)), None)
-        if field is None:
-            return []
-        arguments = [field.annotation, *getattr(field.annotation, "__args__", ())]
-        nested = [item for item in arguments if isinstance(item, type) and issubclass(item, BaseModel)]
-        if not nested:
-            return []
-        model = nested[0]
-    return [field.alias or name for name, field in model.model_fields.items()]
+        fields = current.model_fields.items() if current else ()
+        field = next((f for name, f in fields if step in (name, f.alias)), None)
+        choices = nested_models(field.annotation) if field else []
+        current = choices[0] if len(choices) == 1 else None
+    return current, tuple(kept)
+
+
+def _known_keys(model: type[BaseModel] | None) -> list[str]:
+    return [field.alias or name for name, field in model.model_fields.items()] if model else []
 
 
 def file_of_key(files: Sequence[str], place: tuple) -> str:
@@ -46,12 +58,13 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
 
 
 def _line(source: str | Sequence[str], model: type[BaseModel], error: dict) -> str:
-    place = error["loc"]
+    section, _ = _follow(model, error["loc"][:-1])
+    _, place = _follow(model, error["loc"])
     if not isinstance(source, str):
         source = file_of_key(source, place)
     key = ".".join(str(step) for step in place) or "(top level)"
     if error["type"] == "extra_forbidden":
-        close = difflib.get_close_matches(str(place[-1]), _known_keys(model, place[:-1]), n=1)
+        close = difflib.get_close_matches(str(place[-1]), _known_keys(section), n=1)
         hint = f"; did you mean {close[0]}?" if close else ""
         return f"{source}: {key} = {error['input']!r}: unknown key{hint}"
     if error["type"] == "missing":

@@ -4,9 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from millprint.config.section import Positive, Section
-
-Vector = tuple[float, float, float]
+from millprint.config.section import Place, PlaceVector, Section, Size, Vector
 
 
 def _has_length(vector: Vector) -> Vector:
@@ -15,6 +13,8 @@ def _has_length(vector: Vector) -> Vector:
     return vector
 
 
+Multiple = Annotated[int, Field(ge=1, le=1000)]
+Ratio = Annotated[float, Field(ge=-1000, le=1000)]
 Axis = Annotated[Vector, AfterValidator(_has_length)]
 
 
@@ -22,15 +22,15 @@ class CircleMotion(Section):
     """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
 
     kind: Literal["circle"]
-    amplitude_mm: Positive = Field(description="radius A of the circle [mm]")
+    amplitude_mm: Size = Field(description="radius A of the circle [mm]")
 
 
 class Harmonic(Section):
     """One term of a translation: amplitude sin(multiple w t + phase) along one axis."""
 
     axis: Literal["x", "y", "z"] = Field(description="axis of the term; z points up")
-    amplitude_mm: float = Field(description="amplitude of the term [mm]")
-    multiple: Annotated[int, Field(ge=1)] = Field(default=1, description="frequency over the mill's frequency [-]")
+    amplitude_mm: Place = Field(description="amplitude of the term [mm]")
+    multiple: Multiple = Field(default=1, description="frequency over the mill's frequency [-]")
     phase_deg: float = Field(default=0.0, description="phase of the sine [deg]; 90 makes it a cosine")
 
 
@@ -46,8 +46,8 @@ class RotationMotion(Section):
 
     kind: Literal["rotation"]
     axis: Axis = Field(description="direction of the axis; it turns counter-clockwise about it")
-    pivot_mm: Vector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis [mm]")
-    ratio: float = Field(default=1.0, description="turns for each turn of the mill's stated speed [-]; < 0 turns back")
+    pivot_mm: PlaceVector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis [mm]")
+    ratio: Ratio = Field(default=1.0, description="turns for each turn of the mill's stated speed [-]; < 0 turns back")
 
 
 class PlanetaryMotion(Section):
@@ -60,8 +60,8 @@ class PlanetaryMotion(Section):
     """
 
     kind: Literal["planetary"]
-    sun_radius_mm: Positive = Field(description="distance of the jar's axis from the sun wheel's axis [mm]")
-    ratio: float = Field(description="jar's speed relative to the sun wheel over the wheel's speed [-]; < 0 is counter")
+    sun_radius_mm: Size = Field(description="distance of the jar's axis from the sun wheel's axis [mm]")
+    ratio: Ratio = Field(description="jar's speed relative to the sun wheel over the wheel's speed [-]; < 0 is counter")
 
 
 class SwingMotion(Section):
@@ -69,9 +69,9 @@ class SwingMotion(Section):
 
     kind: Literal["swing"]
     axis: Axis = Field(description="direction of the axis; a positive angle is counter-clockwise about it")
-    pivot_mm: Vector = Field(description="a point of the axis [mm]")
+    pivot_mm: PlaceVector = Field(description="a point of the axis [mm]")
     amplitude_deg: Annotated[float, Field(gt=0, le=180)] = Field(description="largest angle from the middle [deg]")
-    multiple: Annotated[int, Field(ge=1)] = Field(default=1, description="frequency over the mill's frequency [-]")
+    multiple: Multiple = Field(default=1, description="frequency over the mill's frequency [-]")
     phase_deg: float = Field(default=0.0, description="phase of the sine [deg]; 90 makes it a cosine")
     terms: list[Harmonic] = Field(default=[], description="harmonics of a translation on top")
 

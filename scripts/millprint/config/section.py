@@ -1,6 +1,6 @@
 """The base of every configuration model, and the quantities that the models share."""
 
-from typing import Annotated
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,7 +11,26 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
 
 
+# Sizes and places of mills [mm], in bounds that no machine reaches and no number overflows in.
+Size = Annotated[float, Field(ge=0.01, le=10_000)]
+Place = Annotated[float, Field(ge=-10_000, le=10_000)]
+Vector = tuple[float, float, float]
+PlaceVector = tuple[Place, Place, Place]
+
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
+
+
+def nested_models(annotation: Any) -> list[type[BaseModel]]:
+    """Models that a field's annotation holds: directly, in a list, or as one of several."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for item in get_args(annotation) for model in nested_models(item)]
+
+
+def kind_of(model: type[BaseModel]) -> str:
+    """What a YAML file calls a model that is one of several: its `kind`, or else the model's name."""
+    kind = model.model_fields.get("kind")
+    return get_args(kind.annotation)[0] if kind else model.__name__

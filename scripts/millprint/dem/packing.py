@@ -1,11 +1,13 @@
 """Starting positions: a jittered hexagonal packing, turned and shifted by the seed, thinned to the balls wanted."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from millprint.config.sweep import ball_count
 from millprint.errors import SimulationError
+from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
 
 # Packings that are tried before it is said that the balls do not fit.
@@ -15,16 +17,34 @@ TRIALS = 24
 GAP = 1e-3
 
 
-def inside(vessel: Vessel, points: np.ndarray, clearance: float) -> np.ndarray:
-    """Which of `points` (n, 3) [m] lie inside the vessel, at least `clearance` [m] from every wall."""
+# Points times facets that are looked at together: memory stays small in vessels of many facets.
+CHUNK = 1 << 22
+
+
+def inside(vessel: Vessel, points: np.ndarray, clearance: float, inserts: Sequence[Vessel] = ()) -> np.ndarray:
+    """Which of `points` (n, 3) [m] lie inside the vessel, at least `clearance` [m] from every wall.
+
+    inserts: solids in the vessel's frame (mill.bodies.inserts_in_vessel), which count as walls too.
+    """
     if vessel.convex_edges:
         # Only a vessel with something jutting in needs the exact distance.
-        from millprint.mill.distance import SignedDistance
+        fits = signed_distance(vessel)(points)[0] <= -clearance
+    else:
+        fits = _inside_convex(vessel, points, clearance)
+    for insert in inserts:
+        fits[fits] = signed_distance(insert)(points[fits])[0] <= -clearance
+    return fits
 
-        return SignedDistance(vessel)(points)[0] <= -clearance
+
+def _inside_convex(vessel: Vessel, points: np.ndarray, clearance: float) -> np.ndarray:
+    """Points (n, 3) on the inner side of every facet's plane: all there is to ask where nothing juts in."""
     normals = np.array([facet.normal for facet in vessel.facets])
     offsets = np.array([facet.offset for facet in vessel.facets])
-    return (points @ normals.T - offsets).min(axis=1) >= clearance
+    rows = max(1, CHUNK // len(offsets))
+    fits = np.empty(len(points), dtype=bool)
+    for k in range(0, len(points), rows):
+        fits[k : k + rows] = (points[k : k + rows] @ normals.T - offsets).min(axis=1) >= clearance
+    return fits
 
 
 def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> np.ndarray:
@@ -33,42 +53,53 @@ def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> 
     angle: turn about the vertical [rad]; shift: (3,) in units of the spacing.
     """
     low, high = vessel.bounds
-    middle, half = (low + high) / 2, np.linalg.norm(high - low) / 2
-    count = math.ceil(half / (spacing * 0.8)) + 1
-    i, j, k = np.meshgrid(*[np.arange(-count, count + 1)] * 3, indexing="ij")
+    middle, half = (low + high) / 2, (high - low) / 2 / spacing
+    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    # Rows over the turned box in plan, two spacings more for stagger and shift, each through all layers.
+    across = math.hypot(half[0], half[1])
+    rows = (np.arange(-n, n + 1) for n in (math.ceil(across) + 2, math.ceil(across / math.sqrt(3 / 4)) + 2))
+    i, j = (index.reshape(-1, 1) for index in np.meshgrid(*rows, indexing="ij"))
+    plan = np.hstack([i + j % 2 / 2, math.sqrt(3) / 2 * j]) @ turn[:2, :2].T
+    i, j = (index[(np.abs(plan) <= half[:2] + 2).all(axis=1)] for index in (i, j))
+    layers = math.ceil(half[2] / math.sqrt(2 / 3)) + 2
+    k = np.arange(-layers, layers + 1)
     x = i + ((j + k) % 2) / 2
     y = math.sqrt(3) / 2 * (j + (k % 2) / 3)
     z = math.sqrt(2 / 3) * k
-    sites = np.stack([x, y, z], axis=-1).reshape(-1, 3) + shift
-    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    sites = np.stack(np.broadcast_arrays(x, y, z), axis=-1).reshape(-1, 3) + shift
     return spacing * sites @ turn.T + middle
 
 
-def _sites(vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator) -> np.ndarray:
+def _sites(
+    vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
+) -> np.ndarray:
     points = lattice(vessel, spacing, rng.uniform(0, math.pi / 3), rng.uniform(0, 1, 3))
     low, high = vessel.bounds + np.array([[diameter / 2], [-diameter / 2]])
     points = points[((points >= low) & (points <= high)).all(axis=1)]
-    return points[inside(vessel, points, diameter / 2 * (1 + GAP))]
+    return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
 
 
-def capacity(vessel: Vessel, diameter_m: float, trials: int = TRIALS) -> int:
+def capacity(vessel: Vessel, diameter_m: float, trials: int = TRIALS, inserts: Sequence[Vessel] = ()) -> int:
     """How many balls of a diameter [m] the start can place: the best of some hexagonal packings."""
     rng = np.random.default_rng(0)
-    return max(len(_sites(vessel, diameter_m, diameter_m * (1 + GAP), rng)) for _ in range(trials))
+    return max(len(_sites(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)) for _ in range(trials))
 
 
-def largest_fill(vessel: Vessel, diameter_m: float, volume_m3: float) -> float:
-    """The largest fill ratio that can be placed, refered to a nominal volume [m3], rounded down to 0.01."""
-    balls = capacity(vessel, diameter_m)
+def largest_fill(vessel: Vessel, diameter_m: float, volume_m3: float, inserts: Sequence[Vessel] = ()) -> float:
+    """The largest fill ratio that can be placed, referred to a nominal volume [m3], rounded down to 0.01."""
+    balls = capacity(vessel, diameter_m, inserts=inserts)
     fill = math.floor(100 * balls * math.pi / 6 * diameter_m**3 / volume_m3) / 100
     while ball_count(fill, volume_m3, diameter_m) > balls:
         fill -= 0.01
     return round(fill, 2)
 
 
-def pack(vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: float) -> np.ndarray:
-    """Random centres (count, 3) [m] in the body frame, no two closer than a diameter, none in a wall.
+def pack(
+    vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: float, inserts: Sequence[Vessel] = ()
+) -> np.ndarray:
+    """Random centres (count, 3) [m] in the vessel's frame, no two closer than a diameter, none in a wall.
 
+    inserts: solids in the vessel's frame (mill.bodies.inserts_in_vessel).
     The packing is as loose as holds that many sites, each ball then moves at random within its share of the gap.
     Raises SimulationError if they do not fit, with the largest fill ratio that does.
     """
@@ -76,7 +107,7 @@ def pack(vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: fl
     for trial in range(TRIALS):
         # The last trials repeat the packings by which the capacity is judged.
         spacing = diameter_m * (1 + GAP)
-        sites = _sites(vessel, diameter_m, spacing, rng)
+        sites = _sites(vessel, diameter_m, spacing, rng, inserts)
         if len(sites) < count:
             if trial == TRIALS // 2:
                 rng = np.random.default_rng(0)
@@ -85,7 +116,7 @@ def pack(vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: fl
         best = sites
         for wider in np.linspace(1.05, 2.0, 20):
             rng.bit_generator.state = state
-            looser = _sites(vessel, diameter_m, diameter_m * wider, rng)
+            looser = _sites(vessel, diameter_m, diameter_m * wider, rng, inserts)
             if len(looser) < count:
                 break
             best, spacing = looser, diameter_m * wider
@@ -93,9 +124,9 @@ def pack(vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: fl
         chosen = best[rng.permutation(len(best))[:count]]
         room = (spacing - diameter_m) / 2 * 0.99
         moved = chosen + rng.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
-        fits = inside(vessel, moved, diameter_m / 2)
+        fits = inside(vessel, moved, diameter_m / 2, inserts)
         return np.where(fits[:, None], moved, chosen)
-    fill = largest_fill(vessel, diameter_m, volume_m3)
+    fill = largest_fill(vessel, diameter_m, volume_m3, inserts)
     raise SimulationError(
         f"{count} balls of {diameter_m * 1e3:g} mm do not fit into the vessel; "
         f"the largest fill ratio that does is {fill:g}"

@@ -1,5 +1,6 @@
-"""Exact signed distance to a vessel's walls and its gradient."""
+"""Exact signed distance to the walls of a vessel or of a solid, and its gradient."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -67,21 +68,16 @@ def _nearest_on_outline(surface, facet, point):
     for k in range(surface.first_side[facet], surface.first_side[facet + 1]):
         away = subtract(point, row(surface.start, k))
         along = dot(away, row(surface.along, k))
-        within = min(max(along, 0.0), surface.length[k])
+        # The end of a side is the start of the next one, which knows the corner's normal.
+        if along >= surface.length[k]:
+            continue
+        within = max(along, 0.0)
         away = add_scaled(away, -within, row(surface.along, k))
         squared = dot(away, away)
         if squared < best:
             best = squared
             away_best = away
-            # Ends belong to two sides; their corner's normal is stored with the side that starts there.
-            if along <= 0.0:
-                outward = row(surface.corner_normal, k)
-            elif along >= surface.length[k]:
-                outward = (0.0, 0.0, 0.0)
-            else:
-                outward = row(surface.side_normal, k)
-        elif squared == best and along <= 0.0:
-            outward = row(surface.corner_normal, k)
+            outward = row(surface.corner_normal, k) if along <= 0.0 else row(surface.side_normal, k)
     return best, away_best, outward
 
 
@@ -135,7 +131,10 @@ def _signed_distance(surface, points):
 
 
 class SignedDistance:
-    """Signed distance to the walls of a vessel, in the body frame: negative inside, zero on the wall."""
+    """Signed distance to the walls of a body, in its frame: zero on the wall, negative where the balls are.
+
+    That is inside a vessel, and outside a solid.
+    """
 
     def __init__(self, vessel: Vessel) -> None:
         self._surface = _surface(vessel)
@@ -145,3 +144,9 @@ class SignedDistance:
         points = np.asarray(points, dtype=float)
         distance, gradient = _signed_distance(self._surface, np.ascontiguousarray(points.reshape(-1, 3)))
         return distance.reshape(points.shape[:-1]), gradient.reshape(points.shape)
+
+
+@lru_cache(maxsize=32)
+def signed_distance(vessel: Vessel) -> SignedDistance:
+    """The signed distance of a body, made once for as long as it is in use."""
+    return SignedDistance(vessel)

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from millprint.errors import ConfigError
+from millprint.mill.ears import clip_ears
 
 
 def _inside(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
@@ -18,22 +19,41 @@ def _inside(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
     return inside
 
 
+def _cover(points: np.ndarray, triangles: np.ndarray, loops: list[np.ndarray], area: float) -> bool:
+    """Whether triangles (t, 3) fill the outlines, with every side of them: then they fit to the neighbours'."""
+    if abs(np.abs(_twice(points, triangles)).sum() / 2 - area) > 1e-9 * area:
+        return False
+    sides = {frozenset(pair) for row in triangles.tolist() for pair in zip(row, row[1:] + row[:1], strict=True)}
+    first = np.cumsum([0, *(len(loop) for loop in loops)])
+    return all(
+        frozenset((first[n] + k, first[n] + (k + 1) % len(loop))) in sides
+        for n, loop in enumerate(loops)
+        for k in range(len(loop))
+    )
+
+
+def _twice(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+
+
 def triangulate_facet(facet) -> np.ndarray:
     """Triangles (t, 3) as rows of the facet's vertices, its loops one after the other, counter-clockwise inward.
 
-    Raises ConfigError for an outline that a Delaunay triangulation of its vertices does not respect.
+    Delaunay's triangles where they keep to the outlines, as they do for most walls, or else ears. Raises ConfigError
+    for an outline that crosses itself.
     """
     axes = np.array(facet.axes).T
     loops = [loop @ axes for loop in facet.loops]
     points = np.concatenate(loops)
     triangles = Delaunay(points).simplices
-    corners = points[triangles]
-    triangles = triangles[_inside(corners.mean(axis=1), loops)]
-    a, b, c = np.moveaxis(points[triangles], 1, 0)
-    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    if abs(np.abs(twice).sum() / 2 - facet.area) > 1e-9 * facet.area:
-        raise ConfigError(f"the facet at {facet.loops[0][0] * 1e3} mm has an outline that cannot be cut into triangles")
-    return np.where((twice < 0)[:, None], triangles[:, ::-1], triangles)
+    triangles = triangles[_inside(points[triangles].mean(axis=1), loops)]
+    if not _cover(points, triangles, loops, facet.area):
+        triangles = clip_ears(loops)
+        if triangles is None or not _cover(points, triangles, loops, facet.area):
+            where = f"the facet at {facet.loops[0][0] * 1e3} mm"
+            raise ConfigError(f"{where} has an outline that cannot be cut into triangles: it crosses itself")
+    return np.where((_twice(points, triangles) < 0)[:, None], triangles[:, ::-1], triangles)
 
 
 def triangulate(vessel) -> tuple[np.ndarray, np.ndarray]:

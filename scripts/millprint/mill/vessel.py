@@ -5,12 +5,18 @@ from functools import cached_property
 
 import numpy as np
 
+from millprint.config.geometry import SolidGeometry, StlGeometry, VesselGeometry
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
+from millprint.mill.mesh import mesh_facets
+from millprint.mill.shapes import box_facets, cylinder_facets, paddles_facets
 from millprint.mill.stadium import stadium_facets
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
+
+# Outlines of the facets of a shape by parameters, seen from inside it.
+SHAPES = {"stadium": stadium_facets, "cylinder": cylinder_facets, "box": box_facets, "paddles": paddles_facets}
 
 
 @dataclass(frozen=True)
@@ -73,17 +79,19 @@ class Corner:
 
 
 class Vessel:
-    """A closed vessel of flat facets in the body frame; the facets' normals point inward.
+    """A closed vessel of flat facets in the body frame; the facets' normals point inward, to where the balls are.
 
+    A solid body inside a vessel is the same with `solid`: its normals point out of it, and its volume is negative.
     Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite senses.
     """
 
-    def __init__(self, facets: list[Facet], name: str = "vessel") -> None:
+    def __init__(self, facets: list[Facet], name: str = "vessel", solid: bool = False) -> None:
         self.name = name
+        self.solid = solid
         self.facets = tuple(facets)
         self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
         self._edge_at = self._find_edges()
-        if self.volume_m3 <= 0:
+        if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
 
     def key(self, point: np.ndarray) -> tuple[int, ...]:
@@ -127,8 +135,15 @@ class Vessel:
         return tuple(self._edge_at.values())
 
     @cached_property
+    def vertices(self) -> np.ndarray:
+        """Every vertex (v, 3) [m], once."""
+        points = np.concatenate([loop for facet in self.facets for loop in facet.loops])
+        _, first = np.unique([self.key(point) for point in points], axis=0, return_index=True)
+        return points[np.sort(first)]
+
+    @cached_property
     def volume_m3(self) -> float:
-        """Inner volume [m3], by the divergence theorem."""
+        """Inner volume [m3], by the divergence theorem; negative for a solid, which takes it from the balls."""
         return -sum(facet.offset * facet.area for facet in self.facets) / 3
 
     @cached_property
@@ -163,7 +178,29 @@ class Vessel:
         return triangulate(self)
 
 
+def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bool) -> list[Facet]:
+    """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
+
+    place: the YAML file and key, for refusals. Raises ConfigError for a file of triangles that does not hold.
+    """
+    is_mesh = isinstance(geometry, StlGeometry)
+    outlines = mesh_facets(geometry, place) if is_mesh else SHAPES[geometry.kind](geometry)
+    # Parameters give a shape seen from inside, a file one seen from outside.
+    if is_mesh != solid:
+        outlines = [[loop[::-1] for loop in loops] for loops in outlines]
+    return [Facet.from_loops(loops) for loops in outlines]
+
+
 def build_vessel(mill: MillConfig) -> Vessel:
-    """The vessel of a mill, in its body frame: origin at the centre of the floor, z up. Raises ConfigError."""
-    loops = stadium_facets(mill.geometry)
-    return Vessel([Facet.from_loops(facet) for facet in loops], f"config/mills/{mill.name}.yaml: geometry")
+    """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
+    place = f"config/mills/{mill.name}.yaml: geometry"
+    vessel = Vessel(shape_facets(mill.geometry, place, solid=False), place)
+    if isinstance(mill.geometry, StlGeometry):
+        volume, wanted = vessel.volume_m3 * 1e6, mill.volume_ml
+        if abs(volume - wanted) > mill.geometry.volume_tolerance * volume:
+            raise ConfigError(
+                f"config/mills/{mill.name}.yaml: volume_ml = {wanted:g}: {mill.geometry.path} in "
+                f"{mill.geometry.unit} holds {volume:.4g} mL; correct it, or the unit, or allow the difference by "
+                "geometry.volume_tolerance"
+            )
+    return vessel

@@ -50,13 +50,15 @@ class Scene:
 def read_scene(run: str | Path) -> Scene:
     """The scene of a simulation, from the configuration that its file carries.
 
-    Raises ConfigError for a vessel that turns, whose features this network does not have.
+    Raises ConfigError for a vessel that turns or has inserts, whose features this network does not have.
     """
     attributes = read_attributes(run)
     mill, case, contact = attributes["mill"], attributes["case"], attributes["contact"]
     config = MillConfig(**mill)
     if config.motion.kind not in ("circle", "lissajous", "rest"):
         raise ConfigError(f"{run}: mill {config.name} turns; the surrogate knows vessels that only translate")
+    if config.inserts:
+        raise ConfigError(f"{run}: mill {config.name} has inserts; the surrogate knows the walls of one vessel")
     vessel = build_vessel(config)
     radius = case["ball_diameter_mm"] / 2e3
     return Scene(

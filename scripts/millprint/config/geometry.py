@@ -1,0 +1,144 @@
+"""Shapes of vessels and of solid bodies inside them, by a few parameters or from a file of triangles."""
+
+import math
+from pathlib import PurePosixPath
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size
+
+MESH_SUFFIXES = (".stl", ".ply", ".obj")
+
+
+class PostGeometry(Section):
+    """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
+
+    radius_mm: Size = Field(description="radius of the post [mm]")
+    facets: Annotated[int, Field(ge=3, le=720)] = Field(default=24, description="flat facets around the post [-]")
+
+
+class StadiumGeometry(Section):
+    """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
+
+    kind: Literal["stadium"]
+    end_radius_mm: Size = Field(description="radius of the two round ends [mm]")
+    straight_mm: Size = Field(description="length of the straight sides [mm]")
+    height_mm: Size = Field(description="inner height [mm]")
+    facets_per_half_circle: Annotated[int, Field(ge=3, le=360)] = Field(description="flat facets of each round end [-]")
+    fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
+    fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(
+        default=5, description="flat facets across the fillet [-]"
+    )
+    post: PostGeometry | None = Field(default=None, description="a central post; none if left out")
+
+    @model_validator(mode="after")
+    def _sizes_fit(self) -> "StadiumGeometry":
+        bound = min(self.end_radius_mm, self.height_mm)
+        if self.fillet_radius_mm >= bound:
+            raise ValueError(
+                f"fillet_radius_mm = {self.fillet_radius_mm:g}: must be smaller than the end radius and the height, "
+                f"{bound:g} mm"
+            )
+        if self.post and self.post.radius_mm >= self.end_radius_mm - self.fillet_radius_mm:
+            raise ValueError(
+                f"post.radius_mm = {self.post.radius_mm:g}: must be smaller than the flat floor's half width, "
+                f"{self.end_radius_mm - self.fillet_radius_mm:g} mm"
+            )
+        return self
+
+
+class CylinderGeometry(Section):
+    """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
+
+    kind: Literal["cylinder"]
+    radius_mm: Size = Field(description="radius, on which the facets' edges lie [mm]")
+    height_mm: Size = Field(description="inner length from end to end, rounded ends included [mm]")
+    axis: Literal["x", "y", "z"] = Field(default="z", description="direction of the cylinder's axis; z points up")
+    facets: Annotated[int, Field(ge=3, le=720)] = Field(default=48, description="flat facets around [-]")
+    fillet_radius_mm: NonNegative = Field(default=0.0, description="radius of the ends' fillets [mm]; 0 for none")
+    fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(default=5, description="facets across a fillet [-]")
+    fillet_ends: Literal["bottom", "both", "none"] = Field(
+        default="bottom", description="ends with a fillet; bottom is the end towards the axis's negative side"
+    )
+    centre_mm: PlaceVector | None = Field(
+        default=None,
+        description="middle of the cylinder [mm]; left out, an upright one stands on z = 0 and a lying one is centred",
+    )
+
+    @model_validator(mode="after")
+    def _sizes_fit(self) -> "CylinderGeometry":
+        ends = {"none": 0, "bottom": 1, "both": 2}[self.fillet_ends]
+        bound = min(self.radius_mm, self.height_mm / ends) if ends else 0.0
+        # A half as deep as the radius is typed in as a decimal number, so the bound holds to rounding.
+        if self.fillet_radius_mm > bound * (1 + 1e-9) or (ends == 1 and self.fillet_radius_mm >= self.height_mm):
+            raise ValueError(
+                f"fillet_radius_mm = {self.fillet_radius_mm:g}: with fillet_ends = {self.fillet_ends} at most "
+                f"{bound:g} mm, the radius and the share of the height that each end has"
+            )
+        return self
+
+
+class BoxGeometry(Section):
+    """A box with its sides along the axes."""
+
+    kind: Literal["box"]
+    x_mm: Size = Field(description="inner size along x [mm]")
+    y_mm: Size = Field(description="inner size along y [mm]")
+    z_mm: Size = Field(description="inner size along z [mm]")
+    centre_mm: PlaceVector | None = Field(
+        default=None, description="middle of the box [mm]; left out, it stands on z = 0 about the z axis"
+    )
+
+
+class PaddlesGeometry(Section):
+    """An upright stirrer: flat upright blades around a hub on the z axis, one outline through the whole height."""
+
+    kind: Literal["paddles"]
+    hub_radius_mm: Size = Field(description="radius of the hub [mm]")
+    hub_facets: Annotated[int, Field(ge=3, le=360)] = Field(default=24, description="flat facets of a whole hub [-]")
+    blades: Annotated[int, Field(ge=1, le=64)] = Field(description="number of blades [-]")
+    blade_length_mm: Size = Field(description="how far a blade stands out of the hub [mm]")
+    blade_thickness_mm: Size = Field(description="thickness of a blade [mm]")
+    height_mm: Size = Field(description="height of hub and blades [mm]")
+    bottom_mm: Place = Field(description="z of the lower side [mm]")
+
+    @model_validator(mode="after")
+    def _blades_fit(self) -> "PaddlesGeometry":
+        # A hundredth of the hub is left between blades, so that its facets there have a size.
+        widest = 1.98 * self.hub_radius_mm * (math.sin(math.pi / self.blades) if self.blades > 1 else 1.0)
+        if self.blade_thickness_mm >= widest:
+            raise ValueError(
+                f"blade_thickness_mm = {self.blade_thickness_mm:g}: {self.blades} blades on this hub must be thinner "
+                f"than {widest:.4g} mm"
+            )
+        return self
+
+
+class StlGeometry(Section):
+    """A closed surface of triangles from a file, its normals pointing out of the body that it encloses.
+
+    For a vessel that body is the hollow that the balls fill, so that the normals point into the wall; for an insert
+    it is the insert. The file's coordinates are those of the body frame: z points up, the motion's axes refer to it.
+    """
+
+    kind: Literal["stl"]
+    path: str = Field(description="the file, from the project's root: .stl, or .ply or .obj with more digits")
+    unit: Literal["mm", "cm", "m", "inch"] = Field(description="unit of the file's coordinates")
+    volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.02, description="how far volume_ml may be from the vessel's volume in the file, as a share of it [-]"
+    )
+
+    @field_validator("path")
+    @classmethod
+    def _stays_in_the_project(cls, value: str) -> str:
+        path = PurePosixPath(value)
+        if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
+            raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
+        if path.suffix.lower() not in MESH_SUFFIXES:
+            raise ValueError(f"path = {value!r}: must end in {', '.join(MESH_SUFFIXES)}")
+        return value
+
+
+VesselGeometry = Annotated[StadiumGeometry | CylinderGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")]
+SolidGeometry = Annotated[CylinderGeometry | BoxGeometry | PaddlesGeometry | StlGeometry, Field(discriminator="kind")]

@@ -1,0 +1,170 @@
+"""The bodies of a mill: its vessel first, then solid inserts, each with a shape and a motion."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from millprint.config.mill import InsertConfig, MillConfig
+from millprint.errors import ConfigError
+from millprint.mill.distance import signed_distance
+from millprint.mill.motion import Motion, build_motion, motion_from_law
+from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_facets
+
+# Poses at which the inserts are checked for a turn of the fastest body.
+ANGLES = 72
+# Samples along an edge in that check: a body may cross another without a vertex inside it.
+EDGE_SAMPLES = 9
+# Bodies that move as one may overlap by this share of the vessel's size; others must be apart by as much.
+TOUCH = 1e-6
+# A bound on the poses that the check looks at, for bodies whose speeds are far apart.
+POSES_MAX = 2000
+# A speed at which the mill turns once a second [rpm]: the check does not depend on it.
+CHECK_RPM = 60.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body whose walls the balls touch: a vessel, or with `vessel.solid` a body inside it."""
+
+    name: str
+    vessel: Vessel
+    motion: Motion
+
+    def to_laboratory(self, points: np.ndarray, time_s: float) -> np.ndarray:
+        """Points (n, 3) [m] of the body frame in the laboratory frame at a time [s]."""
+        return points @ self.motion.rotation(time_s).T + self.motion.position(time_s)
+
+    def to_body(self, points: np.ndarray, time_s: float) -> np.ndarray:
+        """Points (n, 3) [m] of the laboratory frame in the body frame at a time [s]."""
+        return (points - self.motion.position(time_s)) @ self.motion.rotation(time_s)
+
+
+def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
+    """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a shape that does not hold.
+
+    An insert without a motion of its own moves with the vessel.
+    """
+    motion = build_motion(mill, speed_rpm)
+    bodies = [Body("vessel", build_vessel(mill), motion)]
+    for index, insert in enumerate(mill.inserts):
+        own = motion if insert.motion is None else motion_from_law(insert.motion, speed_rpm)
+        bodies.append(Body(insert.name, build_insert(insert, f"{_place(mill)}: inserts.{index}.geometry"), own))
+    return bodies
+
+
+def build_insert(insert: InsertConfig, place: str) -> Vessel:
+    """The solid of an insert in its body frame; place: file and key for refusals. Raises ConfigError."""
+    return Vessel(shape_facets(insert.geometry, place, solid=True), place, solid=True)
+
+
+def _place(mill: MillConfig) -> str:
+    return f"config/mills/{mill.name}.yaml"
+
+
+def ball_space_m3(bodies: Sequence[Body]) -> float:
+    """Volume that the balls can fill [m3]: the vessel less the inserts."""
+    return sum(body.vessel.volume_m3 for body in bodies)
+
+
+def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
+    """Half of the longest way along one axis that a point of a wall goes to and fro in a turn of the mill [m].
+
+    It is the amplitude A of a translation on a circle, the radius of a drum, and the reach of a stirrer's blades.
+    """
+    times = np.linspace(0, 60 / speed_rpm, 361) if speed_rpm else np.zeros(1)
+    largest = 0.0
+    for body in bodies:
+        points = body.vessel.vertices
+        path = np.einsum("tij,pj->tpi", body.motion.rotation(times), points) + body.motion.position(times)[:, None]
+        largest = max(largest, float(np.ptp(path, axis=0).max()) / 2)
+    return largest
+
+
+def distance_to_walls(
+    bodies: Sequence[Body], points: np.ndarray, time_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Signed distance (n,) [m], its gradient (n, 3) and the nearest body (n,) at points (n, 3) of the laboratory.
+
+    Negative where balls can be, inside the vessel and outside every insert: the largest of the bodies' distances.
+    """
+    points = np.asarray(points, dtype=float).reshape(-1, 3)
+    distance = np.full(len(points), -np.inf)
+    gradient, nearest = np.zeros_like(points), np.zeros(len(points), dtype=np.int64)
+    for index, body in enumerate(bodies):
+        own, slope = signed_distance(body.vessel)(body.to_body(points, time_s))
+        closer = own > distance
+        distance[closer], nearest[closer] = own[closer], index
+        gradient[closer] = (slope @ body.motion.rotation(time_s).T)[closer]
+    return distance, gradient, nearest
+
+
+def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vessel]:
+    """The inserts as solids in the vessel's frame, where they are at a time [s]."""
+    vessel = bodies[0]
+    placed = []
+    for body in bodies[1:]:
+        facets = [
+            Facet.from_loops([vessel.to_body(body.to_laboratory(loop, time_s), time_s) for loop in facet.loops])
+            for facet in body.vessel.facets
+        ]
+        placed.append(Vessel(facets, body.vessel.name, solid=True))
+    return placed
+
+
+def _check_times(mill: MillConfig) -> np.ndarray:
+    """Times [s] at CHECK_RPM in which every body comes through all of its positions."""
+    laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
+    ratios = [abs(law.ratio) for law in laws if getattr(law, "ratio", 0.0)]
+    turns = max([1.0, *(1 / ratio for ratio in ratios)])
+    count = min(POSES_MAX, int(np.ceil(ANGLES * turns * max([1.0, *ratios]))))
+    return np.arange(count) / count * turns
+
+
+def _samples(vessel: Vessel) -> np.ndarray:
+    """Points (n, 3) [m] on the edges of a body, its vertices among them."""
+    along = np.linspace(0, 1, EDGE_SAMPLES)[:, None, None]
+    start, end = (np.array([getattr(edge, name) for edge in vessel.edges]) for name in ("start", "end"))
+    return np.unique((start + along * (end - start)).reshape(-1, 3), axis=0)
+
+
+def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
+    """Raise ConfigError where an insert leaves the vessel or meets a wall at any time of a turn of the mill.
+
+    bodies: those of the mill at CHECK_RPM. Points on the edges of each body are held against every other body; bodies
+    that move as one may touch.
+    """
+    laws = {"vessel": mill.motion, **{insert.name: insert.motion or mill.motion for insert in mill.inserts}}
+    times = _check_times(mill)
+    for body, other in itertools.permutations(bodies, 2):
+        as_one = laws[body.name] == laws[other.name]
+        # Where balls can be the distance is negative; so it must be at the points of another body.
+        allowed = (TOUCH if as_one else -TOUCH) * bodies[0].vessel.size
+        met = _first_meeting(body, other, times[:1] if as_one else times, allowed)
+        if met:
+            turns, at = met
+            first, second = (other, body) if body is bodies[0] else (body, other)
+            when = "" if as_one else f" after {turns:.3g} turns"
+            raise ConfigError(
+                f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
+                f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm{when}; inserts must lie inside the "
+                "vessel and clear of each other throughout"
+            )
+
+
+def _first_meeting(body: Body, other: Body, times: np.ndarray, allowed: float) -> tuple[float, np.ndarray] | None:
+    """The first of some times [s] at which a point of `body` comes as far as `allowed` into `other`, and the point.
+
+    A distance changes by no more than its point moves, so it is computed anew only where that could matter.
+    """
+    points, distance_of = _samples(body.vessel), signed_distance(other.vessel)
+    seen, distance = np.zeros_like(points), np.full(len(points), np.inf)
+    for time_s in times:
+        placed = body.to_laboratory(points, time_s)
+        now = other.to_body(placed, time_s)
+        stale = distance + np.linalg.norm(now - seen, axis=1) > allowed
+        seen[stale], distance[stale] = now[stale], distance_of(now[stale])[0]
+        if distance.max() > allowed:
+            return float(time_s), placed[np.argmax(distance)]
+    return None

@@ -1,0 +1,263 @@
+"""Several bodies: a vessel and what moves inside it."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.distance import pdist
+
+from millprint.config.load import check_model
+from millprint.config.mill import MillConfig
+from millprint.dem.packing import capacity, inside, lattice, pack
+from millprint.errors import ConfigError, SimulationError
+from millprint.mill.bodies import (
+    CHECK_RPM,
+    ball_space_m3,
+    build_bodies,
+    check_inserts,
+    distance_to_walls,
+    inserts_in_vessel,
+    travel_m,
+)
+from millprint.mill.vessel import build_vessel
+from millprint.preflight import checked_bodies
+
+TANK = {"kind": "cylinder", "radius_mm": 50, "height_mm": 100}
+STIRRER = {
+    "kind": "paddles", "hub_radius_mm": 8, "blades": 4, "blade_length_mm": 30, "blade_thickness_mm": 6,
+    "height_mm": 60, "bottom_mm": 15,
+}  # fmt: skip
+TURNING = {"kind": "rotation", "axis": [0, 0, 1]}
+ROD = {"kind": "cylinder", "radius_mm": 3, "height_mm": 60, "facets": 12}
+
+
+def mill(geometry=TANK, motion=None, inserts=(), **changes) -> MillConfig:
+    content = {
+        "name": "made", "title": "made", "source": "made", "volume_ml": 700, "geometry": geometry,
+        "motion": motion or {"kind": "rest"}, "inserts": list(inserts),
+    }  # fmt: skip
+    return check_model({**content, **changes}, MillConfig, "made.yaml")
+
+
+def attritor(**changes) -> MillConfig:
+    return mill(inserts=[{"name": "stirrer", "geometry": {**STIRRER, **changes}, "motion": TURNING}])
+
+
+def check(made: MillConfig) -> None:
+    check_inserts(made, build_bodies(made, CHECK_RPM))
+
+
+def test_an_attritor_is_a_tank_and_a_stirrer_that_turns():
+    tank, stirrer = bodies = build_bodies(attritor(), 300)
+    assert [body.name for body in bodies] == ["vessel", "stirrer"]
+    assert not tank.vessel.solid and stirrer.vessel.solid
+    assert not tank.motion.turns
+    assert stirrer.motion.angular_velocity(0.1) == pytest.approx([0, 0, 10 * np.pi])
+    assert ball_space_m3(bodies) == pytest.approx(tank.vessel.volume_m3 + stirrer.vessel.volume_m3)
+    assert ball_space_m3(bodies) < tank.vessel.volume_m3
+    check(attritor())
+
+
+def test_an_insert_without_a_motion_moves_with_the_vessel():
+    circle = {"kind": "circle", "amplitude_mm": 17}
+    vessel, rod = build_bodies(mill(motion=circle, inserts=[{"name": "rod", "geometry": ROD}]), 600)
+    times = np.linspace(-0.1, 0.3, 7)
+    assert np.array_equal(vessel.motion.position(times), rod.motion.position(times))
+
+
+def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    wanted = build_bodies(attritor(), 60)
+    # A solid's walls face out of it, as a file's normals do.
+    trimesh.Trimesh(*wanted[1].vessel.triangles(), process=False).export("stirrer.stl")
+    geometry = {"kind": "stl", "path": "stirrer.stl", "unit": "m"}
+    made = mill(inserts=[{"name": "stirrer", "geometry": geometry, "motion": TURNING}])
+    found = build_bodies(made, 60)
+    check(made)
+    assert made.mesh_files == ["stirrer.stl"]
+    assert len(found[1].vessel.facets) == len(wanted[1].vessel.facets)
+    assert ball_space_m3(found) == pytest.approx(ball_space_m3(wanted), rel=1e-6)
+    points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (300, 3))
+    assert distance_to_walls(found, points, 0.3)[0] == pytest.approx(
+        distance_to_walls(wanted, points, 0.3)[0], abs=1e-8
+    )
+
+
+def test_travel_is_the_amplitude_the_radius_or_the_reach():
+    assert travel_m(build_bodies(mill(motion={"kind": "circle", "amplitude_mm": 17}), 600), 600) == pytest.approx(0.017)
+    drum = mill({**TANK, "axis": "y"}, {"kind": "rotation", "axis": [0, 1, 0]})
+    assert travel_m(build_bodies(drum, 60), 60) == pytest.approx(0.05, rel=1e-3)
+    # The tip of a blade: its corner lies a little farther out than its length.
+    assert travel_m(build_bodies(attritor(), 60), 60) == pytest.approx(math.hypot(0.038, 0.003), rel=1e-3)
+
+
+def test_distance_to_the_nearest_of_several_bodies_in_the_laboratory():
+    bodies = build_bodies(attritor(), 60)
+    quarter = 0.125  # an eighth of a turn: the blades lie on the diagonals
+    points = np.array([[0.045, 0, 0.05], [0.02, 0.02, 0.05], [0.0, 0.06, 0.05], [0.03, 0.0, 0.05], [0.0, 0.0, 0.01]])
+    distance, gradient, nearest = distance_to_walls(bodies, points, quarter)
+    assert nearest.tolist() == [0, 1, 0, 1, 1]
+    blade = 0.03 * math.sin(math.pi / 4) - 0.003
+    assert distance == pytest.approx([-0.005, 0.003, 0.01, -blade, -0.005], abs=2e-4)
+    assert gradient[0] == pytest.approx([1, 0, 0], abs=0.07)
+    assert gradient[4] == pytest.approx([0, 0, 1])
+    assert distance_to_walls(bodies, [[0.03, 0, 0.05]], 0.0)[0] == pytest.approx([0.003])
+
+
+def test_the_gradient_is_that_of_the_distance():
+    bodies = build_bodies(attritor(), 60)
+    points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (200, 3))
+    distance, gradient, _ = distance_to_walls(bodies, points, 0.07)
+    h = 1e-7
+    for axis in range(3):
+        ahead = distance_to_walls(bodies, points + h * np.eye(3)[axis], 0.07)[0]
+        # A few points lie where the nearest wall changes and there is no gradient.
+        assert np.median(np.abs((ahead - distance) / h - gradient[:, axis])) < 1e-6
+
+
+def refusal(made: MillConfig) -> str:
+    with pytest.raises(ConfigError) as caught:
+        check(made)
+    message = str(caught.value)
+    assert message.startswith("config/mills/made.yaml: inserts: ")
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"blade_length_mm": 43}, "stirrer meets vessel"),
+        ({"bottom_mm": -5}, "stirrer meets vessel"),
+        ({"height_mm": 90}, "stirrer meets vessel"),
+        ({"height_mm": 85}, "stirrer meets vessel"),  # its top in the plane of the lid, along which it would rub
+    ],
+)
+def test_a_stirrer_that_reaches_a_wall_is_refused(changes, message):
+    assert message in refusal(attritor(**changes))
+
+
+def test_a_stirrer_that_meets_a_wall_only_when_turned_is_refused():
+    box = {"kind": "box", "x_mm": 100, "y_mm": 60, "z_mm": 100}
+    one = {"name": "stirrer", "geometry": {**STIRRER, "blades": 1}, "motion": TURNING}
+    assert "stirrer meets vessel at (" in refusal(mill(box, inserts=[one]))
+    check(mill({**box, "y_mm": 80}, inserts=[one]))
+
+
+def test_a_slow_stirrer_is_followed_through_its_whole_turn():
+    box = {"kind": "box", "x_mm": 100, "y_mm": 80, "z_mm": 100, "centre_mm": [0, 4, 50]}
+    slow = {"name": "stirrer", "geometry": {**STIRRER, "blades": 1}, "motion": {**TURNING, "ratio": 0.1}}
+    # The blade meets the near wall after three quarters of its turn, long after the mill's first.
+    assert "turns" in refusal(mill(box, inserts=[slow]))
+    check(mill({**box, "centre_mm": [0, 0, 50]}, inserts=[slow]))
+
+
+def test_an_insert_that_stays_while_the_jar_moves_is_refused():
+    circle = {"kind": "circle", "amplitude_mm": 30}
+    rod = {"name": "rod", "geometry": {**ROD, "centre_mm": [25, 0, 50]}}
+    check(mill(motion=circle, inserts=[rod]))
+    assert "rod meets vessel" in refusal(mill(motion=circle, inserts=[{**rod, "motion": {"kind": "rest"}}]))
+
+
+def test_what_moves_with_the_vessel_may_stand_on_its_floor():
+    check(mill(inserts=[{"name": "baffle", "geometry": {"kind": "box", "x_mm": 10, "y_mm": 20, "z_mm": 30}}]))
+
+
+def test_two_inserts_must_not_meet_even_where_only_edges_cross():
+    """Two bars through each other: no corner of one lies in the other."""
+    bars = [
+        {"name": "a", "geometry": {"kind": "box", "x_mm": 40, "y_mm": 4, "z_mm": 4, "centre_mm": [0, 0, 50]}},
+        {"name": "b", "geometry": {"kind": "box", "x_mm": 3, "y_mm": 40, "z_mm": 3, "centre_mm": [0, 0, 50]}},
+    ]
+    assert "a meets b" in refusal(mill(inserts=bars)) or "b meets a" in refusal(mill(inserts=bars))
+
+
+def test_names_of_inserts_differ():
+    rod = {"name": "rod", "geometry": ROD}
+    for inserts in ([rod, rod], [{**rod, "name": "vessel"}]):
+        with pytest.raises(ConfigError, match="names must differ"):
+            mill(inserts=inserts)
+
+
+def test_faults_in_a_union_name_the_key_as_the_file_has_it():
+    with pytest.raises(ConfigError, match=r"made.yaml: geometry.radius_mn = 5: unknown key; did you mean radius_mm\?"):
+        mill({**TANK, "radius_mn": 5})
+    with pytest.raises(ConfigError, match=r"made.yaml: inserts.0.motion.ratio = 'x': "):
+        mill(inserts=[{"name": "rod", "geometry": ROD, "motion": {**TURNING, "ratio": "x"}}])
+    with pytest.raises(ConfigError, match=r"made.yaml: motion.sun_radius: unknown|motion.sun_radius = 70: unknown key"):
+        mill(motion={"kind": "planetary", "sun_radius": 70, "ratio": -2})
+
+
+def test_preflight_names_every_mill_that_does_not_hold():
+    first, second = attritor(bottom_mm=-5), attritor(blade_length_mm=60)
+    with pytest.raises(ConfigError) as caught:
+        checked_bodies({"first": first, "second": second})
+    assert len(str(caught.value).splitlines()) == 2
+    assert list(checked_bodies({"good": attritor()})) == ["good"]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_balls_start_around_an_insert_at_its_first_pose(angle):
+    made = mill(
+        inserts=[
+            {
+                "name": "stirrer",
+                "geometry": STIRRER,
+                "motion": {
+                    "kind": "swing", "axis": [0, 0, 1], "pivot_mm": [0, 0, 0], "amplitude_deg": math.degrees(0.4),
+                    "phase_deg": math.degrees(math.asin(angle / 0.4)),
+                },
+            }
+        ]
+    )  # fmt: skip
+    bodies = build_bodies(made, 60)
+    vessel, solids = bodies[0].vessel, inserts_in_vessel(bodies)
+    start = pack(vessel, 6e-3, 600, 0, 700e-6, solids)
+    assert pdist(start).min() >= 6e-3
+    assert distance_to_walls(bodies, start, 0.0)[0].max() <= -3e-3
+    # Without the insert some would have started in it.
+    plain = pack(vessel, 6e-3, 600, 0, 700e-6)
+    assert distance_to_walls(bodies, plain, 0.0)[0].max() > 0
+    assert capacity(vessel, 6e-3, inserts=solids) < capacity(vessel, 6e-3)
+
+
+def test_the_insert_lowers_the_largest_fill_that_is_told():
+    thick = [{"name": "core", "geometry": {**ROD, "radius_mm": 40, "height_mm": 90}}]
+    bodies = build_bodies(mill(inserts=thick), 60)
+    with pytest.raises(SimulationError, match=r"the largest fill ratio that does is 0\.1"):
+        pack(bodies[0].vessel, 8e-3, 1000, 0, 700e-6, inserts_in_vessel(bodies))
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"kind": "cylinder", "radius_mm": 15, "height_mm": 400},
+        {"kind": "cylinder", "radius_mm": 15, "height_mm": 400, "axis": "x"},
+        {"kind": "cylinder", "radius_mm": 90, "height_mm": 12, "axis": "y"},
+        {"kind": "cylinder", "radius_mm": 90, "height_mm": 12},
+    ],
+)
+def test_tall_lying_and_flat_vessels_are_filled_alike(shape):
+    vessel = build_vessel(mill(shape))
+    balls = capacity(vessel, 5e-3)
+    share = balls * math.pi / 6 * 5e-3**3 / vessel.volume_m3
+    assert 0.4 < share < 0.74
+    start = pack(vessel, 5e-3, balls // 2, 3, vessel.volume_m3)
+    assert inside(vessel, start, 2.5e-3).all()
+    # Every region of the vessel holds its share of the balls.
+    longest = int(np.argmax(np.ptp(vessel.bounds, axis=0)))
+    counts = np.histogram(start[:, longest], 3, tuple(vessel.bounds[:, longest]))[0]
+    assert counts.min() > 0.15 * counts.sum()
+
+
+def test_a_large_drum_needs_no_lattice_of_its_diagonal_cubed():
+    """A long drum and 5 mm balls: sites over a box, not over the cube of its diagonal."""
+    vessel = build_vessel(mill({"kind": "cylinder", "radius_mm": 40, "height_mm": 900, "axis": "x", "facets": 24}))
+    sites = lattice(vessel, 5e-3, 0.2, np.array([0.3, 0.7, 0.1]))
+    low, high = vessel.bounds
+    held = ((sites > low) & (sites < high)).all(axis=1).sum()
+    # Not one of the box is missing: as many as a close packing has, up to the surface.
+    assert held == pytest.approx(np.prod(high - low) * math.sqrt(2) / 5e-3**3, rel=0.05)
+    assert len(sites) < 2 * held
+    assert len(pack(vessel, 5e-3, 10_000, 0, vessel.volume_m3)) == 10_000

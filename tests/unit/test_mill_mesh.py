@@ -1,0 +1,281 @@
+"""Vessels from files of triangles: the same facets as from parameters, and refusals of what is no vessel."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from pydantic import ValidationError
+
+from millprint.config.geometry import StlGeometry
+from millprint.config.load import check_model, load_named
+from millprint.config.mill import MillConfig
+from millprint.errors import ConfigError
+from millprint.mill.intersect import self_intersection
+from millprint.mill.merge import merge_coplanar
+from millprint.mill.vessel import Vessel, build_vessel, shape_facets
+
+MILLS = Path(__file__).parents[2] / "config/mills"
+
+
+@pytest.fixture(autouse=True)
+def project(tmp_path, monkeypatch) -> Path:
+    """An empty project: paths of files are relative to its root."""
+    folder = tmp_path / "project"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def read(path: str, unit: str = "mm") -> Vessel:
+    geometry = StlGeometry(kind="stl", path=path, unit=unit)
+    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=False))
+
+
+def fault(mesh: trimesh.Trimesh, unit: str = "mm") -> str:
+    mesh.export("bad.stl")
+    with pytest.raises(ConfigError) as caught:
+        read("bad.stl", unit)
+    message = str(caught.value)
+    assert message.startswith("mill.yaml: geometry.path = 'bad.stl': ")
+    assert "\n" not in message
+    return message
+
+
+def block(x: float = 20, y: float = 20, z: float = 20) -> trimesh.Trimesh:
+    return trimesh.creation.box((x, y, z))
+
+
+def join(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:
+    return trimesh.util.concatenate(meshes)
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_post"])
+@pytest.mark.parametrize(("suffix", "rounding_m"), [("stl", 2e-8), ("obj", 2e-9)])
+def test_a_jar_from_a_file_has_the_facets_that_its_parameters_give(name, suffix, rounding_m):
+    wanted = build_vessel(load_named(MILLS, name, MillConfig, "mill"))
+    points, triangles = wanted.triangles()
+    # A file's normals point out of the hollow; those of the vessel point into it.
+    trimesh.Trimesh(points * 1e3, triangles[:, ::-1], process=False).export(f"jar.{suffix}")
+    found = read(f"jar.{suffix}")
+    assert len(triangles) > 2 * len(found.facets)
+    assert matched(found, wanted, rounding_m)
+    assert found.volume_m3 == pytest.approx(wanted.volume_m3, rel=1e-7)
+    assert len(found.convex_edges) == len(wanted.convex_edges)
+    assert len(found.corners) == len(wanted.corners)
+
+
+def matched(found: Vessel, wanted: Vessel, tolerance_m: float) -> bool:
+    """Whether each facet of one vessel is one of the other: the same loops of vertices, wherever they begin."""
+    left = list(wanted.facets)
+    for facet in found.facets:
+        middle = facet.loops[0].mean(axis=0)
+        near = [other for other in left if np.linalg.norm(other.loops[0].mean(axis=0) - middle) < tolerance_m]
+        twin = next((other for other in near if same_loops(facet.loops, other.loops, tolerance_m)), None)
+        if twin is None or not np.allclose(facet.normal, twin.normal, atol=1e-5):
+            return False
+        left = [other for other in left if other is not twin]
+    return not left
+
+
+def same_loops(loops: tuple, others: tuple, tolerance_m: float) -> bool:
+    return len(loops) == len(others) and all(
+        any(
+            len(loop) == len(other)
+            and any(np.abs(np.roll(other, k, axis=0) - loop).max() < tolerance_m for k in range(len(loop)))
+            for other in others
+        )
+        for loop in loops
+    )
+
+
+def test_a_side_cut_by_vertices_in_its_middle_is_one_side():
+    """A box whose faces are cut into many triangles has six facets of four corners."""
+    mesh = block()
+    for _ in range(3):
+        mesh = mesh.subdivide()
+    mesh.export("box.stl")
+    vessel = read("box.stl")
+    assert len(mesh.faces) == 12 * 64
+    assert [len(loop) for facet in vessel.facets for loop in facet.loops] == [4] * 6
+    assert vessel.volume_m3 == pytest.approx(8e-6)
+
+
+def test_a_facet_with_a_hole_keeps_its_hole():
+    ring = trimesh.creation.annulus(r_min=10, r_max=20, height=15, sections=16)
+    ring.export("ring.stl")
+    vessel = read("ring.stl")
+    assert sorted(len(facet.loops) for facet in vessel.facets) == [1] * 32 + [2, 2]
+    assert all(np.abs(f.loops[0]).max() > 0.015 for f in vessel.facets if len(f.loops) == 2)
+
+
+def test_a_finely_cut_curve_is_not_flattened():
+    trimesh.creation.cylinder(radius=30, height=40, sections=720).export("round.stl")
+    assert len(read("round.stl").facets) == 722
+
+
+@pytest.mark.parametrize(("unit", "metre"), [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("inch", 0.0254)])
+def test_units(unit, metre):
+    size = 0.05 / metre
+    block(size, size, size).export("box.stl")
+    assert read("box.stl", unit).volume_m3 == pytest.approx(0.05**3, rel=1e-6)
+
+
+def test_open_is_refused():
+    mesh = block()
+    mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    assert "open: the edge from" in fault(mesh)
+
+
+def test_triangles_turned_against_the_rest_are_refused():
+    mesh = block()
+    mesh.faces[0] = mesh.faces[0][::-1]
+    assert "are not turned alike" in fault(mesh)
+
+
+def test_inside_out_is_refused_and_says_what_is_wanted():
+    mesh = block()
+    mesh.faces = mesh.faces[:, ::-1]
+    message = fault(mesh)
+    assert "inside out" in message
+    assert "from the hollow into the wall" in message
+
+
+def test_two_boxes_that_share_an_edge_are_not_manifold():
+    other = block()
+    other.apply_translation([20, 20, 0])
+    assert "not manifold: the edge" in fault(join(block(), other))
+
+
+def test_two_boxes_that_share_a_corner_are_not_manifold():
+    other = block()
+    other.apply_translation([20, 20, 20])
+    message = fault(join(block(), other))
+    assert "not manifold: two parts of the surface touch in the point (10, 10, 10) mm" in message
+
+
+def test_separate_pieces_are_refused():
+    other = block()
+    other.apply_translation([50, 0, 0])
+    assert "2 separate pieces; one closed surface is wanted" in fault(join(block(), other))
+
+
+def test_a_jar_drawn_with_its_wall_is_explained():
+    inner = block(16, 16, 16)
+    inner.faces = inner.faces[:, ::-1]
+    assert "only the hollow is wanted" in fault(join(block(), inner))
+
+
+def test_a_degenerate_triangle_is_refused():
+    mesh = block()
+    vertices = np.vstack([mesh.vertices, (mesh.vertices[mesh.faces[0, 0]] + mesh.vertices[mesh.faces[0, 1]]) / 2])
+    new, (a, b, c) = len(vertices) - 1, mesh.faces[0]
+    faces = np.vstack([mesh.faces[1:], [[a, new, c], [new, b, c], [a, b, new]]])
+    assert "1 degenerate triangles" in fault(trimesh.Trimesh(vertices, faces, process=False))
+
+
+@pytest.mark.parametrize(("size", "unit"), [(50, "m"), (200, "inch"), (0.05, "mm"), (400, "cm")])
+def test_a_wrong_unit_is_refused(size, unit):
+    assert "correct `unit`" in fault(block(size, size, size), unit)
+
+
+def dented(depth: float) -> trimesh.Trimesh:
+    """A box of 20 mm whose top is pushed down in the middle, past the floor if the depth is more than 20 mm."""
+    mesh = block().subdivide().subdivide()
+    top = np.isclose(mesh.vertices[:, 2], 10) & (np.abs(mesh.vertices[:, :2]).max(axis=1) < 6)
+    vertices = mesh.vertices.copy()
+    vertices[top, 2] -= depth
+    return trimesh.Trimesh(vertices, mesh.faces, process=False)
+
+
+def test_a_dent_is_a_vessel_until_it_breaks_through_the_floor():
+    dented(15).export("dent.stl")
+    assert read("dent.stl").volume_m3 < 8e-6
+    assert "cuts through itself" in fault(dented(25))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_two_joined_bodies_meet_exactly_when_a_sampling_says_so(seed):
+    """Random pairs of tetrahedra: intersecting surfaces are found, and only those."""
+    rng = np.random.default_rng(seed)
+    found = {True: 0, False: 0}
+    for _ in range(40):
+        first, second = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)) + rng.uniform(0, 2, 3)
+        faces = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+        meets = self_intersection(np.vstack([first, second]), np.vstack([faces, faces + 4]), 1e-9) is not None
+        assert meets == surfaces_meet(first, second, faces)
+        found[meets] += 1
+    assert min(found.values()) > 3
+
+
+def surfaces_meet(first: np.ndarray, second: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether an edge of one tetrahedron crosses a face of the other, by solving for the crossing."""
+    for a, b in ((first, second), (second, first)):
+        for i in range(4):
+            for j in range(i):
+                for face in b[faces]:
+                    matrix = np.column_stack([a[j] - a[i], face[0] - face[1], face[0] - face[2]])
+                    t, u, v = np.linalg.solve(matrix, face[0] - a[i])
+                    if 0 < t < 1 and u > 0 and v > 0 and u + v < 1:
+                        return True
+    return False
+
+
+def test_a_surface_folded_onto_itself_is_found():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.3, 0]], dtype=float)
+    assert self_intersection(points, np.array([[0, 1, 2], [1, 0, 3]]), 1e-9) == (0, 1)
+    beside = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, -0.3, 0]], dtype=float)
+    assert self_intersection(beside, np.array([[0, 1, 2], [1, 0, 3]]), 1e-9) is None
+
+
+def test_bent_pairs_are_not_merged():
+    """Two triangles that meet at 0.01 rad stay two facets, at 1e-8 rad they are one."""
+    for angle, facets in ((1e-2, 6), (1e-8, 5)):
+        points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.5, 0.5, -1]], dtype=float)
+        points[3, 2] = np.sqrt(0.5) * angle
+        triangles = np.array([[0, 1, 2], [3, 2, 1], [1, 0, 4], [0, 2, 4], [2, 3, 4], [3, 1, 4]])
+        assert len(merge_coplanar(points, triangles, 1.0)) == facets
+
+
+@pytest.mark.parametrize("path", ["/etc/jar.stl", "../jar.stl", "a/../../jar.stl", "jar.step", "jar"])
+def test_a_path_out_of_the_project_or_of_another_kind_is_refused(path):
+    with pytest.raises(ValidationError, match="path = "):
+        StlGeometry(kind="stl", path=path, unit="mm")
+
+
+def test_a_link_out_of_the_project_is_refused(project):
+    block().export(project.parent / "outside.stl")
+    (project / "jar.stl").symlink_to(project.parent / "outside.stl")
+    with pytest.raises(ConfigError, match="leads out of the project"):
+        read("jar.stl")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"solid nothing\nendsolid\n", b"\x00" * 100, b"solid x\nfacet normal a b c\n"]
+)
+def test_what_is_no_mesh_is_refused_in_one_line(project, content):
+    (project / "jar.stl").write_bytes(content)
+    with pytest.raises(ConfigError, match=r"mill.yaml: geometry.path = 'jar.stl': ") as caught:
+        read("jar.stl")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_and_a_missing_unit_are_refused():
+    with pytest.raises(ConfigError, match="no such file"):
+        read("jar.stl")
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content["geometry"] = {"kind": "stl", "path": "jar.stl"}
+    with pytest.raises(ConfigError, match=r"emax.yaml: geometry.unit: this key is missing"):
+        check_model(content, MillConfig, "emax.yaml")
+
+
+def test_the_volume_in_the_yaml_must_be_that_of_the_file():
+    block(50, 50, 50).export("box.stl")
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
+    content["geometry"] = {"kind": "stl", "path": "box.stl", "unit": "mm"}
+    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(125e-6)
+    content["volume_ml"] = 130
+    with pytest.raises(ConfigError, match=r"volume_ml = 130: box.stl in mm holds 125 mL"):
+        build_vessel(MillConfig(**content))
+    content["geometry"]["volume_tolerance"] = 0.1
+    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(125e-6)

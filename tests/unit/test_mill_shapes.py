@@ -1,0 +1,163 @@
+"""Cylinders, boxes and stirrers by parameters: closed, of the right volume and place, hollow or solid."""
+
+import numpy as np
+import pytest
+import trimesh
+from pydantic import TypeAdapter, ValidationError
+
+from millprint.config.geometry import SolidGeometry, VesselGeometry
+from millprint.errors import ConfigError
+from millprint.mill.distance import SignedDistance
+from millprint.mill.shapes import paddles_outline
+from millprint.mill.vessel import Facet, Vessel, shape_facets
+
+CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
+STIRRER = {
+    "kind": "paddles", "hub_radius_mm": 10, "blades": 4, "blade_length_mm": 30, "blade_thickness_mm": 5,
+    "height_mm": 60, "bottom_mm": 15,
+}  # fmt: skip
+SHAPES = {
+    "jar": {"kind": "cylinder", "radius_mm": 20, "height_mm": 50},
+    "cup": {"kind": "cylinder", "radius_mm": 20, "height_mm": 50, "fillet_radius_mm": 6, "fillet_facets": 3},
+    "round cup": {"kind": "cylinder", "radius_mm": 20, "height_mm": 50, "fillet_radius_mm": 20},
+    "drum": {"kind": "cylinder", "radius_mm": 80, "height_mm": 30, "axis": "y", "facets": 60},
+    "mixer": {**CAPSULE, "axis": "x"},
+    "ball": {**CAPSULE, "height_mm": 20, "axis": "y"},
+    "lens": {**CAPSULE, "height_mm": 10, "fillet_radius_mm": 5},
+    "moved": {**CAPSULE, "axis": "x", "centre_mm": [5, -7, 30]},
+    "box": {"kind": "box", "x_mm": 10, "y_mm": 20, "z_mm": 30},
+}
+
+
+def vessel(shape: dict, **changes) -> Vessel:
+    geometry = TypeAdapter(VesselGeometry).validate_python({**shape, **changes})
+    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=False))
+
+
+def solid(shape: dict, **changes) -> Vessel:
+    geometry = TypeAdapter(SolidGeometry).validate_python({**shape, **changes})
+    return Vessel(shape_facets(geometry, "mill.yaml: geometry", solid=True), solid=True)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_hollow_is_watertight_and_smooth_ones_are_convex(name):
+    made = vessel(SHAPES[name])
+    mesh = trimesh.Trimesh(*made.triangles(), process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert -mesh.volume == pytest.approx(made.volume_m3, rel=1e-9)
+    assert not made.convex_edges
+    flat = [np.ptp(loop @ facet.normal) for facet in made.facets for loop in facet.loops]
+    assert max(flat) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("name", "volume_mm3"),
+    [
+        ("jar", np.pi * 20**2 * 50),
+        ("round cup", np.pi * 20**2 * 30 + np.pi * 2 / 3 * 20**3),
+        ("drum", np.pi * 80**2 * 30),
+        ("mixer", np.pi * 10**2 * 25 + np.pi * 4 / 3 * 10**3),
+        ("ball", np.pi * 4 / 3 * 10**3),
+        ("moved", np.pi * 10**2 * 25 + np.pi * 4 / 3 * 10**3),
+        ("box", 6000),
+    ],
+)
+def test_volume_tends_to_that_of_the_smooth_shape(name, volume_mm3):
+    """The facets lie inside the smooth shape, and what they leave out falls with their number squared."""
+    if name == "box":
+        assert vessel(SHAPES[name]).volume_m3 * 1e9 == pytest.approx(volume_mm3)
+        return
+    coarse, fine = (
+        1 - vessel(SHAPES[name], facets=4 * k, fillet_facets=k).volume_m3 * 1e9 / volume_mm3 for k in (10, 20)
+    )
+    assert 0 < fine < 0.01
+    assert coarse / fine == pytest.approx(4, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("jar", [-20, -20, 0], [20, 20, 50]),
+        ("drum", [-80, -15, -80], [80, 15, 80]),
+        ("mixer", [-22.5, -10, -10], [22.5, 10, 10]),
+        ("moved", [-17.5, -17, 20], [27.5, 3, 40]),
+        ("box", [-5, -10, 0], [5, 10, 30]),
+    ],
+)
+def test_where_a_shape_lies(name, low, high):
+    assert vessel(SHAPES[name]).bounds * 1e3 == pytest.approx(np.array([low, high]))
+
+
+def test_the_bottom_of_a_lying_cup_is_towards_the_negative_side():
+    points = vessel(SHAPES["round cup"], axis="x").vertices
+    assert np.hypot(points[:, 1], points[:, 2])[points[:, 0] < -0.0249].max() < 1e-9
+    assert np.hypot(points[:, 1], points[:, 2])[points[:, 0] > 0.0249].min() > 0.0199
+
+
+@pytest.mark.parametrize("name", ["drum", "moved", "box"])
+def test_a_solid_is_the_hollow_turned_over(name):
+    hollow, body = vessel(SHAPES[name]), solid(SHAPES[name])
+    assert body.volume_m3 == pytest.approx(-hollow.volume_m3)
+    assert len(body.convex_edges) == len(hollow.edges)
+    points = np.random.default_rng(0).uniform(*(hollow.bounds * 1.3), (200, 3))
+    assert SignedDistance(body)(points)[0] == pytest.approx(-SignedDistance(hollow)(points)[0], abs=1e-15)
+
+
+def test_the_wrong_side_out_is_refused_for_solids_too():
+    facets = [Facet(f.normal, f.offset, f.loops) for f in vessel(SHAPES["box"]).facets]
+    with pytest.raises(ConfigError, match="inside out"):
+        Vessel(facets, solid=True)
+
+
+def test_distance_from_a_box_is_that_of_the_closed_form():
+    """Outside a box: the length of what sticks out beyond its half sizes. Corners and edges decide the sign."""
+    body, half = solid(SHAPES["box"], centre_mm=[0, 0, 0]), np.array([5, 10, 15]) / 1e3
+    rng = np.random.default_rng(2)
+    signs = rng.choice([-1, 1], (400, 3))
+    points = np.concatenate([rng.uniform(-0.03, 0.03, (400, 3)), signs * half * rng.choice([1, 1.5, 2], (400, 3))])
+    beyond = np.abs(points) - half
+    expected = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
+    assert SignedDistance(body)(points)[0] == pytest.approx(-expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("blades", [1, 2, 3, 4, 7])
+def test_a_stirrer_is_hub_and_blades(blades):
+    body = solid(STIRRER, blades=blades, hub_facets=120)
+    # A blade is a rectangle less the piece of the hub's circle that it covers.
+    half, hub = 2.5, 10.0
+    root = np.arcsin(half / hub)
+    blade = 2 * half * (40 - hub * np.cos(root)) - hub**2 * (root - np.sin(root) * np.cos(root))
+    assert -body.volume_m3 * 1e9 == pytest.approx(60 * (np.pi * hub**2 + blades * blade), rel=1e-3)
+    assert body.bounds[:, 2] * 1e3 == pytest.approx([15, 75])
+    assert body.bounds[1, 0] * 1e3 == pytest.approx(40)
+    mesh = trimesh.Trimesh(*body.triangles(), process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(-body.volume_m3)
+
+
+def test_blades_are_alike():
+    outline = paddles_outline(TypeAdapter(SolidGeometry).validate_python({**STIRRER, "blades": 3}))
+    place = outline.reshape(3, -1, 2)
+    turn = np.array([[-0.5, -np.sqrt(3) / 2], [np.sqrt(3) / 2, -0.5]])
+    assert place[0] @ turn.T == pytest.approx(place[1])
+    assert place[1] @ turn.T == pytest.approx(place[2])
+
+
+@pytest.mark.parametrize(
+    ("shape", "changes", "message"),
+    [
+        (CAPSULE, {"fillet_radius_mm": 10.1}, "fillet_radius_mm = 10.1: with fillet_ends = both at most 10 mm"),
+        (CAPSULE, {"height_mm": 16}, "at most 8 mm"),
+        (CAPSULE, {"fillet_ends": "none"}, "at most 0 mm"),
+        (CAPSULE, {"fillet_ends": "bottom", "height_mm": 10}, "fillet_ends = bottom"),
+        (CAPSULE, {"radius_mm": float("inf")}, "finite"),
+        (STIRRER, {"blade_thickness_mm": 15}, "must be thinner than 14 mm"),
+        (STIRRER, {"blades": 0}, "greater than or equal to 1"),
+        (SHAPES["box"], {"x_mm": 0}, "greater than or equal to 0.01"),
+        (SHAPES["box"], {"centre_mm": [0, 1e300, 0]}, "less than or equal to 10000"),
+    ],
+)
+def test_sizes_that_do_not_fit_are_refused(shape, changes, message):
+    with pytest.raises(ValidationError, match=message):
+        TypeAdapter(SolidGeometry).validate_python({**shape, **changes})
