@@ -1,17 +1,19 @@
-"""Figure 3.4: power and run time against Young's modulus."""
+"""Figure 3.4: power and run time against Young's modulus, and what becomes of the descriptors."""
 
-from millprint.figures.chapter3 import plot_modulus
+from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
+from millprint.figures.convergence import plot_modulus
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
 
 
-def main(modulus_path: str, output) -> None:
+def main(table_path: str, output) -> None:
     """Draw the table of the modulus sweep."""
-    columns = ["young_modulus_gpa", "power_W", "power_two_sigma_W", "wall_clock_s"]
-    save(plot_modulus(read_table(modulus_path, numeric=columns)), output.svg, output.png)
+    deviations = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
+    columns = ["ball_diameter_mm", "young_modulus_gpa", "power_W", "power_two_sigma_W", "processor_s", *deviations]
+    save(plot_modulus(read_table(table_path, numeric=columns, text=SERIES[:2])), output.svg, output.png)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot modulus"):
-        main(snakemake.input.modulus, snakemake.output)
+        main(snakemake.input.table, snakemake.output)

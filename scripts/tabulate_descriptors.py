@@ -11,7 +11,7 @@ from millprint.job import job
 def main(summary_paths: list[str], output, settings: FingerprintConfig) -> None:
     """Read all summaries and write the four tables."""
     summaries = read_summaries(summary_paths)
-    write_table(tabulate_descriptors(summaries, settings.collision_gap_s), output.descriptors)
+    write_table(tabulate_descriptors(summaries, settings.counting_rule), output.descriptors)
     write_table(tabulate_counting_rules(summaries), output.counting_rules)
     write_table(tabulate_cycles(summaries), output.cycles)
     write_table(tabulate_densities(summaries, settings.cycle_fill_ratio), output.densities)

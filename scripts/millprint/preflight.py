@@ -8,7 +8,7 @@ from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.packing import capacity
-from millprint.dem.timestep import rayleigh_time
+from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
 from millprint.doe.literature import read_literature
 from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
@@ -91,18 +91,20 @@ def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, sou
 
 def check_step(config: WorkflowConfig, contact: ContactConfig, case: Case, source: str) -> None:
     """The integration step must resolve a contact: at most a fraction of the Rayleigh time."""
-    largest = config.dem.rayleigh_fraction_max
-    if case.rayleigh_fraction is not None:
-        if case.rayleigh_fraction > largest:
-            raise ConfigError(
-                f"{source}: sweeps: rayleigh_fraction = {case.rayleigh_fraction:g}: at most "
-                f"dem.rayleigh_fraction_max = {largest:g}"
-            )
-        return
     modulus = case.young_modulus_gpa or contact.young_modulus_gpa
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, modulus * 1e9, contact.poisson_ratio)
-    if config.dem.time_step_s > largest * rayleigh:
+    largest = largest_fraction(case, config.dem)
+    step = wanted_step(case, config.dem, rayleigh)
+    # A fraction that is given as the largest itself must pass.
+    if step <= largest * rayleigh * (1 + 1e-12):
+        return
+    if case.rayleigh_fraction is not None:
         raise ConfigError(
-            f"{source}: dem.time_step_s = {config.dem.time_step_s:g}: more than {largest:g} of the Rayleigh time of "
-            f"case {case.path}; at most {largest * rayleigh:.2g} s"
+            f"{source}: sweeps: rayleigh_fraction = {case.rayleigh_fraction:g}: at most "
+            f"dem.rayleigh_fraction_max = {largest:g}"
         )
+    key = "dem.time_step_s" if case.time_step_s is None else "sweeps: time_steps_s"
+    raise ConfigError(
+        f"{source}: {key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
+        f"at most {largest * rayleigh:.2g} s"
+    )

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from millprint.config.contact import ContactConfig
+from millprint.config.counting import CountingRule
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -45,7 +46,7 @@ def descriptors(folder, length=1, density=1):
         settle_s=0.05 * root,
         discard_s=0.0,
         window_s=0.05 * root,
-        collision_gaps_s=[0.0, GAP * root],
+        counting_rules=[CountingRule(name="merged", gap_s=GAP * root)],
         skin_m=DemConfig.model_fields["skin_m"].default * length,
     )
     case = Case(
@@ -60,7 +61,7 @@ def descriptors(folder, length=1, density=1):
         window_s=settings.window_s,
     )
     summary = run_case(case, mill, contact, settings, folder / "run.h5", folder / "summary.json")
-    return tabulate_descriptors([summary], GAP * root).iloc[0]
+    return tabulate_descriptors([summary], "merged").iloc[0]
 
 
 @pytest.fixture(scope="module")

@@ -41,6 +41,33 @@ def test_every_fault_has_its_line():
     assert len(fault({**DEM, "window_s": 0, "settle_s": "x"}, DemConfig).splitlines()) == 2
 
 
+def test_two_counting_rules_of_one_name_are_refused():
+    rules = [{"name": "a"}, {"name": "b"}, {"name": "a", "gap_s": 0.001}]
+    assert "two counting rules are called a" in fault({**DEM, "counting_rules": rules}, DemConfig)
+
+
+def test_an_unknown_parameter_of_a_counting_rule_names_its_place():
+    line = fault({**DEM, "counting_rules": [{"name": "a", "gap_ms": 1}]}, DemConfig)
+    assert line.startswith("file.yaml: counting_rules.0.gap_ms = 1: unknown key")
+
+
+def test_a_sweep_over_the_step_varies_nothing_else():
+    steps = {**SWEEP, "time_steps_s": [1e-6, 2e-6]}
+    for other in ({"rayleigh_fraction": 0.1}, {"young_moduli_gpa": [2.0]}):
+        assert f"time_steps_s and {next(iter(other))} cannot both be given" in fault({**steps, **other}, SweepConfig)
+    assert "at least 2" in fault({**SWEEP, "time_steps_s": [1e-6]}, SweepConfig)
+    assert "a mill at rest" in fault({**steps, "speeds_rpm": [0]}, SweepConfig)
+
+
+def test_steps_are_in_the_names_of_their_cases_and_bounds_go_with_them():
+    sweep = SweepConfig(**SWEEP, time_steps_s=[9.5e-7, 2e-6], closure_max=0.02, rayleigh_fraction_max=0.4)
+    cases = expand_sweep(sweep, DemConfig(**DEM), "emax")
+    assert len(cases) == 8
+    names = [case.name for case in cases[:4]]
+    assert names == [f"d10_f0.10_n600_dt{step}_s{seed}" for step in ("9.5e-07", "2e-06") for seed in (0, 1)]
+    assert {(case.closure_max, case.rayleigh_fraction_max) for case in cases} == {(0.02, 0.4)}
+
+
 @pytest.mark.parametrize("content", [None, [1], "text", 3])
 def test_a_mapping_is_wanted(content):
     assert "mapping" in fault(content, DemConfig)

@@ -44,7 +44,7 @@ def scattered(seed: int = 1, size: float = 0.05) -> pd.DataFrame:
         for diameter in (5.0, 10.0)
         for speed in (600.0, 1200.0)
     ]
-    return tabulate_descriptors(runs, 0.003)
+    return tabulate_descriptors(runs, "gap_3ms")
 
 
 def test_the_average_of_a_mill_without_scatter_has_no_width(exact):
@@ -149,7 +149,7 @@ def test_the_universal_factor_collapses_sets_that_obey_it():
     both = tabulate_descriptors(
         summaries(fills=(0.06, 0.10), factor=1 / np.sqrt(1 - 0.117037))
         + summaries(contacts=("steel",), fills=(0.06, 0.10, 0.17), factor=1 / np.sqrt(1 - 0.551421)),
-        0.003,
+        "gap_3ms",
     )
     pooled = tabulate_collapse(both).query("scope == 'universal' and quantity != 'ratio'")
     assert set(pooled["fill_ratio"]) == {0.06, 0.10}
@@ -169,7 +169,7 @@ def test_exponents_of_the_scaling_are_found_and_what_was_not_varied_is_said():
 
 def test_variables_changed_only_together_are_not_separable():
     runs = [summary(fill, d, n) for fill in (0.06, 0.10) for d, n in ((5.0, 1200.0), (10.0, 600.0))]
-    table = fit_exponents(tabulate_descriptors(runs, 0.003), 0.95)
+    table = fit_exponents(tabulate_descriptors(runs, "gap_3ms"), 0.95)
     assert set(table[table["variable"].isin(["omega", "d"])]["remark"]) == {"not separable"}
 
 

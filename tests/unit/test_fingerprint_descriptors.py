@@ -21,24 +21,37 @@ def test_descriptors_give_back_the_curves():
 
 
 def test_energy_per_collision_is_power_over_frequency():
-    table = tabulate_descriptors([summary(0.10)], 0.003)
+    table = tabulate_descriptors([summary(0.10)], "gap_3ms")
     normal, _, frequency = true_curves(0.10)
     scale = DENSITY * 10.0**2 * 0.017**2 * 0.01**3
     assert table["normal_energy_J"].item() == pytest.approx(normal / frequency * scale, rel=1e-12)
     assert table["frequency_per_ball_hz"].item() == pytest.approx(frequency * 10.0, rel=1e-12)
     assert table["collision_gap_s"].item() == 0.003
+    assert table["counting_rule"].item() == "gap_3ms"
 
 
 def test_a_wider_gap_counts_fewer_collisions_of_more_energy():
-    table = tabulate_counting_rules([summary(0.10)]).set_index("collision_gap_s")
-    assert table.loc[0.0, "f"] == pytest.approx(2 * table.loc[0.003, "f"])
-    assert table.loc[0.0, "normal_energy_J"] == pytest.approx(table.loc[0.003, "normal_energy_J"] / 2)
+    table = tabulate_counting_rules([summary(0.10)]).set_index("counting_rule")
+    assert list(table.index) == ["lifetimes", "gap_3ms"]
+    assert table.loc["lifetimes", "f"] == pytest.approx(2 * table.loc["gap_3ms", "f"])
+    assert table.loc["lifetimes", "normal_energy_J"] == pytest.approx(table.loc["gap_3ms", "normal_energy_J"] / 2)
+    assert table.loc["gap_3ms", "ball_ball_share"] == pytest.approx(0.3)
+
+
+def test_a_threshold_that_nothing_reaches_has_no_energy_and_no_crash():
+    run = summary(0.10)
+    silent = run["collisions"][1]
+    silent.update(name="hard", count=0, frequency_hz=0.0, mean_normal_J=0.0, mean_tangential_J=0.0)
+    row = tabulate_counting_rules([check_summary(run, "run.json")]).set_index("counting_rule").loc["hard"]
+    assert row["f"] == 0 and np.isnan(row["normal_energy_J"])
+    with pytest.raises(ConfigError, match=r"counting_rule = hard: it counts no collision of 10 mm balls"):
+        tabulate_descriptors([run], "hard")
 
 
 def test_seeds_are_averaged_with_their_spread():
     runs = [summary(0.10, seed=seed, noise=noise) for seed, noise in enumerate((-0.03, 0.0, 0.03))]
-    single = tabulate_descriptors(runs[1:2], 0.003).iloc[0]
-    mean = tabulate_descriptors(runs, 0.003).iloc[0]
+    single = tabulate_descriptors(runs[1:2], "gap_3ms").iloc[0]
+    mean = tabulate_descriptors(runs, "gap_3ms").iloc[0]
     assert mean["seeds"] == 3
     assert mean["normal_power_W"] == pytest.approx(single["normal_power_W"], rel=1e-12)
     assert mean["normal_power_seed_sd_W"] == pytest.approx(0.03 * single["normal_power_W"], rel=1e-9)
@@ -48,8 +61,8 @@ def test_seeds_are_averaged_with_their_spread():
 
 
 def test_an_unrecorded_counting_rule_is_refused():
-    with pytest.raises(ConfigError, match=r"collision_gap_s = 0\.005.*0, 0\.003"):
-        tabulate_descriptors([summary()], 0.005)
+    with pytest.raises(ConfigError, match=r"counting_rule = gap_5ms.*lifetimes, gap_3ms"):
+        tabulate_descriptors([summary()], "gap_5ms")
 
 
 @pytest.mark.parametrize(
@@ -73,14 +86,15 @@ def test_a_faulty_summary_is_refused_in_one_line(place, value, message):
 
 def test_a_run_without_collisions_is_refused():
     quiet = summary()
-    quiet["collisions"][1]["frequency_hz"] = 0.0
+    for rule in quiet["collisions"]:
+        rule["frequency_hz"] = 0.0
     with pytest.raises(ConfigError, match=r"run\.json: no collision in 1 s"):
         check_summary(quiet, "run.json")
 
 
 def test_a_window_of_one_revolution_has_no_standard_error_and_is_accepted():
     short = check_summary(summary() | {"power_standard_error_W": {"normal": None, "tangential": None}}, "run.json")
-    row = tabulate_descriptors([short], 0.003).iloc[0]
+    row = tabulate_descriptors([short], "gap_3ms").iloc[0]
     assert np.isnan(row["Pn_se"]) and row["Pn"] > 0
 
 

@@ -75,20 +75,6 @@ def test_cycles_show_the_means_that_table_3_5_implies(published):
     assert len(densities.axes) == 4 and all(len(axis.lines) == 4 for axis in densities.axes)
 
 
-def test_the_modulus_figure_has_a_tick_at_each_modulus():
-    table = pd.DataFrame(
-        {
-            "young_modulus_gpa": [205, 2.05],
-            "power_W": [43.0, 42.0],
-            "power_two_sigma_W": [4.0, 5.0],
-            "wall_clock_s": [9.0, 1.0],
-        }
-    )
-    figure = chapter3.plot_modulus(table)
-    assert_units(figure)
-    assert [label.get_text() for label in figure.axes[0].get_xticklabels()] == ["2.05", "205"]
-
-
 def test_no_density_is_no_crash():
     assert chapter3.plot_cycle_densities(tabulate_densities([], 0.08)).axes
 

@@ -30,12 +30,21 @@ def faults(change) -> list[str]:
 def test_the_configuration_of_the_thesis_has_no_fault():
     config, cases = load()
     assert fingerprint_faults(config, cases, "config.yaml") == []
-    assert all(case.young_modulus_gpa is None for case in described_cases(cases).values())
+    described = described_cases(cases).values()
+    assert all(case.young_modulus_gpa is None and case.time_step_s is None for case in described)
     assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]
 
 
-def set_gap(content):
-    content["fingerprint"]["collision_gap_s"] = 0.0035
+def set_rule(content):
+    content["fingerprint"]["counting_rule"] = "gap_5ms"
+
+
+def set_threshold(content):
+    content["fingerprint"]["counting_rule"] = "gap_3ms_over_1N"
+
+
+def set_further_rule(content):
+    content["convergence"]["counting_rules"] = ["lifetime"]
 
 
 def set_contact(content):
@@ -58,7 +67,9 @@ def few_fills(content):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (set_gap, "fingerprint.collision_gap_s = 0.0035: must be one of dem.collision_gaps_s"),
+        (set_rule, "fingerprint.counting_rule = gap_5ms: must be one of dem.counting_rules (lifetimes, gap_1ms,"),
+        (set_threshold, "fingerprint.counting_rule = gap_3ms_over_1N: has a threshold"),
+        (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
         (set_contact, "partition.contact = 'brass': must be one of contacts (calibrated, steel)"),
         (set_fixed_fill, "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios, 0.04 to 0.4"),
         (set_map_speed, "fingerprint.maps: no case of calibrated"),

@@ -17,9 +17,9 @@ def library(script: str) -> str:
     return library_digest(Path(workflow.basedir) / "scripts" / script)
 
 
-def summaries_of_sweep(name: str) -> list[str]:
-    """Summaries of every case of a sweep; none for a sweep that the configuration lacks."""
-    blocks = [block for block in CONFIG.sweeps if block.name == name]
+def summaries_over(key: str) -> list[str]:
+    """Summaries of every case of the sweeps that give this list of values; none where no sweep does."""
+    blocks = [block for block in CONFIG.sweeps if getattr(block, key)]
     cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
 

@@ -1,4 +1,4 @@
-"""Simulations: compile the kernels once, run every case of the sweeps, tabulate the effect of Young's modulus."""
+"""Simulations: compile the kernels once, run every case of the sweeps."""
 
 
 rule compile_kernels:
@@ -41,21 +41,3 @@ rule run_dem_case:
         "DEM {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:
         "../../scripts/run_dem_case.py"
-
-
-rule tabulate_modulus:
-    input:
-        summaries=summaries_of_sweep("modulus"),
-    output:
-        table=f"{RESULTS}/dem/modulus.tsv",
-    log:
-        f"{LOGS}/dem/tabulate_modulus.log",
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
-    params:
-        library=library("tabulate_modulus.py"),
-    message:
-        "Tabulating power and run time against Young's modulus (Fig. 3.4)"
-    script:
-        "../../scripts/tabulate_modulus.py"

@@ -252,30 +252,6 @@ rule plot_maps:
         "../../scripts/plot_maps.py"
 
 
-rule plot_modulus:
-    input:
-        modulus=f"{RESULTS}/dem/modulus.tsv",
-    output:
-        svg=report(
-            f"{FINGERPRINT_FIGURES}/modulus.svg",
-            caption="../report/modulus.rst",
-            category="Chapter 3",
-            labels={"figure": "3.4", "shows": "power and run time against Young's modulus"},
-        ),
-        png=f"{FINGERPRINT_FIGURES}/modulus.png",
-    log:
-        f"{LOGS}/fingerprint/plot_modulus.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    params:
-        library=library("plot_modulus.py"),
-    message:
-        "Drawing power and run time against Young's modulus"
-    script:
-        "../../scripts/plot_modulus.py"
-
-
 FINGERPRINT_OUTPUTS = [
     *rules.simulate_drop_test.output,
     *rules.tabulate_descriptors.output,
@@ -287,5 +263,3 @@ FINGERPRINT_OUTPUTS = [
     *rules.plot_universal_curves.output,
     *expand(rules.plot_maps.output, contact=CONFIG.contacts),
 ]
-if any(sweep.name == "modulus" for sweep in CONFIG.sweeps):
-    FINGERPRINT_OUTPUTS += rules.plot_modulus.output

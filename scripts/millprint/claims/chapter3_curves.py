@@ -29,9 +29,8 @@ def _counting_rules(evidence: Evidence, fill_ratio: float) -> str:
     table = rows(evidence.table("fingerprint/counting_rules.tsv"), mill=MILL, contact=CONTACT, fill_ratio=fill_ratio)
     if table.empty:
         return ""
-    means = table.groupby("collision_gap_s")["f"].mean()
-    words = ", ".join(f"{value:.0f} at {1e3 * gap:g} ms" for gap, value in means.items())
-    return f"; by the gap within which re-contacts are one collision: {words}"
+    means = table.groupby("counting_rule", sort=False)["f"].mean()
+    return "; by counting rule: " + ", ".join(f"{value:.0f} {name}" for name, value in means.items())
 
 
 def _large_balls(evidence: Evidence, quantity: str) -> Finding:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from millprint.config.counting import RuleName
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
@@ -75,9 +76,7 @@ class DropTestConfig(Section):
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage."""
 
-    collision_gap_s: NonNegative = Field(
-        description="counting rule: re-contacts of a pair within it are one collision; of dem.collision_gaps_s [s]"
-    )
+    counting_rule: RuleName = Field(description="what counts as one collision: the name of one of dem.counting_rules")
     interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
     smooth_points: Annotated[int, Field(ge=20)] = Field(
         default=200, description="points of the fitted curves between the smallest and the largest fill ratio"

@@ -3,8 +3,9 @@
 import itertools
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
+from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
 
@@ -21,9 +22,8 @@ class DemConfig(Section):
     ledger_samples_per_revolution: Annotated[int, Field(ge=1)] = Field(
         default=20, description="samples of the energy ledger in each revolution"
     )
-    collision_gaps_s: list[NonNegative] = Field(
-        default=[0.0, 0.001, 0.002, 0.003, 0.004],
-        description="counting rules of every run: re-contacts of a pair within the gap are one collision [s]",
+    counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
+        default=DEFAULT_RULES, min_length=1, description="what counts as one collision: every run counts by each rule"
     )
     skin_m: Positive = Field(
         default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
@@ -37,7 +37,7 @@ class DemConfig(Section):
         default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
     )
     closure_max: Fraction = Field(
-        default=0.005, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
+        default=0.002, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
     )
 
 
@@ -54,15 +54,31 @@ class SweepConfig(Section):
     young_moduli_gpa: list[Positive] | None = Field(
         default=None, description="Young's moduli in place of the contact set's [GPa]"
     )
+    time_steps_s: list[Positive] | None = Field(
+        default=None, min_length=2, description="integration steps in place of dem.time_step_s, to compare them [s]"
+    )
     rayleigh_fraction: Fraction | None = Field(
         default=None, description="step as a fraction of each case's own Rayleigh time, in place of dem.time_step_s [-]"
     )
+    rayleigh_fraction_max: Fraction | None = Field(
+        default=None, description="in place of dem.rayleigh_fraction_max [-]"
+    )
+    closure_max: Fraction | None = Field(default=None, description="in place of dem.closure_max [-]")
     settle_s: Positive | None = Field(default=None, description="in place of dem.settle_s [s]")
     discard_s: NonNegative | None = Field(default=None, description="in place of dem.discard_s [s]")
     window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
     snapshot_interval_s: Positive | None = Field(
         default=None, description="time between recorded snapshots of every ball; none are recorded if left out [s]"
     )
+
+    @model_validator(mode="after")
+    def _a_study_of_convergence_varies_one_thing(self):
+        for other in ("rayleigh_fraction", "young_moduli_gpa"):
+            if self.time_steps_s and getattr(self, other):
+                raise ValueError(f"time_steps_s and {other} cannot both be given in one sweep")
+        if (self.time_steps_s or self.young_moduli_gpa) and 0 in self.speeds_rpm:
+            raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
+        return self
 
 
 class Case(Section):
@@ -75,7 +91,10 @@ class Case(Section):
     speed_rpm: float
     seed: int
     young_modulus_gpa: float | None = None
+    time_step_s: float | None = None
     rayleigh_fraction: float | None = None
+    rayleigh_fraction_max: float | None = None
+    closure_max: float | None = None
     settle_s: float
     discard_s: float
     window_s: float
@@ -84,8 +103,9 @@ class Case(Section):
     @property
     def name(self) -> str:
         modulus = f"_y{self.young_modulus_gpa:g}" if self.young_modulus_gpa else ""
+        step = f"_dt{self.time_step_s:g}" if self.time_step_s else ""
         fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
-        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{modulus}_s{self.seed}"
+        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{modulus}{step}_s{self.seed}"
 
     @property
     def path(self) -> str:
@@ -105,6 +125,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
         sweep.fill_ratios,
         sweep.speeds_rpm,
         sweep.young_moduli_gpa or [None],
+        sweep.time_steps_s or [None],
         sweep.seeds,
     )
     return [
@@ -115,12 +136,15 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             fill_ratio=fill,
             speed_rpm=speed,
             young_modulus_gpa=modulus,
+            time_step_s=step,
             seed=seed,
             rayleigh_fraction=sweep.rayleigh_fraction,
+            rayleigh_fraction_max=sweep.rayleigh_fraction_max,
+            closure_max=sweep.closure_max,
             snapshot_interval_s=sweep.snapshot_interval_s,
             **times,
         )
-        for mill_name, contact, diameter, fill, speed, modulus, seed in combinations
+        for mill_name, contact, diameter, fill, speed, modulus, step, seed in combinations
     ]
 
 

@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from millprint.config.convergence import ConvergenceConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
@@ -33,6 +34,7 @@ class WorkflowConfig(Section):
     doe: DoeConfig
     dem: DemConfig
     sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
+    convergence: ConvergenceConfig = ConvergenceConfig()
     fingerprint: FingerprintConfig
     partition: PartitionConfig
     yields: YieldConfig

@@ -1,11 +1,14 @@
-"""The table of collisions by contact lifetime, and the descriptors that a counting rule makes of it.
+"""The table of collisions by contact lifetime, and the descriptors that counting rules make of it.
 
 Counting rule: contacts of one pair (two balls, or a ball and one feature of the wall) that follow each other within a
-gap are one collision. A gap of 0 counts lifetimes. The gap is stated with every number.
+gap are one collision; a collision below a peak force or a time in contact is then dropped. A gap of 0 counts
+lifetimes. The rule is stated with every number.
 """
 
 import numpy as np
 import pandas as pd
+
+from millprint.config.counting import CountingRule
 
 # Columns of a collision, with their units in the name.
 COLUMNS = (
@@ -38,44 +41,86 @@ def collision_table(first: np.ndarray, second: np.ndarray, ended: np.ndarray, va
     return table
 
 
-def group_collisions(table: pd.DataFrame, gap_s: float) -> np.ndarray:
-    """Number of the collision (n,) that each contact belongs to under the counting rule with this gap [s]."""
-    if table.empty:
-        return np.zeros(0, dtype=np.int64)
-    first, second = table["first"].to_numpy(), table["second"].to_numpy()
-    start = table["start_s"].to_numpy()
-    order = np.lexsort((start, second, first))
-    end = (start + table["duration_s"].to_numpy())[order]
-    same_pair = (np.diff(first[order]) == 0) & (np.diff(second[order]) == 0)
-    joined = same_pair & (start[order][1:] - end[:-1] <= gap_s) & (gap_s > 0)
-    groups = np.empty(len(table), dtype=np.int64)
-    groups[order] = np.concatenate([[0], np.cumsum(~joined)])
-    return groups
+def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
+    """What counting needs of the table of contacts, ordered by pair and then by start; tangential_J is all of it."""
+    order = np.lexsort([table[name].to_numpy() for name in ("start_s", "second", "first")])
+    tangential = table["damping_J"].to_numpy() + table["sliding_J"].to_numpy()
+    names = ("first", "second", "start_s", "duration_s", "peak_force_N", "normal_J")
+    columns = {name: table[name].to_numpy()[order] for name in names}
+    return pd.DataFrame({**columns, "tangential_J": tangential[order]})
 
 
-def collision_statistics(table: pd.DataFrame, gaps_s: list[float], begin_s: float, window_s: float) -> list[dict]:
-    """Count, frequency and mean energies of a collision for each gap, thesis Eqs 3.20 and 3.21.
+def merge_contacts(ordered: pd.DataFrame, gap_s: float) -> pd.DataFrame:
+    """One row for each collision, of contacts as `sort_by_pair` gives them: re-contacts within gap_s [s] are one.
 
-    A collision counts if it begins within the window, which starts at begin_s and lasts window_s [s]; the energies
-    are those of all contacts in the window, so that frequency times mean energy is the dissipated power (Eqs 3.22,
-    3.23). Tangential energy is damping and sliding together.
+    start_s is that of the first contact, duration_s the time in contact, peak_force_N the largest; energies add up.
     """
-    normal = float(table["normal_J"].sum())
-    tangential = float(table["damping_J"].sum() + table["sliding_J"].sum())
-    rows = []
-    for gap in gaps_s:
-        starts = table["start_s"].groupby(group_collisions(table, gap)).min()
-        count = int((starts >= begin_s).sum())
-        rows.append(
-            {
-                "gap_s": float(gap),
-                "count": count,
-                "frequency_hz": count / window_s,
-                "mean_normal_J": normal / count if count else 0.0,
-                "mean_tangential_J": tangential / count if count else 0.0,
-            }
-        )
-    return rows
+    if ordered.empty or gap_s == 0:
+        return ordered
+    column = {name: ordered[name].to_numpy() for name in ordered.columns}
+    same_pair = (np.diff(column["first"]) == 0) & (np.diff(column["second"]) == 0)
+    free_s = column["start_s"][1:] - (column["start_s"] + column["duration_s"])[:-1]
+    begins = np.flatnonzero(np.concatenate([[True], ~(same_pair & (free_s <= gap_s))]))
+    merged = {name: column[name][begins] for name in ("first", "second", "start_s")}
+    merged["peak_force_N"] = np.maximum.reduceat(column["peak_force_N"], begins)
+    for name in ("duration_s", "normal_J", "tangential_J"):
+        merged[name] = np.add.reduceat(column[name], begins)
+    return pd.DataFrame(merged)
+
+
+def _shares(chosen: np.ndarray, weights: dict[str, np.ndarray]) -> dict[str, float]:
+    """Sum of each weight over the chosen collisions, as a fraction of its sum over all; 0 where there is none."""
+    totals = {name: float(weight.sum()) for name, weight in weights.items()}
+    return {
+        name: float(weight[chosen].sum()) / totals[name] if totals[name] else 0.0 for name, weight in weights.items()
+    }
+
+
+def count_collisions(merged: pd.DataFrame, rule: CountingRule, begin_s: float, window_s: float, balls: int) -> dict:
+    """What one rule says of collisions that were merged by its gap, as `collision_statistics` returns it."""
+    begins_within = merged["start_s"].to_numpy() >= begin_s
+    hard = merged["peak_force_N"].to_numpy() >= rule.peak_force_min_N
+    kept = hard & (merged["duration_s"].to_numpy() >= rule.duration_min_s)
+    weights = {
+        "count": begins_within.astype(float),
+        "normal": merged["normal_J"].to_numpy(),
+        "tangential": merged["tangential_J"].to_numpy(),
+    }
+    among_kept = {name: weight[kept] for name, weight in weights.items()}
+    count = int(among_kept["count"].sum())
+    of_balls = merged["second"].to_numpy()[kept] >= 0
+    return {
+        **rule.model_dump(),
+        "count": count,
+        "frequency_hz": count / window_s,
+        "frequency_per_ball_hz": count / window_s / balls,
+        "mean_normal_J": float(among_kept["normal"].sum()) / count if count else 0.0,
+        "mean_tangential_J": float(among_kept["tangential"].sum()) / count if count else 0.0,
+        "shares": {"ball_ball": _shares(of_balls, among_kept), "ball_wall": _shares(~of_balls, among_kept)},
+        "dropped": _shares(~kept, weights),
+    }
+
+
+def collision_statistics(
+    table: pd.DataFrame, rules: list[CountingRule], begin_s: float, window_s: float, balls: int
+) -> list[dict]:
+    """Collisions under each counting rule: count, frequency and mean energies, thesis Eqs 3.20 and 3.21.
+
+    A collision counts if it begins within the window, which starts at begin_s and lasts window_s [s]. Its energies are
+    those within the window, and those of collisions from before it are in the mean too, so that frequency times mean
+    energy is the power dissipated in collisions that the rule keeps (Eqs 3.22, 3.23). Tangential energy is damping and
+    sliding together. shares: fractions of the kept collisions and their energies that are between balls, and with the
+    wall. dropped: fractions of all collisions and energies that fell below a threshold of the rule.
+    """
+    ordered = sort_by_pair(table)
+    counted = {}
+    # Rules of one gap share its merging; only one merged table is held at a time.
+    for gap in {rule.gap_s for rule in rules}:
+        merged = merge_contacts(ordered, gap)
+        for rule in rules:
+            if rule.gap_s == gap:
+                counted[rule.name] = count_collisions(merged, rule, begin_s, window_s, balls)
+    return [counted[rule.name] for rule in rules]
 
 
 def histograms(table: pd.DataFrame, bins: int = 120) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -31,19 +31,28 @@ def ledger_series(samples: np.ndarray) -> pd.DataFrame:
     return series
 
 
+# What a summary tells of a ledger [J]: work of walls and gravity, what is dissipated, what is stored, and the rest.
+LEDGER_CHANNELS = (
+    "wall_work",
+    "gravity_work",
+    "normal_damping",
+    "tangential_damping",
+    "sliding",
+    "rolling",
+    "kinetic_change",
+    "elastic_change",
+    "imbalance",
+)
+
+
 def ledger_summary(series: pd.DataFrame) -> dict[str, float]:
-    """Totals of each channel over the series [J]."""
+    """Totals of each channel over the series [J]; imbalance is work less what is dissipated and stored."""
     last, first = series.iloc[-1], series.iloc[0]
-    return {
-        "wall_work": float(last["wall_work_J"]),
-        "gravity_work": float(last["gravity_work_J"]),
-        "normal_damping": float(last["normal_damping_J"]),
-        "tangential_damping": float(last["tangential_damping_J"]),
-        "sliding": float(last["sliding_J"]),
-        "rolling": float(last["rolling_J"]),
+    totals = {
         "kinetic_change": float(last["kinetic_J"] - first["kinetic_J"]),
         "elastic_change": float(last["elastic_J"] - first["elastic_J"]),
     }
+    return {name: totals[name] if name in totals else float(last[f"{name}_J"]) for name in LEDGER_CHANNELS}
 
 
 def closure(series: pd.DataFrame) -> float:

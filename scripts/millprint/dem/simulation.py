@@ -12,7 +12,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem import state
 from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table, advance, begin_window, end_window
 from millprint.dem.packing import pack
-from millprint.dem.timestep import aligned_step, rayleigh_time
+from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, wanted_step
 from millprint.errors import SimulationError
 from millprint.job import progress
 from millprint.mill.motion import build_motion
@@ -85,9 +85,8 @@ class Simulation:
         self.rayleigh_s = rayleigh_time(
             self.radius, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
         )
-        longest = case.rayleigh_fraction * self.rayleigh_s if case.rayleigh_fraction else dem.time_step_s
-        if longest > dem.rayleigh_fraction_max * self.rayleigh_s:
-            allowed = dem.rayleigh_fraction_max
+        longest, allowed = wanted_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
+        if longest > allowed * self.rayleigh_s:
             raise SimulationError(
                 f"the time step of {longest:g} s is {longest / self.rayleigh_s:.3g} of the Rayleigh time; "
                 f"at most {allowed:g} ({allowed * self.rayleigh_s:.3g} s) is allowed"

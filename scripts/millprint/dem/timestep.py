@@ -2,6 +2,8 @@
 
 import math
 
+from millprint.config.sweep import Case, DemConfig
+
 
 def rayleigh_time(radius_m: float, density: float, young_modulus_pa: float, poisson: float) -> float:
     """Time for a surface wave to run round half a ball, pi R sqrt(rho / G) / (0.1631 nu + 0.8766) [s].
@@ -16,3 +18,17 @@ def aligned_step(longest_s: float, interval_s: float) -> tuple[float, int]:
     """The largest step [s] up to `longest_s` of which a whole number makes `interval_s`, and that number."""
     steps = max(1, math.ceil(interval_s / longest_s - 1e-9))
     return interval_s / steps, steps
+
+
+def wanted_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
+    """The step that a case asks for [s]: its own, its own fraction of the Rayleigh time [s], or that of `dem`."""
+    if case.time_step_s:
+        return case.time_step_s
+    if case.rayleigh_fraction:
+        return case.rayleigh_fraction * rayleigh_s
+    return dem.time_step_s
+
+
+def largest_fraction(case: Case, dem: DemConfig) -> float:
+    """The largest step that is allowed for a case, over its Rayleigh time [-]."""
+    return case.rayleigh_fraction_max or dem.rayleigh_fraction_max

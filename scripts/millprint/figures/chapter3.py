@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
+from millprint.figures.style import COLOURS, PAGE_WIDTH_IN, PUBLISHED
 
 FILL_LABEL = "fill ratio [-]"
 CURVE_LABELS = {
@@ -39,32 +39,6 @@ def _legend_below(figure: Figure, axis, columns: int) -> None:
 
 def _condition(diameter: float, speed: float) -> str:
     return f"{diameter:g} mm, {speed:g} rpm"
-
-
-def plot_modulus(table: pd.DataFrame) -> Figure:
-    """Fig. 3.4: mean power with two standard deviations and run time against Young's modulus.
-
-    table: young_modulus_gpa, power_W, power_two_sigma_W, wall_clock_s.
-    """
-    figure, power = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.4))
-    power.errorbar(
-        table["young_modulus_gpa"],
-        table["power_W"],
-        yerr=table["power_two_sigma_W"],
-        marker="o",
-        capsize=2,
-        color=COLOURS[1],
-    )
-    power.set(xscale="log", xlabel="Young's modulus [GPa]", ylim=(0, None))
-    moduli = sorted(table["young_modulus_gpa"].unique())
-    power.set_xticks(moduli, [f"{modulus:g}" for modulus in moduli])
-    power.minorticks_off()
-    power.set_ylabel("dissipated power [W]", color=COLOURS[1])
-    clock = power.twinx()
-    clock.spines["right"].set_visible(True)
-    clock.plot(table["young_modulus_gpa"], table["wall_clock_s"], marker="s", color=COLOURS[6])
-    clock.set(ylabel="run time [s]", ylim=(0, None))
-    return figure
 
 
 def plot_cycle_densities(densities: pd.DataFrame) -> Figure:

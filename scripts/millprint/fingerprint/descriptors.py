@@ -14,7 +14,7 @@ from millprint.fingerprint.summaries import counted
 CONDITION = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 
 # What a table of descriptors must hold for the stages after it.
-TEXT = ["mill", "contact"]
+TEXT = ["mill", "contact", "counting_rule"]
 NUMBERS = [
     *CONDITION[2:],
     "balls",
@@ -39,10 +39,18 @@ NUMBERS = [
     "Et",
 ]
 
+# Column of a table: key of a summary's count. In the order of a sorted table.
+RULE_COLUMNS = {
+    "collision_gap_s": "gap_s",
+    "collision_peak_force_min_N": "peak_force_min_N",
+    "collision_duration_min_s": "duration_min_s",
+    "counting_rule": "name",
+}
 
-def run_row(summary: dict, gap_s: float) -> dict:
-    """What one run measured, under the counting rule that re-contacts within `gap_s` [s] are one collision."""
-    rule = counted(summary, gap_s)
+
+def run_row(summary: dict, rule_name: str) -> dict:
+    """What one run measured, collisions counted by the rule of that name, which has no threshold."""
+    rule = counted(summary, rule_name)
     power, error = summary["power_W"], summary["power_standard_error_W"]
     return {
         "mill": summary["mill"],
@@ -58,7 +66,8 @@ def run_row(summary: dict, gap_s: float) -> dict:
         "amplitude_m": summary["amplitude_m"],
         "speed_hz": summary["frequency_hz"],
         "window_s": summary["window_s"],
-        "collision_gap_s": gap_s,
+        "counting_rule": rule["name"],
+        "collision_gap_s": rule["gap_s"],
         "collision_frequency_hz": rule["frequency_hz"],
         "collisions": rule["count"],
         "normal_power_W": power["normal"],
@@ -78,6 +87,7 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     groups = runs.groupby(CONDITION, sort=True)
     mean = groups.mean(numeric_only=True)
     mean.insert(0, "seeds", groups.size())
+    mean.insert(1, "counting_rule", groups["counting_rule"].first())
     mean["collisions"] = groups["collisions"].sum()
     mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
     for name in ("normal", "tangential"):
@@ -123,24 +133,32 @@ def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def tabulate_descriptors(summaries: list[dict], gap_s: float) -> pd.DataFrame:
-    """Descriptors of every condition, one row each; raises ConfigError if a run lacks the counting rule `gap_s` [s]."""
-    return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, gap_s) for summary in summaries])))
+def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
+    """Descriptors of every condition, one row each; raises ConfigError if a run lacks the counting rule."""
+    return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, rule_name) for summary in summaries])))
 
 
 def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
-    """Collision frequency and energies per collision of every condition under every recorded counting rule."""
+    """Collision frequency and energies per collision of every condition under every recorded counting rule.
+
+    ball_ball_share: fraction of the counted collisions that are between balls; dropped_share: fraction of all
+    collisions that a threshold of the rule drops. Energies of a rule that counts none are empty.
+    """
     rows = []
     for summary in summaries:
+        case = summary["case"]
         for rule in summary["collisions"]:
+            frequency = rule["frequency_hz"]
             rows.append(
                 {
-                    **{name: run_row(summary, rule["gap_s"])[name] for name in CONDITION},
-                    "collision_gap_s": rule["gap_s"],
-                    "collision_frequency_hz": rule["frequency_hz"],
-                    "f": specific_frequency(rule["frequency_hz"], summary["balls"], summary["frequency_hz"]),
-                    "normal_energy_J": summary["power_W"]["normal"] / rule["frequency_hz"],
-                    "tangential_energy_J": summary["power_W"]["tangential"] / rule["frequency_hz"],
+                    **{name: summary[name] if name in TEXT else case[name] for name in CONDITION},
+                    **{column: rule[key] for column, key in RULE_COLUMNS.items()},
+                    "collision_frequency_hz": frequency,
+                    "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
+                    "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,
+                    "tangential_energy_J": rule["mean_tangential_J"] if frequency else np.nan,
+                    "ball_ball_share": rule["shares"]["ball_ball"]["count"],
+                    "dropped_share": rule["dropped"]["count"],
                 }
             )
-    return pd.DataFrame(rows).groupby([*CONDITION, "collision_gap_s"], sort=True).mean().reset_index()
+    return pd.DataFrame(rows).groupby([*CONDITION, *RULE_COLUMNS], sort=True).mean().reset_index()

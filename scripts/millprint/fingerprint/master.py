@@ -47,6 +47,7 @@ def describe_curves(descriptors: pd.DataFrame, volume_m3: float) -> dict:
     return {
         "mill": first["mill"],
         "contact": first["contact"],
+        "counting_rule": first["counting_rule"],
         "volume_m3": volume_m3,
         **{name: float(first[name]) for name in shared},
         "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in ranged},

@@ -1,6 +1,5 @@
 """What must hold between the fingerprint and partition sections, the sweeps and the data, before a job starts."""
 
-import math
 from collections.abc import Iterator
 
 from millprint.config.sweep import Case
@@ -13,11 +12,14 @@ FEWEST_FILLS = 3  # a master curve needs
 
 
 def described_cases(cases: dict[str, Case]) -> dict[str, Case]:
-    """The cases that descriptors are made of: snapshots or a changed modulus serve other questions."""
+    """The cases that descriptors are made of: snapshots, a changed modulus or step serve other questions."""
     return {
         path: case
         for path, case in cases.items()
-        if case.snapshot_interval_s is None and case.young_modulus_gpa is None and case.speed_rpm > 0
+        if case.speed_rpm > 0
+        and case.snapshot_interval_s is None
+        and case.young_modulus_gpa is None
+        and case.time_step_s is None
     }
 
 
@@ -41,11 +43,21 @@ def fingerprint_faults(config: WorkflowConfig, cases: dict[str, Case], source: s
 
 
 def _name_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
-    gap = config.fingerprint.collision_gap_s
-    recorded = config.dem.collision_gaps_s
-    if not any(math.isclose(gap, other, abs_tol=1e-12) for other in recorded):
-        known = ", ".join(f"{other:g}" for other in recorded)
-        yield f"{source}: fingerprint.collision_gap_s = {gap:g}: must be one of dem.collision_gaps_s ({known})"
+    recorded = [rule.name for rule in config.dem.counting_rules]
+    wanted = {
+        "fingerprint.counting_rule": [config.fingerprint.counting_rule],
+        "convergence.counting_rules": config.convergence.counting_rules,
+    }
+    for key, rules in wanted.items():
+        for rule in rules:
+            if rule not in recorded:
+                yield f"{source}: {key} = {rule}: must be one of dem.counting_rules ({', '.join(recorded)})"
+    for rule in config.dem.counting_rules:
+        if rule.name == config.fingerprint.counting_rule and (rule.peak_force_min_N or rule.duration_min_s):
+            yield (
+                f"{source}: fingerprint.counting_rule = {rule.name}: has a threshold, so that energy per collision "
+                "times frequency would not be the power; a rule with gap_s alone is wanted"
+            )
     inverse = config.fingerprint.inverse
     named = {
         "fingerprint.inverse.contact": [inverse.contact],

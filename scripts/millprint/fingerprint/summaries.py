@@ -49,7 +49,8 @@ def check_summary(summary: dict, source: str) -> dict:
             # A window of less than two revolutions has no standard error.
             if not (group == "power_standard_error_W" and summary[group].get(key) is None):
                 _finite(source, f"{group}.{key}", summary[group].get(key))
-    if not all(rule["frequency_hz"] > 0 for rule in summary["collisions"]):
+    # A rule with a threshold may well count none; a run in which nothing touched is no run.
+    if not any(rule["frequency_hz"] > 0 for rule in summary["collisions"]):
         raise ConfigError(f"{source}: no collision in {summary['window_s']:g} s; make dem.window_s longer")
     if summary["frequency_hz"] <= 0:
         raise ConfigError(f"{source}: frequency_hz = {summary['frequency_hz']}: a mill at rest has no descriptors")
@@ -72,13 +73,20 @@ def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
     return found
 
 
-def counted(summary: dict, gap_s: float) -> dict:
-    """The collision count of one run under the rule `gap_s` [s]; raises ConfigError if the run did not record it."""
+def counted(summary: dict, rule_name: str) -> dict:
+    """The collision count of one run under a counting rule; raises ConfigError if the run lacks it or counted none."""
     for rule in summary["collisions"]:
-        if np.isclose(rule["gap_s"], gap_s, rtol=1e-6, atol=1e-12):
-            return rule
-    known = ", ".join(f"{rule['gap_s']:g}" for rule in summary["collisions"])
+        if rule["name"] != rule_name:
+            continue
+        if rule["count"] == 0:
+            case = summary["case"]
+            raise ConfigError(
+                f"fingerprint.counting_rule = {rule_name}: it counts no collision of {case['ball_diameter_mm']:g} mm "
+                f"balls at fill {case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; a lower threshold would"
+            )
+        return rule
+    known = ", ".join(rule["name"] for rule in summary["collisions"])
     raise ConfigError(
-        f"fingerprint.collision_gap_s = {gap_s:g}: not among the rules that the simulations recorded ({known}); "
-        "add it to dem.collision_gaps_s"
+        f"fingerprint.counting_rule = {rule_name}: not among the rules that the simulations recorded ({known}); "
+        "add it to dem.counting_rules"
     )

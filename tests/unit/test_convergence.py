@@ -1,0 +1,234 @@
+"""The convergence study: its tables from made-up runs whose answer is known, its verdict, its figures."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import choose_time_step
+import plot_modulus as modulus_script
+import plot_timestep as timestep_script
+from millprint.claims import chapter3
+from millprint.config.convergence import ConvergenceConfig
+from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
+from millprint.dem.step_choice import choose_step, in_words
+from millprint.figures.convergence import plot_modulus, plot_timestep
+from millprint.files import read_json, write_table
+from tests.unit.synthetic_mill import summary
+
+ROOT = Path(__file__).parents[2]
+STEPS = (5e-7, 1e-6, 2e-6, 4e-6, 8e-6)
+SETTINGS = ConvergenceConfig()
+
+
+def run(step, seed, diameter=10.0, modulus=2.05, factor=1.0, noise=0.0, closure=1e-5):
+    """The summary of a made-up run; its powers and frequency are `factor` times (1 + noise) those of the mill."""
+    made = summary(diameter_mm=diameter, seed=seed, noise=noise, factor=factor)
+    made["case"] |= {"time_step_s": step, "young_modulus_gpa": modulus}
+    return made | {
+        "young_modulus_pa": modulus * 1e9,
+        "time_step_s": step,
+        "rayleigh_fraction": step / 5.2e-5,
+        "revolutions": 10.0,
+        "closure": closure,
+        "max_overlap_fraction": 0.02 * step / 1e-6,
+        "steps": round(1 / step),
+        "processor_s": 1e-6 / step,
+        "wall_clock_s": 1.1e-6 / step,
+        "ns_per_ball_step": 30.0,
+    }
+
+
+def sweep(diameters=(10.0,), seeds=4, spread=0.01, slope=0.0, closure=25.0):
+    """Runs at every step: balance errors fall with its square, energies change by `slope` times the step in us."""
+    rng = np.random.default_rng(1)
+    runs = []
+    for diameter, step, seed in itertools.product(diameters, STEPS, range(seeds)):
+        noise = spread * rng.standard_normal() + slope * step / 1e-6
+        runs.append(run(step, seed, diameter, noise=noise, closure=closure * step**2 * 1e6))
+    return runs
+
+
+def table_of(runs, varied="time_step_s", further=()):
+    return convergence_table(runs, varied, "gap_3ms", list(further))
+
+
+def test_a_row_each_step_with_means_and_errors_over_seeds():
+    runs = sweep((10.0, 5.0), seeds=3)
+    table = table_of(reversed(runs), further=["lifetimes"])
+    assert table["ball_diameter_mm"].tolist() == [5.0] * 5 + [10.0] * 5
+    assert table["time_step_s"].tolist() == [*STEPS, *STEPS]
+    assert (table["seeds"] == 3).all() and (table["revolutions"] == 30).all()
+    assert (table["counting_rule"] == "gap_3ms").all()
+    at = table[(table["ball_diameter_mm"] == 10) & (table["time_step_s"] == 2e-6)].iloc[0]
+    those = [r for r in runs if r["case"]["ball_diameter_mm"] == 10 and r["time_step_s"] == 2e-6]
+    powers = [r["power_W"]["normal"] for r in those]
+    assert at["normal_power_W"] == pytest.approx(np.mean(powers))
+    assert at["normal_power_se_W"] == pytest.approx(np.std(powers, ddof=1) / np.sqrt(3))
+    assert at["normal_energy_J"] == pytest.approx(np.mean([r["collisions"][1]["mean_normal_J"] for r in those]))
+    assert at["lifetimes_frequency_per_ball_hz"] == pytest.approx(2 * at["frequency_per_ball_hz"])
+    assert at["power_W"] == pytest.approx(at["normal_power_W"] + at["tangential_power_W"])
+    assert at["closure"] == pytest.approx(25 * 4e-12 * 1e6)
+
+
+def test_power_has_two_standard_deviations_between_revolutions():
+    made = run(1e-6, 0)
+    energies = np.add(made["per_revolution"]["normal_J"], made["per_revolution"]["tangential_J"])
+    row = table_of([made]).iloc[0]
+    assert row["power_two_sigma_W"] == pytest.approx(2 * energies.std(ddof=1) * made["frequency_hz"])
+    assert np.isnan(row["power_se_W"])
+
+
+def test_deviations_and_their_pooled_error():
+    """Two steps, two seeds: v = ((s1/m1)^2 + (s2/m2)^2) / 2 and se = m2 / m1 sqrt(v (1/2 + 1/2))."""
+    runs = [run(1e-6, 0, noise=-0.01), run(1e-6, 1, noise=0.01), run(2e-6, 0, noise=0.07), run(2e-6, 1, noise=0.13)]
+    row = table_of(runs).iloc[1]
+    relative = [np.std(pair, ddof=1) / np.mean(pair) for pair in ((0.99, 1.01), (1.07, 1.13))]
+    assert row["normal_energy_deviation_percent"] == pytest.approx(10.0)
+    assert row["normal_energy_deviation_se_percent"] == pytest.approx(110 * np.sqrt(np.mean(np.square(relative))))
+    assert row["frequency_per_ball_deviation_percent"] == pytest.approx(0.0)
+
+
+def test_the_pooled_error_is_as_large_as_deviations_are_by_chance():
+    """Of many made-up sweeps without any effect of the step, deviations over their errors have unit variance."""
+    rng = np.random.default_rng(3)
+    scores = []
+    for _ in range(150):
+        runs = [run(step, s, noise=0.02 * rng.standard_normal()) for step in (1e-6, 2e-6, 4e-6) for s in range(4)]
+        row = table_of(runs).iloc[2]
+        scores.append(row["normal_energy_deviation_percent"] / row["normal_energy_deviation_se_percent"])
+    # Nine degrees of freedom: the variance of Student's t is 9/7; its estimate from 150 draws is within a third.
+    assert np.var(scores) == pytest.approx(9 / 7, rel=1 / 3)
+
+
+def test_the_stiffest_ball_is_the_reference_of_a_modulus_sweep():
+    runs = [run(1e-6, 0, modulus=modulus, factor=f) for modulus, f in ((0.205, 0.9), (205.0, 1.0), (2.05, 1.05))]
+    table = table_of(runs, "young_modulus_gpa")
+    assert table["young_modulus_gpa"].tolist() == [205.0, 2.05, 0.205]
+    assert table["power_deviation_percent"].tolist() == pytest.approx([0.0, 5.0, -10.0])
+
+
+def test_the_balance_alone_limits_the_step_where_descriptors_do_not_move():
+    """Balance errors of 1e-4, 4e-4, 1.6e-3 at 2, 4, 8 us against a bound of 1e-3."""
+    choice = choose_step(table_of(sweep()), SETTINGS, 2e-6)
+    (series,) = choice["series"]
+    assert choice["largest_step_s"] == 4e-6 and choice["configured_step_holds"]
+    assert series["closure_order"] == pytest.approx(2.0)
+    assert [step["passes"] for step in series["steps"]] == [True, True, True, True, False]
+    assert series["steps"][-1]["deviating"] == []
+    assert "fail at 8e-06 s by a balance open by 0.16 %" in in_words(choice)
+    assert "2e-06 s holds" in in_words(choice)
+
+
+def test_the_strictest_series_decides():
+    runs = [r for r in sweep((10.0, 5.0)) if not (r["case"]["ball_diameter_mm"] == 5 and r["time_step_s"] == 5e-7)]
+    for made in runs:
+        if made["case"]["ball_diameter_mm"] == 5:
+            made["closure"] *= 4
+    choice = choose_step(table_of(runs), SETTINGS, 4e-6)
+    assert {s["ball_diameter_mm"]: s["largest_step_s"] for s in choice["series"]} == {5.0: 2e-6, 10.0: 4e-6}
+    assert choice["largest_step_s"] == 2e-6
+    assert not choice["configured_step_holds"] and "too large" in in_words(choice)
+
+
+def test_a_descriptor_that_moves_with_the_step_limits_it():
+    """Energies up by 5 % at each microsecond, far over a spread of 0.1 %: only the finest step is left."""
+    choice = choose_step(table_of(sweep(spread=1e-3, slope=0.05, closure=1e-3)), SETTINGS, 2e-6)
+    (series,) = choice["series"]
+    assert choice["largest_step_s"] == 5e-7 and not choice["configured_step_holds"]
+    assert series["steps"][2]["deviating"] == ["normal_energy_J", "tangential_energy_J"]
+    assert series["steps"][2]["closes"]
+
+
+def test_what_chance_does_is_not_taken_for_a_deviation_and_is_told():
+    """With a spread of 3 % and four seeds a deviation under some 6 % cannot be told; the verdict says so."""
+    choice = choose_step(table_of(sweep(spread=0.03, closure=1e-3)), SETTINGS, 2e-6)
+    (series,) = choice["series"]
+    assert choice["largest_step_s"] == 8e-6
+    assert max(abs(step["largest_deviation_percent"]) for step in series["steps"]) > SETTINGS.tolerance_percent
+    assert 4 < series["steps"][-1]["resolution_percent"] < 12
+
+
+def test_chance_alone_rarely_fails_a_step():
+    """A confidence of 95 %: at most one in twenty sweeps without an effect fails, within its own chance."""
+    rng = np.random.default_rng(5)
+    failed = 0
+    for _ in range(100):
+        noise = 0.03 * rng.standard_normal((3, 4))
+        runs = [run(step, s, noise=noise[k, s]) for k, step in enumerate((1e-6, 2e-6, 4e-6)) for s in range(4)]
+        failed += choose_step(table_of(runs), SETTINGS, 1e-6)["largest_step_s"] < 4e-6
+    assert failed <= 11
+
+
+def test_no_step_passes_where_the_finest_leaves_the_balance_open():
+    choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, 5e-7)
+    assert choice["largest_step_s"] is None and not choice["configured_step_holds"]
+    assert "no step of the sweep passes" in in_words(choice)
+
+
+@pytest.fixture
+def files(tmp_path):
+    table = table_of(sweep((10.0, 5.0)))
+    write_table(table, tmp_path / "timestep.tsv")
+    choice = choose_time_step.main(tmp_path / "timestep.tsv", SETTINGS, 2e-6, tmp_path / "timestep.json")
+    assert choice["configured_step_holds"] and "2e-06 s holds" in in_words(choice)
+    return tmp_path
+
+
+def outputs(folder, name):
+    return type("Output", (), {"svg": folder / f"{name}.svg", "png": folder / f"{name}.png"})
+
+
+def test_the_verdict_and_the_figure_come_from_the_written_table(files):
+    choice = read_json(files / "timestep.json")
+    assert choice["configured_step_s"] == 2e-6 and choice["criteria"] == SETTINGS.model_dump()
+    timestep_script.main(files / "timestep.tsv", files / "timestep.json", outputs(files, "timestep"))
+    assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
+
+
+def test_the_figure_of_the_step_shows_errors_orders_and_the_default():
+    table = table_of(sweep((10.0, 5.0)))
+    figure = plot_timestep(table, choose_step(table, SETTINGS, 2e-6))
+    assert len(figure.axes) == 4
+    assert figure.axes[0].get_yscale() == "log"
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert sum("order 2.00" in label for label in labels) == 2
+    for axis in figure.axes:
+        assert axis.get_xlabel() == "time step [µs]" and axis.get_ylabel().endswith("]")
+        assert any(list(line.get_xdata()) == pytest.approx([2.0, 2.0]) for line in axis.lines)
+
+
+def test_the_figure_of_the_modulus_has_a_tick_at_each_modulus(tmp_path):
+    moduli = {0.205: 0.9, 205.0: 1.0, 2.05: 1.05}
+    table = table_of(
+        [run(1e-6, s, modulus=m, factor=f) for m, f in moduli.items() for s in (0, 1)], "young_modulus_gpa"
+    )
+    figure = plot_modulus(table)
+    power, deviation, clock = figure.axes
+    assert [label.get_text() for label in deviation.get_xticklabels()] == ["0.205", "2.05", "205"]
+    assert all(axis.get_ylabel().endswith("]") for axis in (power, deviation, clock))
+    write_table(table, tmp_path / "modulus.tsv")
+    modulus_script.main(tmp_path / "modulus.tsv", outputs(tmp_path, "modulus"))
+    assert (tmp_path / "modulus.png").stat().st_size > 1000
+
+
+def test_the_claims_on_the_modulus_read_its_table(tmp_path):
+    """A hundredfold softer ball in a tenth of the steps, its power 5 % higher, 14 % between revolutions."""
+    moduli = {205.0: (1e-7, 1.0), 2.05: (1e-6, 1.05)}
+    runs = [run(step, seed, modulus=y, factor=f) for y, (step, f) in moduli.items() for seed in (0, 1)]
+    write_table(table_of(runs, "young_modulus_gpa"), tmp_path / "convergence/modulus.tsv")
+    found = chapter3.findings(tmp_path, ROOT / "config/data")
+    assert found["3.young.speedup"].value == pytest.approx(10.0)
+    assert found["3.young.power"].value == "yes"
+    assert "differ by +5.0 %" in found["3.young.power"].explanation
+    assert chapter3.findings(tmp_path / "empty", ROOT / "config/data")["3.young.power"].value is None
+
+
+def test_columns_keep_their_unit_last():
+    assert column_of("normal_energy_J", "se") == "normal_energy_se_J"
+    assert column_of("frequency_per_ball_hz", "deviation_percent") == "frequency_per_ball_deviation_percent"
+    table = table_of(sweep())
+    assert not table[[*SERIES, *DESCRIPTORS]].isna().any().any()
+    assert isinstance(table, pd.DataFrame) and table.columns.is_unique

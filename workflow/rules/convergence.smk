@@ -1,0 +1,132 @@
+"""Descriptors against the time step and against Young's modulus: what the default step rests on, and Fig. 3.4."""
+
+CONVERGENCE = f"{RESULTS}/convergence"
+
+
+rule tabulate_timestep:
+    input:
+        summaries=summaries_over("time_steps_s"),
+    output:
+        table=f"{CONVERGENCE}/timestep.tsv",
+    log:
+        f"{LOGS}/convergence/tabulate_timestep.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        varied="time_step_s",
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        further_rules=CONFIG.convergence.counting_rules,
+        library=library("tabulate_convergence.py"),
+    message:
+        "Tabulating descriptors against the time step"
+    script:
+        "../../scripts/tabulate_convergence.py"
+
+
+rule choose_time_step:
+    input:
+        table=rules.tabulate_timestep.output.table,
+    output:
+        choice=f"{CONVERGENCE}/timestep.json",
+    log:
+        f"{LOGS}/convergence/choose_time_step.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=settings("convergence"),
+        configured_s=CONFIG.dem.time_step_s,
+        library=library("choose_time_step.py"),
+    message:
+        "Looking for the largest time step that changes nothing"
+    script:
+        "../../scripts/choose_time_step.py"
+
+
+rule plot_timestep:
+    input:
+        table=rules.tabulate_timestep.output.table,
+        choice=rules.choose_time_step.output.choice,
+    output:
+        svg=report(
+            f"{CONVERGENCE}/timestep.svg",
+            caption="../report/timestep.rst",
+            category="Chapter 3",
+            labels={"figure": "Sec. 3.2.3", "shows": "energy balance and descriptors against the time step"},
+        ),
+        png=f"{CONVERGENCE}/timestep.png",
+    log:
+        f"{LOGS}/convergence/plot_timestep.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_timestep.py"),
+    message:
+        "Drawing energy balance and descriptors against the time step"
+    script:
+        "../../scripts/plot_timestep.py"
+
+
+rule tabulate_modulus:
+    input:
+        summaries=summaries_over("young_moduli_gpa"),
+    output:
+        table=f"{CONVERGENCE}/modulus.tsv",
+    log:
+        f"{LOGS}/convergence/tabulate_modulus.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        varied="young_modulus_gpa",
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        further_rules=CONFIG.convergence.counting_rules,
+        library=library("tabulate_convergence.py"),
+    message:
+        "Tabulating descriptors, power and run time against Young's modulus (Fig. 3.4)"
+    script:
+        "../../scripts/tabulate_convergence.py"
+
+
+rule plot_modulus:
+    input:
+        table=rules.tabulate_modulus.output.table,
+    output:
+        svg=report(
+            f"{CONVERGENCE}/modulus.svg",
+            caption="../report/modulus.rst",
+            category="Chapter 3",
+            labels={"figure": "3.4", "shows": "power and run time against Young's modulus"},
+        ),
+        png=f"{CONVERGENCE}/modulus.png",
+    log:
+        f"{LOGS}/convergence/plot_modulus.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_modulus.py"),
+    message:
+        "Drawing power and run time against Young's modulus"
+    script:
+        "../../scripts/plot_modulus.py"
+
+
+# A configuration without such a sweep has nothing to tabulate.
+CONVERGENCE_OUTPUTS = []
+if summaries_over("time_steps_s"):
+    CONVERGENCE_OUTPUTS += [
+        *rules.tabulate_timestep.output,
+        *rules.choose_time_step.output,
+        *rules.plot_timestep.output,
+    ]
+if summaries_over("young_moduli_gpa"):
+    CONVERGENCE_OUTPUTS += [*rules.tabulate_modulus.output, *rules.plot_modulus.output]
+
+
+rule convergence:
+    input:
+        CONVERGENCE_OUTPUTS,
+    localrule: True
