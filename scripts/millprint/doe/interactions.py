@@ -21,8 +21,10 @@ def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
                     {
                         "figure": figure.name,
                         "axis": axis,
+                        "axis_code": axis_code,
                         "axis_level": config.factor(axis).levels[axis_code],
                         "curve": curve,
+                        "curve_code": curve_code,
                         "curve_level": config.factor(curve).levels[curve_code],
                         "runs": len(yields),
                         "mean_yield_percent": yields.mean(),
@@ -30,6 +32,6 @@ def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
                         "highest_yield_percent": yields.max(),
                     }
                 )
-    columns = ["figure", "axis", "axis_level", "curve", "curve_level", "runs"]
+    columns = ["figure", "axis", "axis_code", "axis_level", "curve", "curve_code", "curve_level", "runs"]
     columns += ["mean_yield_percent", "lowest_yield_percent", "highest_yield_percent"]
     return pd.DataFrame(rows, columns=columns)

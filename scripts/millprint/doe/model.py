@@ -7,7 +7,7 @@ from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.anova import anova_lm
 
 from millprint.config.doe import DoeConfig
-from millprint.doe.aliases import contrasts
+from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
 
@@ -30,8 +30,8 @@ def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapp
     """
     for symbol in {symbol for term in config.model for symbol in term.split(":")}:
         if missing := set(range(len(config.factor(symbol).levels))) - set(runs[symbol]):
-            level = config.factor(symbol).levels[missing.pop()]
-            raise ConfigError(f"doe.factors: level {level:g} of {symbol} has no run: each level needs one")
+            level = config.factor(symbol).text(missing.pop())
+            raise ConfigError(f"doe.factors: level {level} of {symbol} has no run: each level needs one")
     model = ols("response ~ " + " + ".join(map(_formula_term, config.model)), _frame(runs, config.symbols))
     columns = model.exog.shape[1]
     rank = np.linalg.matrix_rank(model.exog)
@@ -65,14 +65,19 @@ def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int)
 def contrast_sums(config: DoeConfig, runs: pd.DataFrame) -> dict[str, float]:
     """Type I sums of squares of the linear and quadratic contrasts, in a model of their own (thesis Sec. 2.3.1).
 
-    Three levels are coded -1, 0, 1 (L) and 1, -2, 1 (Q); the keys are AL, AQ, BL... in the order of the factors.
+    Three equally spaced levels are coded -1, 0, 1 (L) and 1, -2, 1 (Q); the keys are AL, AQ, BL... in the order of the
+    factors. A factor of names has neither.
     """
     frame = _frame(runs, [])
     for factor in config.factors:
-        columns = contrasts(len(factor.levels))[runs[factor.symbol].to_numpy()]
+        if not factor.numeric:
+            continue
+        columns = level_contrasts(factor)[runs[factor.symbol].to_numpy()]
         for letter, column in zip("LQ", columns.T, strict=False):
             frame[f"contrast_{factor.symbol}{letter}"] = column
     names = [name for name in frame if name.startswith("contrast_")]
+    if not names:
+        return {}
     fit = ols("response ~ " + " + ".join(names), frame).fit()
     table = anova_lm(fit, typ=1)
     return {name.removeprefix("contrast_"): float(table.loc[name, "sum_sq"]) for name in names}

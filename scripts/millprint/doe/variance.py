@@ -3,12 +3,13 @@
 from decimal import ROUND_DOWN, Decimal
 from math import floor, isfinite, log10
 
+import numpy as np
 import pandas as pd
 from statsmodels.stats.multitest import multipletests
 
 from millprint.config.doe import DoeConfig
-from millprint.doe.aliases import interaction_partners
-from millprint.doe.design import complete
+from millprint.doe.aliases import interaction_partners, term_columns
+from millprint.doe.design import complete, level_codes
 from millprint.doe.effects import effect_sizes
 from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares
 
@@ -30,6 +31,17 @@ def source_name(config: DoeConfig, term: str) -> str:
     return ", ".join(interaction_partners(config, term)) if term.count(":") == 1 else term.replace(":", "")
 
 
+def freedom_of_source(config: DoeConfig, term: str) -> int:
+    """Degrees of freedom of all the interactions that a source names, together, in the design: 6 for `AB, CD`.
+
+    What Table 2.5 prints for an interaction, although its sum of squares is that of the term alone, with 4.
+    """
+    names = [":".join(pair) for pair in interaction_partners(config, term)] if term.count(":") == 1 else [term]
+    codes = level_codes(config)
+    columns = np.hstack([term_columns(config, codes, name) for name in names])
+    return int(np.linalg.matrix_rank(columns - columns.mean(axis=0), tol=1e-9))
+
+
 def as_designed(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The runs with the generated factors at the level that their generators want."""
     return runs.assign(**complete(config, runs[config.symbols]).to_dict("series"))
@@ -40,7 +52,8 @@ def printed_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
 
     Each main effect is followed by its linear and quadratic contrasts, which come from a model of their own and
     have no F. Columns ending in _truncated hold the digits as the thesis prints them; those ending in _as_designed
-    what the levels of the generators would give.
+    what the levels of the generators would give; degrees_of_freedom_of_source is what the thesis prints in place of
+    the term's own.
     """
     table = sums_of_squares(config, fit_factors(config, runs), 1)
     meant = as_designed(config, runs)
@@ -54,6 +67,7 @@ def printed_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
                 "source": source_name(config, term),
                 "term": term,
                 **line,
+                "degrees_of_freedom_of_source": np.nan if term == "Residual" else freedom_of_source(config, term),
                 "sum_of_squares_as_designed": other["sum_of_squares"],
                 "p_value_as_designed": other["p_value"],
             }
