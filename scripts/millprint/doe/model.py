@@ -11,6 +11,9 @@ from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
 
+# Below it a residual mean square, of yields as fractions, is rounding.
+SMALLEST_VARIANCE = 1e-20
+
 
 def _formula_term(term: str) -> str:
     # Prefixed, for a factor called C would hide the function C(); sum-to-zero coding, without which type III sums
@@ -26,7 +29,8 @@ def _frame(runs: pd.DataFrame, symbols: list[str]) -> pd.DataFrame:
 def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
     """Fit the yield, as a fraction, to the terms of `config.model`.
 
-    Raises ConfigError if the runs cannot tell the terms apart or leave no degree of freedom for the residual.
+    Raises ConfigError if the runs cannot tell the terms apart, leave no degree of freedom for the residual,
+    or have none of their own.
     """
     for symbol in {symbol for term in config.model for symbol in term.split(":")}:
         if missing := set(range(len(config.factor(symbol).levels))) - set(runs[symbol]):
@@ -45,7 +49,13 @@ def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapp
             f"doe.model = {config.model}: {columns} parameters for {len(runs)} runs leave nothing for the residual: "
             "fewer terms are wanted"
         )
-    return model.fit()
+    fit = model.fit()
+    if fit.mse_resid < SMALLEST_VARIANCE:
+        raise ConfigError(
+            f"column {YIELD}: doe.model goes through every run and leaves no scatter to test against: "
+            "measured yields are wanted"
+        )
+    return fit
 
 
 def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int) -> pd.DataFrame:

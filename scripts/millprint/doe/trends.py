@@ -39,11 +39,14 @@ def trend_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
             continue
         contrast = level_contrasts(config.factor(owner[0]))[:, owner[1]]
         rows.append((f"{owner[0]}{SHAPES[owner[1]]}", owner[0], estimate[place], error[place], np.ptp(contrast)))
-    return _with_statistics(rows, residual, variance, len(runs), config.confidence)
+    return _with_statistics(rows, residual, variance, response, config.confidence)
 
 
-def _with_statistics(rows: list[tuple], residual: int, variance: float, runs: int, confidence: float) -> pd.DataFrame:
+def _with_statistics(
+    rows: list[tuple], residual: int, variance: float, response: np.ndarray, confidence: float
+) -> pd.DataFrame:
     frame = pd.DataFrame(rows, columns=["trend", "factor", "estimate", "error", "span"])
+    frame = frame.astype({"estimate": float, "error": float, "span": float})
     statistic = frame["estimate"] / frame["error"]
     half = t_distribution.ppf((1 + confidence) / 2, residual) * frame["error"] * frame["span"]
     change = frame["estimate"] * frame["span"]
@@ -60,4 +63,5 @@ def _with_statistics(rows: list[tuple], residual: int, variance: float, runs: in
             "p_value": 2 * t_distribution.sf(statistic.abs(), residual),
         }
     )
-    return table.join(effect_sizes(terms, rest, runs, confidence)) if len(frame) else table
+    total = 1e-4 * float(((response - response.mean()) ** 2).sum())
+    return table.join(effect_sizes(terms, rest, len(response), total, confidence))

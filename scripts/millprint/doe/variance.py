@@ -94,7 +94,7 @@ def corrected_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
         table = sums_of_squares(config, fit, kind)
         terms = table.index != "Residual"
         table.loc[terms, "p_holm"] = multipletests(table.loc[terms, "p_value"], method="holm")[1]
-        sizes = effect_sizes(table[terms], table.loc["Residual"], len(runs), config.confidence)
+        sizes = effect_sizes(table[terms], table.loc["Residual"], len(runs), float(fit.centered_tss), config.confidence)
         table = table.join(sizes)
         table.insert(0, "term", table.index)
         table.insert(0, "source", [source_name(config, term) for term in table.index])
