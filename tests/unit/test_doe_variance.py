@@ -246,7 +246,7 @@ def test_a_level_without_a_run_is_refused(config, runs):
 @pytest.mark.parametrize("slope", [0.0, 5.0])
 def test_yields_without_scatter_are_refused(config, slope):
     design = design_table(config)
-    with pytest.raises(ConfigError, match="yield_percent: .* no scatter"):
+    with pytest.raises(ConfigError, match=r"yield_percent: .* no scatter"):
         fit_factors(config, design.assign(yield_percent=50 + slope * design["A"]))
 
 

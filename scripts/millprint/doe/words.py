@@ -6,6 +6,9 @@ is made 1. Two effects are aliases if their quotient is in the subgroup that the
 another number of levels have an algebra of their own, and a word over both is the product of its two parts. Where
 no generator makes a factor of some number of levels, those factors are complete and no effect is split into
 components: the exponent is 1 for the whole effect.
+
+Libraries of designs (pyDOE3) make fractions of two levels and no alias table of three; at two levels they give the
+same runs.
 """
 
 from dataclasses import dataclass
