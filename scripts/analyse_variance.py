@@ -1,5 +1,6 @@
 """Analyses the variance of the screening runs: as printed, as corrected, what is confounded, and the residuals."""
 
+from millprint.config.analysis import AnalysisConfig
 from millprint.config.doe import DoeConfig
 from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.interactions import interaction_table
@@ -14,7 +15,7 @@ from millprint.files import write_table
 from millprint.job import job
 
 
-def main(screening: str, tables: dict[str, str], settings: DoeConfig) -> None:
+def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> None:
     """Write the tables of the analysis; `tables` holds the path of each."""
     runs = read_runs(screening, settings)
     fit = fit_factors(settings, runs)

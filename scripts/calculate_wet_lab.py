@@ -15,11 +15,10 @@ The reaction, purities and whether the gas holds water vapour come from doe.chem
 import argparse
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.load import check_model, read_yaml
+from millprint.config.load import read_part
 from millprint.config.wet_lab import WetLabConfig
 from millprint.doe.readings import charge_table, solution_table, yield_table
 from millprint.doe.wear import read_wear, wear_table
-from millprint.errors import ConfigError
 from millprint.files import write_table
 
 CALCULATIONS = {
@@ -28,16 +27,6 @@ CALCULATIONS = {
     "charge": lambda path, settings: charge_table(path, settings.chemistry),
     "wear": lambda path, settings: wear_table(read_wear(path)),
 }
-
-
-def read_settings(path: str) -> WetLabConfig:
-    """The sections chemistry and gas of `doe` in a YAML file; raises ConfigError in one line if it has none."""
-    content = read_yaml(path)
-    section = content.get("doe") if isinstance(content, dict) else None
-    if not isinstance(section, dict):
-        raise ConfigError(f"{path}: doe: a section with chemistry and gas is wanted")
-    known = {key: value for key, value in section.items() if key in WetLabConfig.model_fields}
-    return check_model(known, WetLabConfig, path)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -50,7 +39,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
     options = parser.parse_args(arguments)
     with stop_on_bad_input():
-        settings = read_settings(options.config)
+        settings = read_part(options.config, "doe", WetLabConfig)
         if options.dry_gas:
             dry = settings.gas.model_copy(update={"saturated": False})
             settings = settings.model_copy(update={"gas": dry})

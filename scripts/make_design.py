@@ -11,22 +11,11 @@ from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.design import DesignConfig
-from millprint.config.doe import DoeConfig
-from millprint.config.load import check_model, read_yaml
+from millprint.config.load import check_model, read_part
 from millprint.doe.aliases import alias_table
 from millprint.doe.design import describe, design_table
 from millprint.doe.suggest import best_generators
 from millprint.files import write_json, write_table
-
-
-def read_design(path: str) -> DesignConfig:
-    """The design of a YAML file, or of the section `doe` of a configuration of the workflow."""
-    content = read_yaml(path)
-    if isinstance(content, dict) and "doe" in content:
-        section = content["doe"] if isinstance(content["doe"], dict) else {}
-        others = set(DoeConfig.model_fields) - set(DesignConfig.model_fields)
-        content = {key: value for key, value in section.items() if key not in others}
-    return check_model(content, DesignConfig, path)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -39,7 +28,7 @@ def main(arguments: list[str] | None = None) -> None:
     )
     options = parser.parse_args(arguments)
     with stop_on_bad_input():
-        config = read_design(options.design)
+        config = read_part(options.design, "doe", DesignConfig)
         if options.generate:
             generators = best_generators(config, options.generate)
             config = check_model({**config.model_dump(), "generators": generators}, DesignConfig, options.design)

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 import yaml
 
-import analyse_variance
+import analyse_design
 import make_design
-import plot_interactions
+from millprint.config.analysis import AnalysisConfig
 from millprint.config.design import DesignConfig
 from millprint.config.load import check_model
 from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_freedom, term_columns
@@ -243,27 +243,60 @@ def test_the_command_refuses_a_bad_design_in_one_line(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_factor_of_names_goes_through_analysis_and_figures(tmp_path):
-    factors = [factor("A", STEELS), factor("B", [1, 10]), factor("C", [300, 600, 900])]
-    panels = [{"name": "pair", "title": "pair", "panels": [["A", "B"], ["C", "A"]]}]
-    config = settings(factors=factors, generators=[], replicates=2, model=["A", "B", "C", "A:B"], interactions=panels)
-    table = design_table(config)
+def screened(tmp_path, **changes) -> tuple:
+    """A design with a factor of names in a file of its own, and its runs with a planted effect of that factor."""
+    content = {
+        "factors": [factor("A", STEELS), factor("B", [1, 10]), factor("C", [300, 600, 900])],
+        "replicates": 2,
+        "order_seed": 3,
+        "model": ["A", "B", "C", "A:B"],
+        "simulations": 100,
+        "interactions": [{"name": "pair", "title": "pair", "panels": [["A", "B"], ["C", "A"]]}],
+    }
+    (tmp_path / "design.yaml").write_text(yaml.safe_dump({**content, **changes}))
+    table = design_table(check_model(content, AnalysisConfig, "design.yaml"))
     noise = np.random.default_rng(4).normal(size=len(table))
     runs = table[["case", "run_order", "a", "b", "c"]].assign(yield_percent=50 + 10 * table["A"] + noise)
-    path = tmp_path / "runs.tsv"
-    runs.to_csv(path, sep="\t", index=False)
-    names = ["printed", "corrected", "trends", "contested", "rival_models", "residuals", "residual_checks"]
-    tables = {name: str(tmp_path / f"{name}.tsv") for name in [*names, "lack_of_fit", "interactions"]}
-    analyse_variance.main(str(path), tables, config)
-    anova = read_table(tables["printed"], text=["term"]).set_index("term")
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    return str(tmp_path / "design.yaml"), str(tmp_path / "runs.tsv"), str(tmp_path / "out")
+
+
+def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
+    analyse_design.main(list(screened(tmp_path)))
+    out = tmp_path / "out"
+    assert "departs" not in capsys.readouterr().out
+    anova = read_table(out / "anova_printed.tsv", text=["term"]).set_index("term")
     assert anova["F"].idxmax() == "A"
-    assert {"BL", "CL", "CQ"} <= set(anova.index)
-    assert "AL" not in anova.index
-    assert read_table(tables["trends"], text=["trend"])["trend"].tolist() == ["BL", "CL", "CQ"]
-    plot_interactions.main(
-        tables["interactions"], str(tmp_path / "f.svg"), str(tmp_path / "f.png"), "pair", settings=config
-    )
-    assert all(name in (tmp_path / "f.svg").read_text() for name in STEELS)
+    # Names have no linear trend; with two levels there is no quadratic one.
+    assert list(anova.index) == ["A", "B", "BL", "C", "CL", "CQ", "A:B", "Residual"]
+    assert read_table(out / "trends.tsv", text=["trend"])["trend"].tolist() == ["BL", "CL", "CQ"]
+    fit = read_table(out / "lack_of_fit.tsv", text=["against"])
+    assert fit["p_value"].between(0.001, 1).all()
+    assert "trend_over_run_order" in set(read_table(out / "residual_checks.tsv", text=["check"])["check"])
+    assert all(name in (out / "interaction_pair.svg").read_text() for name in STEELS)
+    assert (out / "pareto.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("changes", "row", "words"),
+    [
+        ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
+        ({}, ("\t300.0\t", "\t\t"), "column c, row 1"),
+        ({"model": ["A", "D"]}, None, "design.yaml: (top level): model: 'D'"),
+        ({"modle": ["A"]}, None, "modle"),
+    ],
+)
+def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words):
+    paths = screened(tmp_path, **changes)
+    if row is not None:
+        runs = tmp_path / "runs.tsv"
+        runs.write_text(runs.read_text().replace(*row, 1))
+    with pytest.raises(SystemExit):
+        analyse_design.main(list(paths))
+    line = capsys.readouterr().err.strip()
+    assert words in line
+    assert line.startswith("error: ")
+    assert "\n" not in line
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):

@@ -85,6 +85,20 @@ def read_yaml(path: str | Path) -> object:
         raise ConfigError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
 
 
+def read_part(path: str | Path, section: str, model: type[Model]) -> Model:
+    """Read a model from a YAML file of its own, or from the `section` of a configuration, whose other keys it leaves.
+
+    Raises ConfigError as `check_model`.
+    """
+    content = read_yaml(path)
+    if isinstance(content, dict) and section in content:
+        inner = content[section]
+        if not isinstance(inner, dict):
+            raise ConfigError(f"{path}: {section}: a section with {', '.join(model.model_fields)} is wanted")
+        content = {key: value for key, value in inner.items() if key in model.model_fields}
+    return check_model(content, model, str(path))
+
+
 def load_named(folder: str | Path, name: str, model: type[Model], what: str) -> Model:
     """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
     path = Path(folder) / f"{name}.yaml"

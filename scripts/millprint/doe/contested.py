@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import f as f_distribution
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.runs import YIELD
 
@@ -18,7 +18,7 @@ MOST_MODELS = 64
 class _Projector:
     """Residual sums of squares and ranks of models given as lists of terms, over the same runs."""
 
-    def __init__(self, config: DoeConfig, runs: pd.DataFrame) -> None:
+    def __init__(self, config: AnalysisConfig, runs: pd.DataFrame) -> None:
         self.config, self.runs = config, runs
         self.response = runs[YIELD].to_numpy() / 100
 
@@ -34,13 +34,13 @@ class _Projector:
         return float(rest @ rest), basis.shape[1]
 
 
-def _without(config: DoeConfig, term: str) -> list[str]:
+def _without(config: AnalysisConfig, term: str) -> list[str]:
     """The terms of the model that do not hold `term`: what a type II sum is adjusted for."""
     own = set(term.split(":"))
     return [other for other in config.model if not own <= set(other.split(":"))]
 
 
-def contested_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """For each term of the model, what every main effect and two-factor interaction outside it could claim.
 
     sum_of_squares is type II: SS(term | the terms that do not hold it); with the rival entered before the term it is
@@ -87,7 +87,7 @@ def contested_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns)
 
 
-def _choices(config: DoeConfig) -> list[list[str]]:
+def _choices(config: AnalysisConfig) -> list[list[str]]:
     """For each term of the model, itself and the two-factor interactions that share a component with it."""
     choices = []
     for term in config.model:
@@ -97,7 +97,7 @@ def _choices(config: DoeConfig) -> list[list[str]]:
     return choices
 
 
-def rival_models_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The model of the analysis, and each in which an interaction gives way to one that it is confounded with.
 
     AICc = N ln(RSS / N) + 2 k + 2 k (k + 1) / (N - k - 1), k parameters and a variance; r2_leave_one_out predicts each

@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.runs import YIELD
 
 
-def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def interaction_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """For each panel and pair of levels: number of runs, mean, lowest and highest yield [%].
 
     All other factors are averaged out over the runs as they were done, so that a mean over few runs also carries

@@ -6,19 +6,19 @@ from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.design import treatments
 from millprint.doe.model import sums_of_squares
 from millprint.doe.runs import YIELD
 
 
-def pure_error(config: DoeConfig, runs: pd.DataFrame) -> tuple[float, int]:
+def pure_error(config: AnalysisConfig, runs: pd.DataFrame) -> tuple[float, int]:
     """Sum of squares of runs of the same treatment about their mean, yield as a fraction, and its freedom."""
     groups = (runs[YIELD] / 100).groupby(treatments(runs[config.symbols]))
     return float((groups.var(ddof=0) * groups.size()).sum()), int((groups.size() - 1).sum())
 
 
-def lack_of_fit_table(config: DoeConfig, runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.DataFrame:
+def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.DataFrame:
     """Each term, and the residual, against what is known of repeated runs.
 
     The first row is the classical test, F = (SS_residual - SS_pure) / df over the mean square of pure error, where some

@@ -6,7 +6,7 @@ from statsmodels.formula.api import ols
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.anova import anova_lm
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
@@ -26,7 +26,7 @@ def _frame(runs: pd.DataFrame, symbols: list[str]) -> pd.DataFrame:
     return pd.DataFrame({"response": runs[YIELD].to_numpy() / 100, **columns})
 
 
-def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
+def fit_factors(config: AnalysisConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
     """Fit the yield, as a fraction, to the terms of `config.model`.
 
     Raises ConfigError if the runs cannot tell the terms apart, leave no degree of freedom for the residual,
@@ -58,7 +58,7 @@ def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapp
     return fit
 
 
-def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int) -> pd.DataFrame:
+def sums_of_squares(config: AnalysisConfig, fit: RegressionResultsWrapper, kind: int) -> pd.DataFrame:
     """The ANOVA table of a fit, with sums of squares of type 1, 2 or 3: a row a term, then Residual.
 
     Columns degrees_of_freedom, sum_of_squares, mean_square, F, p_value.
@@ -72,7 +72,7 @@ def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int)
     return table.loc[order, ["degrees_of_freedom", "sum_of_squares", "mean_square", "F", "p_value"]]
 
 
-def contrast_sums(config: DoeConfig, runs: pd.DataFrame) -> dict[str, float]:
+def contrast_sums(config: AnalysisConfig, runs: pd.DataFrame) -> dict[str, float]:
     """Type I sums of squares of the linear and quadratic contrasts, in a model of their own (thesis Sec. 2.3.1).
 
     Three equally spaced levels are coded -1, 0, 1 (L) and 1, -2, 1 (Q); the keys are AL, AQ, BL... in the order of the

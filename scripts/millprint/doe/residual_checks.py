@@ -11,6 +11,7 @@ from statsmodels.stats.diagnostic import normal_ad
 
 from millprint.config.design import DesignConfig
 from millprint.doe.runs import RUN_ORDER
+from millprint.job import progress
 
 
 @dataclass(frozen=True)
@@ -149,8 +150,12 @@ def residual_checks(
     rest = fit.resid.to_numpy()
     found = np.array([check.statistic(rest) for check in checks])
     errors = np.random.default_rng(seed).standard_normal((simulations, len(rest)))
-    simulated = np.array([[check.statistic(row) for check in checks] for row in errors - errors @ hat])
-    p_simulated = (1 + np.sum(simulated >= found, axis=0)) / (simulations + 1)
+    simulated = []
+    with progress(simulations, "residual checks", "set") as bar:
+        for row in errors - errors @ hat:
+            simulated.append([check.statistic(row) for check in checks])
+            bar.update()
+    p_simulated = (1 + np.sum(np.array(simulated) >= found, axis=0)) / (simulations + 1)
     rows = [
         (check.name, check.assumption, check.shown(value), check.p_textbook(rest), share, "")
         for check, value, share in zip(checks, found, p_simulated, strict=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as t_distribution
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import level_contrasts, term_columns
 from millprint.doe.effects import effect_sizes
 from millprint.doe.runs import YIELD
@@ -12,7 +12,7 @@ from millprint.doe.runs import YIELD
 SHAPES = "LQ"
 
 
-def trend_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def trend_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The single contrasts of the numeric factors' main effects, each adjusted for everything else in the model.
 
     change_percent is the yield at the contrast's highest level less that at its lowest: from the lowest to the highest

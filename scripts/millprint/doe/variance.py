@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.multitest import multipletests
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.design import complete, level_codes
 from millprint.doe.effects import effect_sizes
@@ -26,12 +26,12 @@ def truncated(value: float, decimals: int = 3) -> str:
     return str(Decimal(repr(float(value))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN))
 
 
-def source_name(config: DoeConfig, term: str) -> str:
+def source_name(config: AnalysisConfig, term: str) -> str:
     """A term with the two-factor interactions it is confounded with, such as `AB, CD` for A:B."""
     return ", ".join(interaction_partners(config, term)) if term.count(":") == 1 else term.replace(":", "")
 
 
-def freedom_of_source(config: DoeConfig, term: str) -> int:
+def freedom_of_source(config: AnalysisConfig, term: str) -> int:
     """Degrees of freedom of all the interactions that a source names, together, in the design: 6 for `AB, CD`.
 
     What Table 2.5 prints for an interaction, although its sum of squares is that of the term alone, with 4.
@@ -42,12 +42,12 @@ def freedom_of_source(config: DoeConfig, term: str) -> int:
     return int(np.linalg.matrix_rank(columns - columns.mean(axis=0), tol=1e-9))
 
 
-def as_designed(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def as_designed(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The runs with the generated factors at the level that their generators want."""
     return runs.assign(**complete(config, runs[config.symbols]).to_dict("series"))
 
 
-def printed_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def printed_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """Thesis Table 2.5: type I sums in the order of `config.model`, yield as a fraction, factors as they were run.
 
     Each main effect is followed by its linear and quadratic contrasts, which come from a model of their own and
@@ -82,7 +82,7 @@ def printed_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
-def corrected_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def corrected_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The analysis with type II and type III sums, which an unbalanced design needs, and with effect sizes.
 
     Type I is there for comparison. p_holm is the p-value corrected for the number of terms by Holm's method. The

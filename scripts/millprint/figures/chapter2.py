@@ -21,15 +21,16 @@ def _without_unit(label: str) -> str:
 def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
     """F of each term, largest first, with the F that would be significant (thesis Fig. 2.3).
 
-    Columns source, F, critical_F, F_type_two, and F_published (empty where Table 2.5 prints none); `names` the label
+    Columns source, F, critical_F, F_type_two, and F_published (empty where no table prints one); `names` the label
     of each factor's letter.
     """
     figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.85 * COLUMN_WIDTH_IN))
     ranked = effects.sort_values("F")
     place = np.arange(len(ranked))
-    axes.barh(place, ranked["F"], height=0.62, color=COLOURS[5], label="type I, as printed")
+    axes.barh(place, ranked["F"], height=0.62, color=COLOURS[5], label="type I")
     axes.plot(ranked["F_type_two"], place, "|", color=COLOURS[0], markersize=9, markeredgewidth=2, label="type II")
-    axes.plot(ranked["F_published"], place, **PUBLISHED, label="from the printed p")
+    if ranked["F_published"].notna().any():
+        axes.plot(ranked["F_published"], place, **PUBLISHED, label="from the printed p")
     for row, critical in zip(place, ranked["critical_F"], strict=True):
         label = "significant at 0.05" if row == 0 else None
         axes.plot([critical, critical], [row - 0.45, row + 0.45], color=COLOURS[1], label=label)
