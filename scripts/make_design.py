@@ -1,7 +1,8 @@
 """Makes a design of experiments: `python scripts/make_design.py my_design.yaml my_design/`.
 
 The YAML file has factors (symbol, column, label, levels), generators, order_seed and, if wanted, replicates, as the
-section `doe` of config/config.yaml, whose design comes out if that file is given. Written are design.tsv (treatments,
+section `doe` of config/config.yaml, whose design comes out if that file is given; what analyse_design.py needs besides
+may stand in it. Written are design.tsv (treatments,
 settings and the randomised order of the runs), aliases.tsv (the defining relation and what is confounded with what)
 and fraction.json (resolution, lengths of the defining words).
 """
@@ -9,6 +10,7 @@ and fraction.json (resolution, lengths of the defining words).
 import argparse
 from pathlib import Path
 
+from millprint.config.analysis import AnalysisConfig
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.design import DesignConfig
 from millprint.config.load import check_model, read_part
@@ -28,7 +30,7 @@ def main(arguments: list[str] | None = None) -> None:
     )
     options = parser.parse_args(arguments)
     with stop_on_bad_input():
-        config = read_part(options.design, "doe", DesignConfig)
+        config = read_part(options.design, "doe", DesignConfig, whole=AnalysisConfig)
         if options.generate:
             generators = best_generators(config, options.generate)
             config = check_model({**config.model_dump(), "generators": generators}, DesignConfig, options.design)

@@ -262,9 +262,12 @@ def screened(tmp_path, **changes) -> tuple:
 
 
 def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
-    analyse_design.main(list(screened(tmp_path)))
     out = tmp_path / "out"
+    analyse_design.main(list(screened(tmp_path)))
     assert "departs" not in capsys.readouterr().out
+    # The same file makes the design.
+    make_design.main([str(tmp_path / "design.yaml"), str(tmp_path / "again")])
+    assert (tmp_path / "again/design.tsv").read_bytes() == (out / "design.tsv").read_bytes()
     anova = read_table(out / "anova_printed.tsv", text=["term"]).set_index("term")
     assert anova["F"].idxmax() == "A"
     # Names have no linear trend; with two levels there is no quadratic one.
