@@ -1,42 +1,36 @@
-"""Analyses the variance of the screening runs, as printed and as corrected, with residuals and interaction means."""
+"""Analyses the variance of the screening runs: as printed, as corrected, what is confounded, and the residuals."""
 
+from millprint.config.analysis import AnalysisConfig
 from millprint.config.doe import DoeConfig
+from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.interactions import interaction_table
+from millprint.doe.lack_of_fit import lack_of_fit_table
 from millprint.doe.model import fit_factors
-from millprint.doe.residuals import residual_checks, residual_table
+from millprint.doe.residual_checks import residual_checks
+from millprint.doe.residuals import residual_table
 from millprint.doe.runs import read_runs
+from millprint.doe.trends import trend_table
 from millprint.doe.variance import corrected_table, printed_table
 from millprint.files import write_table
 from millprint.job import job
 
 
-def main(
-    screening: str,
-    printed: str,
-    corrected: str,
-    residuals: str,
-    residual_checks_path: str,
-    interactions: str,
-    settings: DoeConfig,
-) -> None:
-    """Write the tables of the analysis."""
+def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> None:
+    """Write the tables of the analysis; `tables` holds the path of each."""
     runs = read_runs(screening, settings)
     fit = fit_factors(settings, runs)
-    write_table(printed_table(settings, runs), printed)
-    write_table(corrected_table(settings, runs), corrected)
-    write_table(residual_table(runs, fit), residuals)
-    write_table(residual_checks(fit, settings.simulations, settings.order_seed), residual_checks_path)
-    write_table(interaction_table(settings, runs), interactions)
+    write_table(printed_table(settings, runs), tables["printed"])
+    write_table(corrected_table(settings, runs), tables["corrected"])
+    write_table(trend_table(settings, runs), tables["trends"])
+    write_table(contested_table(settings, runs), tables["contested"])
+    write_table(rival_models_table(settings, runs), tables["rival_models"])
+    write_table(residual_table(runs, fit), tables["residuals"])
+    checks = residual_checks(settings, runs, fit, settings.simulations, settings.order_seed)
+    write_table(checks, tables["residual_checks"])
+    write_table(lack_of_fit_table(settings, runs, fit), tables["lack_of_fit"])
+    write_table(interaction_table(settings, runs), tables["interactions"])
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "analyse variance"):
-        main(
-            screening=snakemake.input.screening,
-            printed=snakemake.output.printed,
-            corrected=snakemake.output.corrected,
-            residuals=snakemake.output.residuals,
-            residual_checks_path=snakemake.output.residual_checks,
-            interactions=snakemake.output.interactions,
-            settings=DoeConfig(**snakemake.params.settings),
-        )
+        main(snakemake.input.screening, dict(snakemake.output.items()), DoeConfig(**snakemake.params.settings))

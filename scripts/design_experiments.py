@@ -1,5 +1,6 @@
 """Makes the design, its alias table and randomised order, and audits the runs against it."""
 
+from millprint.config.analysis import AnalysisConfig
 from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import alias_table, confounding_table
 from millprint.doe.audit import audit_table
@@ -10,7 +11,7 @@ from millprint.job import job
 
 
 def main(
-    screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: DoeConfig
+    screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: AnalysisConfig
 ) -> list[str]:
     """Write the design's tables; return the departures that the audit found, a line each."""
     runs = read_runs(screening, settings)

@@ -9,9 +9,9 @@ from millprint.job import job
 
 def main(means: str, svg: str, png: str, name: str, settings: DoeConfig) -> None:
     """Draw the panels of the figure `name`."""
-    table = read_table(means, numeric=["axis_level", "curve_level", "mean_yield_percent"], text=["figure"])
-    labels = {factor.symbol: factor.label for factor in settings.factors}
-    save(interactions(table[table["figure"] == name], labels), svg, png)
+    table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
+    factors = {factor.symbol: factor for factor in settings.factors}
+    save(interactions(table[table["figure"] == name], factors), svg, png)
 
 
 if "snakemake" in globals():

@@ -1,5 +1,6 @@
 """Plots the analysis of variance: the Pareto plot and the residuals."""
 
+from millprint.config.doe import DoeConfig
 from millprint.doe.pareto import pareto_table
 from millprint.figures.chapter2 import pareto, residuals
 from millprint.figures.style import save
@@ -14,22 +15,31 @@ def published_p(claims: str) -> dict[str, float]:
     return dict(zip(own["quantity"].str.removeprefix("p-value of "), own["value"].astype(float), strict=True))
 
 
-def main(printed: str, residual_table: str, claims: str, pareto_table_path: str, figures: dict[str, str]) -> None:
-    """Write the ranking and both figures; `figures` holds the paths pareto_svg, pareto_png, residuals_svg..."""
-    ranking = pareto_table(read_table(printed, text=["source"]), published_p(claims))
-    write_table(ranking, pareto_table_path)
-    save(pareto(ranking), figures["pareto_svg"], figures["pareto_png"])
+def main(
+    printed: str,
+    corrected: str,
+    residual_table: str,
+    claims: str,
+    outputs: dict[str, str],
+    settings: DoeConfig,
+) -> None:
+    """Write the ranking and both figures; `outputs` holds the paths pareto, pareto_svg, pareto_png, residuals_svg..."""
+    names = {factor.symbol: factor.label for factor in settings.factors}
+    second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
+    ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))
+    write_table(ranking, outputs["pareto"])
+    save(pareto(ranking, names), outputs["pareto_svg"], outputs["pareto_png"])
     table = read_table(residual_table, numeric=["residual_percent"], text=["case"])
-    save(residuals(table), figures["residuals_svg"], figures["residuals_png"])
+    save(residuals(table), outputs["residuals_svg"], outputs["residuals_png"])
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot variance"):
-        outputs = dict(snakemake.output.items())
         main(
             snakemake.input.printed,
+            snakemake.input.corrected,
             snakemake.input.residuals,
             snakemake.input.claims,
-            outputs.pop("pareto"),
-            outputs,
+            dict(snakemake.output.items()),
+            DoeConfig(**snakemake.params.settings),
         )

@@ -1,19 +1,24 @@
-"""Tabulates what each study of the literature leaves unreported, and plots yield against speed."""
+"""Tabulates what other groups report and leave out, whether their numbers agree, and plots yield against speed."""
 
-from millprint.doe.literature import read_literature, unreported_table
-from millprint.figures.chapter2 import literature
+from millprint.doe.literature import missingness_table, read_literature, read_reported_yields, unreported_table
+from millprint.doe.literature_checks import literature_checks
+from millprint.figures.chapter2 import literature, missingness
 from millprint.figures.style import save
 from millprint.files import write_table
 from millprint.job import job
 
 
-def main(studies: str, unreported: str, svg: str, png: str) -> None:
-    """Write the table and the figure."""
-    frame = read_literature(studies)
-    write_table(unreported_table(frame), unreported)
-    save(literature(frame), svg, png)
+def main(studies: str, yields: str, outputs: dict[str, str]) -> None:
+    """Write the tables and both figures; `outputs` holds the path of each."""
+    frame, reported = read_literature(studies), read_reported_yields(yields)
+    write_table(unreported_table(frame), outputs["unreported"])
+    missing = missingness_table(frame)
+    write_table(missing, outputs["missingness"])
+    write_table(literature_checks(frame, reported), outputs["checks"])
+    save(literature(frame, reported), outputs["svg"], outputs["png"])
+    save(missingness(missing), outputs["missingness_svg"], outputs["missingness_png"])
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate literature"):
-        main(**dict(snakemake.input.items()), **dict(snakemake.output.items()))
+        main(snakemake.input.studies, snakemake.input.yields, dict(snakemake.output.items()))

@@ -9,7 +9,7 @@ from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.packing import capacity
 from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
-from millprint.doe.literature import read_literature
+from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
@@ -63,6 +63,7 @@ def check_tables(config: WorkflowConfig, source: str) -> None:
     read_runs(config.data.screening, config.doe, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
     read_literature(config.doe.literature)
+    read_reported_yields(config.doe.literature_yields)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
 
 

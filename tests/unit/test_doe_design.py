@@ -11,7 +11,17 @@ from millprint.doe.aliases import alias_table, confounding_table, interaction_pa
 from millprint.doe.audit import audit_table
 from millprint.doe.design import describe, design_table, full_factorial_runs, level_codes, treatments
 from millprint.doe.runs import read_runs
-from millprint.doe.words import add, aliases, defining_subgroup, length, low_order_words, normalised, resolution, spell
+from millprint.doe.words import (
+    add,
+    aliases,
+    alphabet,
+    defining_subgroup,
+    length,
+    low_order_words,
+    normalised,
+    resolution,
+    spell,
+)
 from millprint.errors import ConfigError
 from tests.unit.doe_settings import SCREENING, settings, thesis_settings
 
@@ -89,14 +99,14 @@ def test_defining_words_are_constant_over_the_fraction():
 
 def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup():
     config = settings()
-    subgroup = defining_subgroup(config)
+    subgroup, letters = defining_subgroup(config), alphabet(config)
     classes = {}
-    for word in low_order_words(4, 3):
-        members = {normalised(word, 3), *aliases(word, subgroup, 3)}
+    for word in low_order_words(letters):
+        members = {normalised(word, letters), *aliases(word, subgroup, letters)}
         # Three cosets of a word and three of its square, two by two the same effect.
         assert len(members) == 3
         for other in members:
-            assert {other, *aliases(other, subgroup, 3)} == members
+            assert {other, *aliases(other, subgroup, letters)} == members
         classes[frozenset(members)] = members
     # 26 degrees of freedom are 13 effects of two, no effect being in two classes.
     assert len(classes) == 13
@@ -106,18 +116,19 @@ def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup(
 def test_aliased_components_split_the_runs_into_the_same_groups():
     config = settings()
     codes = level_codes(config).to_numpy()
-    subgroup = defining_subgroup(config)
-    for word in low_order_words(4, 3):
+    subgroup, letters = defining_subgroup(config), alphabet(config)
+    for word in low_order_words(letters):
         groups = (codes @ np.array(word)) % 3
-        for other in aliases(word, subgroup, 3):
+        for other in aliases(word, subgroup, letters):
             counts = pd.crosstab(groups, (codes @ np.array(other)) % 3).to_numpy()
             assert sorted(counts.ravel()) == [0] * 6 + [9] * 3
 
 
 def test_words_multiply_and_spell():
-    assert spell(normalised((0, 2, 1, 0), 3), list("ABCD")) == "BC2"
-    assert add((1, 1, 0, 0), (1, 2, 1, 0), 3) == (2, 0, 1, 0)
-    assert spell((0, 0, 0, 0), list("ABCD")) == "I"
+    letters = alphabet(settings())
+    assert spell(normalised((0, 2, 1, 0), letters), letters) == "BC2"
+    assert add((1, 1, 0, 0), (1, 2, 1, 0), letters) == (2, 0, 1, 0)
+    assert spell((0, 0, 0, 0), letters) == "I"
     assert length((0, 2, 1, 0)) == 2
 
 
@@ -198,7 +209,14 @@ def with_cell(row: int, column: str, value: str):
         (lambda frame: frame.drop(columns="yield_percent"), ["yield_percent", "missing"]),
         (lambda frame: frame.drop(columns="case"), ["case", "missing"]),
         (with_cell(4, "bpr", "ten"), ["bpr", "ten", "number"]),
+        (with_cell(4, "bpr", "12,5"), ["bpr", "12,5", "number"]),
         (with_cell(4, "yield_percent", ""), ["yield_percent", "number"]),
+        (with_cell(4, "yield_percent", "NaN"), ["yield_percent", "row 5", "finite number"]),
+        (with_cell(4, "yield_percent", "inf"), ["yield_percent", "inf", "finite number"]),
+        (with_cell(4, "case", " 4"), ["case", "4", "twice"]),
+        (with_cell(4, "case", ""), ["case", "row 5", "a case is wanted"]),
+        (lambda frame: frame.assign(run_order=1), ["run_order", "case 2", "a whole number of its own"]),
+        (lambda frame: frame.assign(run_order="first"), ["run_order", "first", "number"]),
         (with_cell(4, "case", "4"), ["case", "4", "twice"]),
         (with_cell(4, "yield_percent", "140"), ["yield_percent", "case 5", "140", "between 0 and 100"]),
         (with_cell(4, "yield_percent", "-3"), ["yield_percent", "-3", "between 0 and 100"]),

@@ -28,21 +28,25 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     doe = results / "doe"
     tables = {name: str(doe / f"{name}.tsv") for name in ("design", "aliases", "confounding", "audit")}
     departures = design_experiments.main(str(screening), fraction=str(doe / "fraction.json"), settings=config, **tables)
-    analyse_variance.main(
-        str(screening),
-        str(doe / "anova_printed.tsv"),
-        str(doe / "anova_corrected.tsv"),
-        str(doe / "residuals.tsv"),
-        str(doe / "residual_checks.tsv"),
-        str(doe / "interactions.tsv"),
-        config,
-    )
-    kinds = {
+    analysis = {
+        name: str(doe / f"{name}.tsv")
+        for name in (
+            "trends",
+            "contested",
+            "rival_models",
+            "residuals",
+            "residual_checks",
+            "lack_of_fit",
+            "interactions",
+        )
+    }
+    printed, corrected = (str(doe / f"anova_{name}.tsv") for name in ("printed", "corrected"))
+    analyse_variance.main(str(screening), {"printed": printed, "corrected": corrected, **analysis}, config)
+    outputs = {
         f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
     }
-    plot_variance.main(
-        str(doe / "anova_printed.tsv"), str(doe / "residuals.tsv"), str(CLAIMS), str(doe / "pareto.tsv"), kinds
-    )
+    outputs["pareto"] = str(doe / "pareto.tsv")
+    plot_variance.main(printed, corrected, analysis["residuals"], str(CLAIMS), outputs, config)
     return departures
 
 
@@ -105,9 +109,14 @@ def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(the
         for symbol in figure.panels[0]:
             assert settings().factor(symbol).label in text
         assert png.read_bytes().startswith(b"\x89PNG")
+    names = {"unreported": "u.tsv", "missingness": "m.tsv", "checks": "c.tsv", "svg": "l.svg", "png": "l.png"}
+    names |= {"missingness_svg": "m.svg", "missingness_png": "m.png"}
     tabulate_literature.main(
-        str(ROOT / "config/data/literature.tsv"), *(str(tmp_path / name) for name in ("u.tsv", "l.svg", "l.png"))
+        str(ROOT / "config/data/literature.tsv"),
+        str(ROOT / "config/data/literature_yields.tsv"),
+        {name: str(tmp_path / file) for name, file in names.items()},
     )
+    assert "ball diameter" in (tmp_path / "m.svg").read_text()
     assert "Rotational speed (rpm)" in (tmp_path / "l.svg").read_text()
 
 

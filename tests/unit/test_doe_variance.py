@@ -8,12 +8,14 @@ from scipy.stats import ncf
 from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import contrasts
 from millprint.doe.design import design_table
-from millprint.doe.effects import noncentrality
+from millprint.doe.effects import effect_sizes, noncentrality
 from millprint.doe.interactions import interaction_table
 from millprint.doe.model import fit_factors, sums_of_squares
 from millprint.doe.pareto import pareto_table
-from millprint.doe.residuals import residual_checks, residual_table
+from millprint.doe.residual_checks import residual_checks
+from millprint.doe.residuals import residual_table
 from millprint.doe.runs import read_runs
+from millprint.doe.trends import trend_table
 from millprint.doe.variance import as_designed, corrected_table, printed_table, truncated
 from millprint.errors import ConfigError
 from tests.unit.doe_settings import SCREENING, settings
@@ -72,6 +74,8 @@ def test_the_interactions_have_four_degrees_of_freedom_and_the_residual_six(prin
     freedom = printed["degrees_of_freedom"]
     assert freedom[["AB, CD", "AC, BD", "AD, BC", "Residual"]].tolist() == [4, 4, 4, 6]
     assert freedom[["A", "B", "C", "D"]].tolist() == [2, 2, 2, 2]
+    # What Table 2.5 prints: the interactions of a source together.
+    assert printed["degrees_of_freedom_of_source"][["A", "AB, CD", "AC, BD", "AD, BC"]].tolist() == [2, 6, 6, 6]
 
 
 def test_with_the_designed_level_of_speed_its_sum_is_another(printed):
@@ -111,10 +115,26 @@ def test_a_type_two_sum_is_the_drop_in_the_residual_when_the_term_is_left_out(co
 def test_effect_sizes_stand_in_their_intervals_and_eta_above_omega(corrected):
     terms = corrected.dropna(subset="F")
     assert (terms["partial_omega_squared"] < terms["partial_eta_squared"]).all()
-    assert (terms["effect_lower"] <= terms["partial_omega_squared"]).all()
-    assert (terms["partial_omega_squared"] <= terms["effect_upper"]).all()
+    assert (terms["omega_squared"] <= terms["partial_omega_squared"]).all()
+    for name in ("partial_eta_squared", "partial_omega_squared"):
+        assert (terms[f"{name}_lower"] <= terms[name]).all()
+    assert (terms["partial_omega_squared"] <= terms["partial_omega_squared_upper"]).all()
     # An interval of 95 % leaves out zero exactly where the two-sided tail, 0.025, is undercut.
-    assert ((terms["effect_lower"] > 0) == (terms["p_value"] < 0.025)).all()
+    assert ((terms["partial_eta_squared_lower"] > 0) == (terms["p_value"] < 0.025)).all()
+
+
+def test_effect_sizes_have_their_closed_forms():
+    terms = pd.DataFrame({"degrees_of_freedom": [2], "sum_of_squares": [6.0], "F": [9.0]}, index=["A"])
+    residual = pd.Series({"degrees_of_freedom": 6, "sum_of_squares": 2.0})
+    row = effect_sizes(terms, residual, 27, 10.0, 0.95).loc["A"]
+    assert row["partial_eta_squared"] == pytest.approx(6 / 8)
+    assert row["partial_omega_squared"] == pytest.approx(16 / 43)
+    # (SS - df MS) / (SS_total + MS) with MS = 1 / 3.
+    assert row["omega_squared"] == pytest.approx((6 - 2 / 3) / (10 + 1 / 3))
+    share = row["partial_eta_squared_lower"]
+    assert ncf.sf(9.0, 2, 6, 6 * share / (1 - share)) == pytest.approx(0.025, abs=1e-6)
+    share = row["partial_omega_squared_upper"]
+    assert ncf.cdf(9.0, 2, 6, 27 * share / (1 - share)) == pytest.approx(0.025, abs=1e-6)
 
 
 def test_noncentrality_puts_f_at_the_tail():
@@ -140,10 +160,10 @@ def test_holm_never_lowers_a_p_value(corrected):
 
 
 def test_three_level_contrasts_are_those_of_the_thesis():
-    linear, quadratic = contrasts(3).T
+    linear, quadratic = contrasts([10, 30, 50]).T
     np.testing.assert_allclose(linear / linear[2], [-1, 0, 1], atol=1e-12)
     np.testing.assert_allclose(quadratic / quadratic[2], [1, -2, 1], atol=1e-12)
-    np.testing.assert_allclose(contrasts(5).T @ contrasts(5), np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(contrasts([1, 2, 5, 9, 40]).T @ contrasts([1, 2, 5, 9, 40]), np.eye(4), atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -154,8 +174,9 @@ def test_truncation_cuts_and_does_not_round(value, text):
     assert truncated(value) == text
 
 
-def test_the_pareto_plot_ranks_by_f_and_milling_time_comes_first(printed):
-    table = pareto_table(printed.reset_index(), {"C": 0.000947559, "D": 0.5})
+def test_the_pareto_plot_ranks_by_f_and_milling_time_comes_first(printed, corrected):
+    table = pareto_table(printed.reset_index(), corrected.reset_index(), {"C": 0.000947559, "D": 0.5})
+    assert table.set_index("term").loc["D", "F_type_two"] == pytest.approx(corrected.loc[("II", "D"), "F"])
     assert table["source"].tolist() == ["C", "B", "A", "AB, CD", "AC, BD", "D", "AD, BC"]
     assert table["F_published"][0] == pytest.approx(table["F"][0], rel=1e-4)
     significant = table["source"][table["F"] > table["critical_F"]]
@@ -188,7 +209,8 @@ def test_residual_checks_tell_an_outlier_from_normal_errors(config):
 
     def checked(errors: np.ndarray) -> pd.Series:
         runs = design.assign(yield_percent=50 + design["A"] + errors)
-        return residual_checks(fit_factors(small, runs), 400, seed=1).set_index("check")["p_simulated"]
+        found = residual_checks(small, runs, fit_factors(small, runs), 400, seed=1)
+        return found.set_index("check")["p_simulated"].dropna()
 
     calm = rng.normal(size=27)
     wild = calm.copy()
@@ -199,7 +221,8 @@ def test_residual_checks_tell_an_outlier_from_normal_errors(config):
 
 def test_residual_checks_repeat_bit_for_bit(config, runs):
     fit = fit_factors(config, runs)
-    pd.testing.assert_frame_equal(residual_checks(fit, 100, 2), residual_checks(fit, 100, 2), check_exact=True)
+    first, second = (residual_checks(config, runs, fit, 100, 2) for _ in range(2))
+    pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 
 @pytest.mark.parametrize(
@@ -218,3 +241,20 @@ def test_models_that_the_runs_cannot_carry_are_refused(config, model, words):
 def test_a_level_without_a_run_is_refused(config, runs):
     with pytest.raises(ConfigError, match="level 800 of D has no run"):
         fit_factors(config, runs[runs["D"] != 1])
+
+
+@pytest.mark.parametrize("slope", [0.0, 5.0])
+def test_yields_without_scatter_are_refused(config, slope):
+    design = design_table(config)
+    with pytest.raises(ConfigError, match=r"yield_percent: .* no scatter"):
+        fit_factors(config, design.assign(yield_percent=50 + slope * design["A"]))
+
+
+def test_factors_of_names_alone_have_no_trends():
+    factors = [
+        {"symbol": symbol, "column": symbol.lower(), "label": symbol, "levels": ["x", "y", "z"]} for symbol in "AB"
+    ]
+    config = settings(factors=factors, generators=[], replicates=2, model=["A", "B"], interactions=[])
+    runs = design_table(config).assign(yield_percent=np.arange(18.0) ** 1.3)
+    assert trend_table(config, runs).empty
+    assert printed_table(config, runs)["term"].tolist() == ["A", "B", "Residual"]

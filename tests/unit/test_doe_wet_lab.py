@@ -1,14 +1,13 @@
-"""Half-life, gas over water, powder masses, wear, and the claims of chapter 2."""
+"""Half-life, gas over water, powder masses and wear."""
 
 import pandas as pd
 import pytest
 
 from millprint.doe.gas import gas_volume, gas_yield, hydrogen_amount, vapour_pressure
 from millprint.doe.half_life import half_life
-from millprint.doe.literature import read_literature, unreported_table
 from millprint.doe.powder import excess, powder_mass, reactant_masses
 from millprint.doe.runs import read_runs
-from millprint.doe.species import BORATE, BOROHYDRIDE, HYDRIDE, molar_mass
+from millprint.doe.species import BOROHYDRIDE, molar_mass
 from millprint.doe.wear import read_wear, wear_table
 from millprint.doe.wet_lab import half_life_table, powder_table
 from millprint.errors import ConfigError
@@ -16,7 +15,8 @@ from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 
 WEAR = ROOT / "config/data/wear.tsv"
-LITERATURE = ROOT / "config/data/literature.tsv"
+CHEMISTRY = settings().chemistry
+BORATE, HYDRIDE = CHEMISTRY.limiting, CHEMISTRY.reductant
 
 
 def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
@@ -48,14 +48,14 @@ def test_gas_yield_has_its_closed_form():
     # 1 g of borate: 4 / 137.86 mol of hydrogen. At 25 degC and 1 atm the dry pressure is 98155 Pa.
     amount = 4 * 1e-3 / molar_mass(BORATE)
     volume = amount * 8.314462618 * 298.15 / (101325 - 3169.9)
-    assert gas_yield(volume, 298.15, 101325, 1e-3) == pytest.approx(1, rel=1e-4)
-    assert gas_yield(volume / 2, 298.15, 101325, 1e-3) == pytest.approx(0.5, rel=1e-4)
+    assert gas_yield(volume, 298.15, 101325, 1e-3, CHEMISTRY) == pytest.approx(1, rel=1e-4)
+    assert gas_yield(volume / 2, 298.15, 101325, 1e-3, CHEMISTRY) == pytest.approx(0.5, rel=1e-4)
     assert volume == pytest.approx(732.8e-6, rel=1e-3)
 
 
 def test_gas_volume_inverts_gas_yield():
-    volume = gas_volume(0.71, 300, 99000, 1.1e-3)
-    assert gas_yield(volume, 300, 99000, 1.1e-3) == pytest.approx(0.71, rel=1e-12)
+    volume = gas_volume(0.71, 300, 99000, 1.1e-3, CHEMISTRY)
+    assert gas_yield(volume, 300, 99000, 1.1e-3, CHEMISTRY) == pytest.approx(0.71, rel=1e-12)
 
 
 def test_vapour_above_the_pressure_is_refused():
@@ -72,16 +72,16 @@ def test_molar_masses():
 
 
 def test_reactant_masses_have_the_powder_mass_and_the_molar_ratio():
-    borate, hydride = reactant_masses(3.2e-3, 10)
+    borate, hydride = reactant_masses(3.2e-3, 10, CHEMISTRY)
     assert borate + hydride == pytest.approx(3.2e-3)
     assert (hydride / molar_mass(HYDRIDE)) / (borate / molar_mass(BORATE)) == pytest.approx(10)
-    assert [round(100 * excess(ratio)) for ratio in (8, 10, 12)] == [33, 67, 100]
+    assert [round(100 * excess(ratio, CHEMISTRY)) for ratio in (8, 10, 12)] == [33, 67, 100]
 
 
 def test_the_reference_case_of_chapter_4_is_charged_with_1_1_grams_of_borate():
     table = powder_table(settings(), read_runs(SCREENING, settings())).set_index("case")
     # Table 4.4 prints 1.10 g for ball-to-powder ratio 30 and molar ratio 10.
-    assert table.loc["14", "borate_mass_g"] == pytest.approx(1.10, rel=0.015)
+    assert table.loc["14", "limiting_mass_g"] == pytest.approx(1.10, rel=0.015)
     assert table.loc["14", "powder_mass_g"] == pytest.approx(97.06 / 30)
     assert table.loc["14", "gas_volume_ml"] / table.loc["14", "gas_volume_full_ml"] == pytest.approx(0.71)
     assert (table["yield_if_vapour_ignored_percent"] / table["yield_percent"]).between(1.03, 1.034).all()
@@ -122,20 +122,3 @@ def test_bad_weighings_are_refused_in_one_line(tmp_path, column, value, words):
         read_wear(path)
     assert "\n" not in str(caught.value)
     assert column in str(caught.value)
-
-
-def test_the_literature_leaves_out_what_table_2_2_shows_as_a_dash():
-    table = unreported_table(read_literature(LITERATURE)).set_index("reference")
-    assert table.loc["11", "unreported"] == 0
-    assert "speed_rpm" in table.loc["14", "unreported_parameters"]
-    assert "ball_diameter_mm" in table.loc["16", "unreported_parameters"]
-    assert (table["unreported"] > 0).sum() == 6
-
-
-def test_a_text_in_the_literature_is_refused_and_an_empty_cell_is_not(tmp_path):
-    path = tmp_path / "literature.tsv"
-    frame = pd.read_csv(LITERATURE, sep="\t", comment="#", dtype=str)
-    frame.loc[0, "speed_rpm"] = "fast"
-    frame.to_csv(path, sep="\t", index=False)
-    with pytest.raises(ConfigError, match="speed_rpm, reference 11 = 'fast'"):
-        read_literature(path)

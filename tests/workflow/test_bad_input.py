@@ -116,3 +116,35 @@ def test_text_in_a_number_column(project, refusal):
     assert "wear.tsv" in line
     assert "unused_mass_g" in line
     assert "heavy" in line
+
+
+@pytest.mark.parametrize(
+    ("row", "changed", "parts"),
+    [
+        ("1\t10\t8\t5\t600", "1\t10\t8\t5\t650", ["speed_rpm", "case 1", "650", "600, 800, 1000"]),
+        ("\n2\t10", "\n1\t10", ["case = 1", "twice"]),
+        ("\t400\t12\n", "\t400\t140\n", ["yield_percent", "case 1", "140", "between 0 and 100"]),
+        ("\t400\t12\n", "\t400\tNaN\n", ["yield_percent", "row 1", "finite number"]),
+        ("\t400\t12\n", "\t400\thigh\n", ["yield_percent", "high", "finite number"]),
+    ],
+)
+def test_a_bad_run_of_the_screening(project, refusal, row, changed, parts):
+    table = project / "config/data/screening.tsv"
+    text = table.read_text()
+    assert row in text
+    table.write_text(text.replace(row, changed, 1))
+    line = refusal()
+    assert all(part in line for part in ["screening.tsv", *parts])
+
+
+def test_a_bad_study_of_the_literature(project, refusal):
+    table = project / "config/data/literature_yields.tsv"
+    table.write_text(table.read_text().replace("\t76\n", "\t760\n", 1))
+    assert "literature_yields.tsv: column yield_percent" in refusal()
+
+
+def test_levels_that_yaml_takes_for_truth_values(project, refusal):
+    edit_yaml(project / CONFIG, "doe", "factors", 0, "levels", value=[False, True])
+    line = refusal()
+    assert "doe.factors.0.levels" in line
+    assert "quote them" in line

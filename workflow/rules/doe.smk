@@ -16,19 +16,27 @@ DOE_TABLES = [
         "audit.tsv",
         "anova_printed.tsv",
         "anova_corrected.tsv",
+        "trends.tsv",
+        "contested.tsv",
+        "rival_models.tsv",
         "residuals.tsv",
         "residual_checks.tsv",
+        "lack_of_fit.tsv",
         "interactions.tsv",
         "pareto.tsv",
         "half_life.tsv",
         "wear.tsv",
         "powder.tsv",
         "unreported.tsv",
+        "missingness.tsv",
+        "literature_checks.tsv",
     )
 ]
 DOE_OUTPUTS = [
     *DOE_TABLES,
-    *expand("{folder}/{name}.{kind}", folder=DOE, name=[*DOE_FIGURES, "literature"], kind=["svg", "png"]),
+    *expand(
+        "{folder}/{name}.{kind}", folder=DOE, name=[*DOE_FIGURES, "literature", "missingness"], kind=["svg", "png"]
+    ),
 ]
 
 
@@ -62,8 +70,12 @@ rule analyse_variance:
     output:
         printed=f"{DOE}/anova_printed.tsv",
         corrected=f"{DOE}/anova_corrected.tsv",
+        trends=f"{DOE}/trends.tsv",
+        contested=f"{DOE}/contested.tsv",
+        rival_models=f"{DOE}/rival_models.tsv",
         residuals=f"{DOE}/residuals.tsv",
         residual_checks=f"{DOE}/residual_checks.tsv",
+        lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
     log:
         f"{LOGS}/doe/analyse_variance.log",
@@ -106,8 +118,11 @@ rule compute_wet_lab:
 rule tabulate_literature:
     input:
         studies=CONFIG.doe.literature,
+        yields=CONFIG.doe.literature_yields,
     output:
         unreported=f"{DOE}/unreported.tsv",
+        missingness=f"{DOE}/missingness.tsv",
+        checks=f"{DOE}/literature_checks.tsv",
         svg=report(
             f"{DOE}/literature.svg",
             caption="../report/literature.rst",
@@ -115,6 +130,13 @@ rule tabulate_literature:
             labels={"figure": "Yields in the literature (Fig. 1.4)"},
         ),
         png=f"{DOE}/literature.png",
+        missingness_svg=report(
+            f"{DOE}/missingness.svg",
+            caption="../report/missingness.rst",
+            category="Chapter 2",
+            labels={"figure": "What the literature leaves unreported (Table 2.2)"},
+        ),
+        missingness_png=f"{DOE}/missingness.png",
     log:
         f"{LOGS}/doe/tabulate_literature.log",
     localrule: True
@@ -132,6 +154,7 @@ rule tabulate_literature:
 rule plot_variance:
     input:
         printed=rules.analyse_variance.output.printed,
+        corrected=rules.analyse_variance.output.corrected,
         residuals=rules.analyse_variance.output.residuals,
         claims=CONFIG.data.claims,
     output:
@@ -157,6 +180,7 @@ rule plot_variance:
         "../../envs/millprint.yaml"
     threads: 1
     params:
+        settings=settings("doe"),
         library=library("plot_variance.py"),
     message:
         "Plotting the ranking of the factors and the residuals"

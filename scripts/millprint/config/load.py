@@ -98,6 +98,24 @@ def read_yaml(path: str | Path) -> object:
         raise ConfigError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
 
 
+def read_part(path: str | Path, section: str, model: type[Model], whole: type[BaseModel] | None = None) -> Model:
+    """Read a model from a YAML file of its own, or from the `section` of a configuration, whose other keys it leaves.
+
+    A file of its own may hold the further keys of a `whole` that the model is a part of. Raises ConfigError as
+    `check_model`.
+    """
+    content = read_yaml(path)
+    if isinstance(content, dict) and section in content:
+        inner = content[section]
+        if not isinstance(inner, dict):
+            raise ConfigError(f"{path}: {section}: a section with {', '.join(model.model_fields)} is wanted")
+        content = {key: value for key, value in inner.items() if key in model.model_fields}
+    elif isinstance(content, dict) and whole is not None:
+        beside = set(whole.model_fields) - set(model.model_fields)
+        content = {key: value for key, value in content.items() if key not in beside}
+    return check_model(content, model, str(path))
+
+
 def load_named(folder: str | Path, name: str, model: type[Model], what: str) -> Model:
     """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
     path = Path(folder) / f"{name}.yaml"

@@ -1,69 +1,79 @@
 """What is confounded with what: exactly for the regular fraction, in shared degrees of freedom for any runs."""
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
-from millprint.config.doe import DoeConfig
-from millprint.doe.design import level_codes
-from millprint.doe.words import aliases, defining_subgroup, defining_words, length, low_order_words, spell
+from millprint.config.design import DesignConfig, Factor
+from millprint.doe.design import defining_relation, level_codes
+from millprint.doe.words import (
+    aliases,
+    alphabet,
+    defining_subgroup,
+    freedom,
+    length,
+    low_order_words,
+    spell,
+)
 
 
-def alias_table(config: DoeConfig) -> pd.DataFrame:
-    """Aliases of every main effect and two-factor interaction component modulo the defining relation.
+def alias_table(config: DesignConfig) -> pd.DataFrame:
+    """Aliases of every main effect and two-factor interaction (component) modulo the defining relation.
 
-    The first row, I, is the defining relation itself. A component is clear if it has no alias of one or two
-    letters. A full factorial has whole interactions in place of components, and no aliases.
+    The first row, I, is the defining relation itself. An effect is clear if it has no alias of one or two letters.
+    Interactions of factors that no fraction touches stand as a whole. Signs are left out of the aliases: an estimate of
+    A in a fraction with I = -ABD is that of A - BD.
     """
-    symbols = config.symbols
-    subgroup = defining_subgroup(config) if config.generators else []
-    levels = len(config.factors[0].levels)
-    words = [spell(word, symbols) for word in defining_words(config)] if config.generators else []
-    rows = [("I", 0, 1, "", " = ".join(words), "")]
-    if not subgroup:
-        for size in (1, 2):
-            for chosen in combinations(config.factors, size):
-                freedom = int(np.prod([len(factor.levels) - 1 for factor in chosen]))
-                rows.append(("".join(factor.symbol for factor in chosen), size, freedom, "", "", "yes"))
-    for word in low_order_words(len(symbols), levels) if subgroup else []:
-        others = aliases(word, subgroup, levels)
-        low = [spell(other, symbols) for other in others if length(other) <= 2]
-        every = [spell(other, symbols) for other in others]
+    letters, subgroup = alphabet(config), defining_subgroup(config)
+    rows = [("I", 0, 1, "", " = ".join(defining_relation(config)), "")]
+    for word in low_order_words(letters):
+        others = aliases(word, subgroup, letters)
+        low = [spell(other, letters) for other in others if length(other) <= 2]
+        every = [spell(other, letters) for other in others]
         clear = "no" if low else "yes"
-        rows.append((spell(word, symbols), length(word), levels - 1, " = ".join(low), " = ".join(every), clear))
+        own = freedom(word, letters)
+        rows.append((spell(word, letters), length(word), own, " = ".join(low), " = ".join(every), clear))
     return pd.DataFrame(
         rows, columns=["effect", "letters", "degrees_of_freedom", "aliases_up_to_two_letters", "aliases", "clear"]
     )
 
 
-def interaction_partners(config: DoeConfig, term: str) -> list[str]:
+def interaction_partners(config: DesignConfig, term: str) -> list[str]:
     """The two-factor interactions that share a component with the interaction `term` (A:B), itself included."""
-    symbols, levels = config.symbols, len(config.factors[0].levels)
-    own = tuple(term.split(":"))
-    found = {tuple(sorted(own))}
-    subgroup = defining_subgroup(config) if config.generators else []
-    for word in low_order_words(len(symbols), levels) if subgroup else []:
-        letters = {symbol for symbol, power in zip(symbols, word, strict=True) if power}
-        if letters == set(own):
-            for other in aliases(word, subgroup, levels):
+    letters, subgroup = alphabet(config), defining_subgroup(config)
+    own = set(term.split(":"))
+    found = {tuple(symbol for symbol in letters.symbols if symbol in own)}
+    for word in low_order_words(letters):
+        if {symbol for symbol, power in zip(letters.symbols, word, strict=True) if power} == own:
+            for other in aliases(word, subgroup, letters):
                 if length(other) == 2:
-                    found.add(tuple(symbol for symbol, power in zip(symbols, other, strict=True) if power))
+                    found.add(tuple(symbol for symbol, power in zip(letters.symbols, other, strict=True) if power))
     return sorted("".join(pair) for pair in found)
 
 
-def contrasts(levels: int) -> np.ndarray:
-    """Orthonormal polynomial contrasts of `levels` equally spaced levels: (levels, levels - 1), linear first."""
-    powers = np.vander(np.arange(levels) - (levels - 1) / 2, levels, increasing=True)
-    basis = np.linalg.qr(powers)[0][:, 1:]
+def contrasts(values: Sequence[float]) -> np.ndarray:
+    """Orthonormal polynomial contrasts of levels at `values`: (levels, levels - 1), linear first.
+
+    Equally spaced, three of them are the -1, 0, 1 and 1, -2, 1 of thesis Table 2.4, each over its length.
+    """
+    values = np.asarray(values, dtype=float)
+    centred = (values - values.mean()) / np.ptp(values)
+    basis = np.linalg.qr(np.vander(centred, len(values), increasing=True))[0][:, 1:]
     return basis * np.sign(basis[-1])
 
 
-def term_columns(config: DoeConfig, codes: pd.DataFrame, term: str) -> np.ndarray:
+def level_contrasts(factor: Factor) -> np.ndarray:
+    """The contrasts of a factor's levels; those of names without an order only span what differs between them."""
+    return contrasts(factor.levels if factor.numeric else range(len(factor.levels)))
+
+
+def term_columns(config: DesignConfig, codes: pd.DataFrame, term: str) -> np.ndarray:
     """Contrast columns of a term such as A or A:B: (runs, degrees of freedom)."""
     columns = np.ones((len(codes), 1))
     for symbol in term.split(":"):
-        own = contrasts(len(config.factor(symbol).levels))[codes[symbol].to_numpy()]
+        own = level_contrasts(config.factor(symbol))[codes[symbol].to_numpy()]
         columns = (columns[:, :, None] * own[:, None, :]).reshape(len(codes), -1)
     return columns
 
@@ -79,7 +89,7 @@ def shared_freedom(left: np.ndarray, right: np.ndarray) -> float:
     return float(np.sum((_basis(left).T @ _basis(right)) ** 2))
 
 
-def confounding_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def confounding_table(config: DesignConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """Degrees of freedom shared by every two main effects and two-factor interactions, as designed and as run.
 
     Only pairs that share something in either are listed.

@@ -4,17 +4,17 @@ from itertools import combinations
 
 import pandas as pd
 
-from millprint.config.doe import DoeConfig, Generator
+from millprint.config.design import DesignConfig, Generator
 from millprint.doe.aliases import shared_freedom, term_columns
-from millprint.doe.design import complete, level_codes, treatments
+from millprint.doe.design import complete, level_codes, planned_codes, treatments
 
 Row = tuple[str, str, str, str, str, str]
 COLUMNS = ["check", "subject", "found", "wanted", "departs", "note"]
 
 
-def _setting(config: DoeConfig, symbol: str, code: int) -> str:
+def _setting(config: DesignConfig, symbol: str, code: int) -> str:
     factor = config.factor(symbol)
-    return f"{symbol} = {code} ({factor.column} {factor.levels[code]:g})"
+    return f"{symbol} = {code} ({factor.column} {factor.text(code)})"
 
 
 def _row(check: str, subject: str, found: object, wanted: object, note: str = "") -> Row:
@@ -29,7 +29,7 @@ def _likely_treatment(treatment: str, never_run: list[str]) -> str:
     return f"run as {treatment}; {' or '.join(near)}, one setting away, is in the design and was not run"
 
 
-def _generator_rows(config: DoeConfig, runs: pd.DataFrame, generator: Generator, never_run: list[str]) -> list[Row]:
+def _generator_rows(config: DesignConfig, runs: pd.DataFrame, generator: Generator, never_run: list[str]) -> list[Row]:
     text = next(text for text in config.generators if text.strip().startswith(generator.factor))
     wanted = complete(config, runs[config.symbols])[generator.factor]
     found = runs[generator.factor]
@@ -47,19 +47,19 @@ def _generator_rows(config: DoeConfig, runs: pd.DataFrame, generator: Generator,
     return rows or [_row(f"generator {text}", "every case", "holds", "holds")]
 
 
-def _balance_rows(config: DoeConfig, runs: pd.DataFrame) -> list[Row]:
+def _balance_rows(config: DesignConfig, runs: pd.DataFrame) -> list[Row]:
     """Runs at each level of each factor, low to high."""
     rows = []
     for factor in config.factors:
         counts = [
             "/".join(str(int((codes[factor.symbol] == code).sum())) for code in range(len(factor.levels)))
-            for codes in (runs, level_codes(config))
+            for codes in (runs, planned_codes(config))
         ]
         rows.append(_row("runs at each level", f"factor {factor.symbol}", *counts))
     return rows
 
 
-def _orthogonality_rows(config: DoeConfig, runs: pd.DataFrame) -> list[Row]:
+def _orthogonality_rows(config: DesignConfig, runs: pd.DataFrame) -> list[Row]:
     """Degrees of freedom that the main effects share; zero where the factors are orthogonal."""
     rows = []
     for one, two in combinations(config.symbols, 2):
@@ -73,12 +73,12 @@ def _orthogonality_rows(config: DoeConfig, runs: pd.DataFrame) -> list[Row]:
     return rows
 
 
-def audit_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def audit_table(config: DesignConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """Every check of the runs against the design, a row each: check, subject, found, wanted, departs, note."""
-    done = treatments(runs[config.symbols])
-    meant = treatments(level_codes(config))
-    never_run = [treatment for treatment in meant if treatment not in set(done)]
-    rows = [_row("number of runs", "design", len(runs), len(meant))]
+    done, meant = treatments(runs[config.symbols]), treatments(level_codes(config))
+    counts = done.value_counts()
+    never_run = [treatment for treatment in meant if treatment not in counts]
+    rows = [_row("number of runs", "design", len(runs), len(planned_codes(config)))]
     if "treatment" in runs:
         wrong = runs.index[runs["treatment"] != done]
         rows += [
@@ -87,7 +87,10 @@ def audit_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
         ] or [_row("treatment code", "every case", "matches the settings", "matches the settings")]
     for generator in config.parsed_generators:
         rows += _generator_rows(config, runs, generator, never_run)
-    rows += [_row("treatment never run", treatment, 0, int((meant == treatment).sum())) for treatment in never_run]
-    repeats = done[done.duplicated()].unique()
-    rows += [_row("treatment repeated", treatment, int((done == treatment).sum()), 1) for treatment in repeats]
+    rows += [_row("treatment never run", treatment, 0, config.replicates) for treatment in never_run]
+    rows += [
+        _row("treatment repeated", treatment, count, config.replicates)
+        for treatment, count in counts.sort_index().items()
+        if count != config.replicates and (count > 1 or treatment in set(meant))
+    ]
     return pd.DataFrame(rows + _balance_rows(config, runs) + _orthogonality_rows(config, runs), columns=COLUMNS)

@@ -21,31 +21,39 @@ def noncentrality(statistic: float, freedom: float, residual: float, probability
     return float(brentq(excess, low, high, xtol=1e-9))
 
 
-def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, confidence: float) -> pd.DataFrame:
-    """Partial eta squared and omega squared of each term, and an interval of the share of variance it explains.
+def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, total: float, confidence: float) -> pd.DataFrame:
+    """Eta and omega squared of each term of an analysis of `runs` runs with the `total` sum of squares.
 
-    partial eta2 = SS / (SS + SS_residual); partial omega2 = df (F - 1) / (df (F - 1) + N), zero where F < 1.
-    The interval holds the share lambda / (lambda + N) of the population, N runs, with lambda the noncentrality
-    that puts F at the two tails of its distribution (Steiger, Psychological Methods 9, 164, 2004). Both estimate
-    that share; eta squared is biased upwards, strongly so with few residual degrees of freedom.
+    partial eta2 = SS / (SS + SS_residual) = df F / (df F + df_residual)
+    partial omega2 = df (F - 1) / (df (F - 1) + N), 0 if F < 1
+    omega2 = (SS - df MS_residual) / (SS_total + MS_residual), 0 if F < 1
+
+    The intervals follow from the noncentrality lambda that puts F at the two tails of its distribution (Steiger,
+    Psychological Methods 9, 164, 2004): lambda / (lambda + df_residual) for partial eta2, the convention of R's
+    effectsize, and the share of variance lambda / (lambda + N) for partial omega2. Eta squared is biased upwards,
+    strongly so with few residual degrees of freedom, where its interval leans to one side of it.
     """
     freedom, f_value = terms["degrees_of_freedom"], terms["F"]
+    rest = residual["degrees_of_freedom"]
+    mean_square = residual["sum_of_squares"] / rest
     tail = (1 - confidence) / 2
-    shares = []
-    for own, statistic in zip(freedom, f_value, strict=True):
-        limits = [
-            noncentrality(statistic, own, residual["degrees_of_freedom"], probability)
-            for probability in (1 - tail, tail)
+    limits = np.array(
+        [
+            [noncentrality(statistic, own, rest, probability) for probability in (1 - tail, tail)]
+            for own, statistic in zip(freedom, f_value, strict=True)
         ]
-        shares.append([limit / (limit + runs) for limit in limits])
+    ).reshape(-1, 2)
+    eta, omega = limits / (limits + rest), limits / (limits + runs)
     gain = np.maximum(freedom * (f_value - 1), 0)
-    lower, upper = np.transpose(shares)
     return pd.DataFrame(
         {
             "partial_eta_squared": terms["sum_of_squares"] / (terms["sum_of_squares"] + residual["sum_of_squares"]),
+            "partial_eta_squared_lower": eta[:, 0],
+            "partial_eta_squared_upper": eta[:, 1],
             "partial_omega_squared": gain / (gain + runs),
-            "effect_lower": lower,
-            "effect_upper": upper,
+            "partial_omega_squared_lower": omega[:, 0],
+            "partial_omega_squared_upper": omega[:, 1],
+            "omega_squared": gain * mean_square / (total + mean_square),
             "confidence": confidence,
         },
         index=terms.index,

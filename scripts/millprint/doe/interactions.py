@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from millprint.config.doe import DoeConfig
+from millprint.config.analysis import AnalysisConfig
 from millprint.doe.runs import YIELD
 
 
-def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def interaction_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """For each panel and pair of levels: number of runs, mean, lowest and highest yield [%].
 
     All other factors are averaged out over the runs as they were done, so that a mean over few runs also carries
@@ -21,8 +21,10 @@ def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
                     {
                         "figure": figure.name,
                         "axis": axis,
+                        "axis_code": axis_code,
                         "axis_level": config.factor(axis).levels[axis_code],
                         "curve": curve,
+                        "curve_code": curve_code,
                         "curve_level": config.factor(curve).levels[curve_code],
                         "runs": len(yields),
                         "mean_yield_percent": yields.mean(),
@@ -30,6 +32,6 @@ def interaction_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
                         "highest_yield_percent": yields.max(),
                     }
                 )
-    columns = ["figure", "axis", "axis_level", "curve", "curve_level", "runs"]
+    columns = ["figure", "axis", "axis_code", "axis_level", "curve", "curve_code", "curve_level", "runs"]
     columns += ["mean_yield_percent", "lowest_yield_percent", "highest_yield_percent"]
     return pd.DataFrame(rows, columns=columns)

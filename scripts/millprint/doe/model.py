@@ -6,10 +6,13 @@ from statsmodels.formula.api import ols
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.anova import anova_lm
 
-from millprint.config.doe import DoeConfig
-from millprint.doe.aliases import contrasts
+from millprint.config.analysis import AnalysisConfig
+from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
+
+# Below it a residual mean square, of yields as fractions, is rounding.
+SMALLEST_VARIANCE = 1e-20
 
 
 def _formula_term(term: str) -> str:
@@ -23,15 +26,16 @@ def _frame(runs: pd.DataFrame, symbols: list[str]) -> pd.DataFrame:
     return pd.DataFrame({"response": runs[YIELD].to_numpy() / 100, **columns})
 
 
-def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
+def fit_factors(config: AnalysisConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
     """Fit the yield, as a fraction, to the terms of `config.model`.
 
-    Raises ConfigError if the runs cannot tell the terms apart or leave no degree of freedom for the residual.
+    Raises ConfigError if the runs cannot tell the terms apart, leave no degree of freedom for the residual,
+    or have none of their own.
     """
     for symbol in {symbol for term in config.model for symbol in term.split(":")}:
         if missing := set(range(len(config.factor(symbol).levels))) - set(runs[symbol]):
-            level = config.factor(symbol).levels[missing.pop()]
-            raise ConfigError(f"doe.factors: level {level:g} of {symbol} has no run: each level needs one")
+            level = config.factor(symbol).text(missing.pop())
+            raise ConfigError(f"doe.factors: level {level} of {symbol} has no run: each level needs one")
     model = ols("response ~ " + " + ".join(map(_formula_term, config.model)), _frame(runs, config.symbols))
     columns = model.exog.shape[1]
     rank = np.linalg.matrix_rank(model.exog)
@@ -45,10 +49,16 @@ def fit_factors(config: DoeConfig, runs: pd.DataFrame) -> RegressionResultsWrapp
             f"doe.model = {config.model}: {columns} parameters for {len(runs)} runs leave nothing for the residual: "
             "fewer terms are wanted"
         )
-    return model.fit()
+    fit = model.fit()
+    if fit.mse_resid < SMALLEST_VARIANCE:
+        raise ConfigError(
+            f"column {YIELD}: doe.model goes through every run and leaves no scatter to test against: "
+            "measured yields are wanted"
+        )
+    return fit
 
 
-def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int) -> pd.DataFrame:
+def sums_of_squares(config: AnalysisConfig, fit: RegressionResultsWrapper, kind: int) -> pd.DataFrame:
     """The ANOVA table of a fit, with sums of squares of type 1, 2 or 3: a row a term, then Residual.
 
     Columns degrees_of_freedom, sum_of_squares, mean_square, F, p_value.
@@ -62,17 +72,22 @@ def sums_of_squares(config: DoeConfig, fit: RegressionResultsWrapper, kind: int)
     return table.loc[order, ["degrees_of_freedom", "sum_of_squares", "mean_square", "F", "p_value"]]
 
 
-def contrast_sums(config: DoeConfig, runs: pd.DataFrame) -> dict[str, float]:
+def contrast_sums(config: AnalysisConfig, runs: pd.DataFrame) -> dict[str, float]:
     """Type I sums of squares of the linear and quadratic contrasts, in a model of their own (thesis Sec. 2.3.1).
 
-    Three levels are coded -1, 0, 1 (L) and 1, -2, 1 (Q); the keys are AL, AQ, BL... in the order of the factors.
+    Three equally spaced levels are coded -1, 0, 1 (L) and 1, -2, 1 (Q); the keys are AL, AQ, BL... in the order of the
+    factors. A factor of names has neither.
     """
     frame = _frame(runs, [])
     for factor in config.factors:
-        columns = contrasts(len(factor.levels))[runs[factor.symbol].to_numpy()]
+        if not factor.numeric:
+            continue
+        columns = level_contrasts(factor)[runs[factor.symbol].to_numpy()]
         for letter, column in zip("LQ", columns.T, strict=False):
             frame[f"contrast_{factor.symbol}{letter}"] = column
     names = [name for name in frame if name.startswith("contrast_")]
+    if not names:
+        return {}
     fit = ols("response ~ " + " + ".join(names), frame).fit()
     table = anova_lm(fit, typ=1)
     return {name.removeprefix("contrast_"): float(table.loc[name, "sum_sq"]) for name in names}

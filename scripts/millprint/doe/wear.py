@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from millprint.doe.bounds import check_bounds
 from millprint.doe.powder import powder_mass
 from millprint.errors import ConfigError
 from millprint.files import read_table
@@ -22,9 +23,7 @@ def read_wear(path: str) -> pd.DataFrame:
     if "wear_g" in frame:
         frame = read_table(path, numeric=[*COLUMNS, "wear_g"])
     for column in COLUMNS:
-        if (frame[column] <= 0).any():
-            row = frame.index[frame[column] <= 0][0]
-            raise ConfigError(f"{path}: column {column}, row {row + 1} = {frame[column][row]:g}: above 0 is wanted")
+        check_bounds(frame, path, column, 0, above=True)
     lost = frame["unused_mass_g"] - frame["used_mass_g"]
     if (lost < 0).any():
         row = (lost < 0).idxmax()

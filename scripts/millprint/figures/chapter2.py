@@ -1,97 +1,201 @@
-"""Figures of chapter 2: Pareto plot, interaction plots, residuals, and yields in the literature."""
+"""Figures of chapter 2: Pareto plot, interaction plots, residuals, and what other groups report."""
+
+import textwrap
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millprint.config.design import Factor
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, plt
 
+GREY = "#999999"
+MARKERS = "os^Dv"
 
-def pareto(effects: pd.DataFrame) -> Figure:
+
+def _without_unit(label: str) -> str:
+    return label.rsplit(" (", 1)[0]
+
+
+def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
     """F of each term, largest first, with the F that would be significant (thesis Fig. 2.3).
 
-    Columns source, F, critical_F, and F_published (empty where Table 2.5 prints none).
+    Columns source, F, critical_F, F_type_two, and F_published (empty where no table prints one); `names` the label
+    of each factor's letter.
     """
-    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.75 * COLUMN_WIDTH_IN))
+    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.85 * COLUMN_WIDTH_IN))
     ranked = effects.sort_values("F")
     place = np.arange(len(ranked))
-    axes.barh(place, ranked["F"], height=0.6, color=COLOURS[0], label="computed")
-    axes.plot(ranked["F_published"], place, **PUBLISHED, label="from the printed p")
+    axes.barh(place, ranked["F"], height=0.62, color=COLOURS[5], label="type I")
+    axes.plot(ranked["F_type_two"], place, "|", color=COLOURS[0], markersize=9, markeredgewidth=2, label="type II")
+    if ranked["F_published"].notna().any():
+        axes.plot(ranked["F_published"], place, **PUBLISHED, label="from the printed p")
     for row, critical in zip(place, ranked["critical_F"], strict=True):
         label = "significant at 0.05" if row == 0 else None
-        axes.plot([critical, critical], [row - 0.4, row + 0.4], color=COLOURS[1], label=label)
-    axes.set_yticks(place, ranked["source"])
+        axes.plot([critical, critical], [row - 0.45, row + 0.45], color=COLOURS[1], label=label)
+    ticks = [
+        textwrap.fill(f"{_without_unit(names[source])} ({source})", 18) if source in names else source
+        for source in ranked["source"]
+    ]
+    axes.set_yticks(place, ticks, fontsize=7)
+    axes.tick_params(axis="y", length=0)
     axes.set_xlabel("F (-)")
-    axes.legend(loc="lower right")
+    axes.legend(loc="lower right", fontsize=7)
     return figure
 
 
-def _interaction_panel(axes: Axes, means: pd.DataFrame, labels: dict[str, str]) -> None:
-    curve = means["curve"].iloc[0]
-    for (level, group), marker in zip(means.groupby("curve_level"), "os^Dv", strict=False):
-        group = group.sort_values("axis_level")
-        low = group["mean_yield_percent"] - group["lowest_yield_percent"]
-        high = group["highest_yield_percent"] - group["mean_yield_percent"]
-        bars = axes.errorbar(
-            group["axis_level"], group["mean_yield_percent"], [low, high], marker=marker, capsize=2, label=f"{level:g}"
+def _interaction_panel(axes: Axes, means: pd.DataFrame, factors: dict[str, Factor]) -> None:
+    axis, curve = (factors[means[side].iloc[0]] for side in ("axis", "curve"))
+    places = np.asarray(axis.levels if axis.numeric else range(len(axis.levels)), dtype=float)
+    # Curves stand a little aside from each other, or their ranges would hide one another.
+    shift = 0.03 * np.min(np.diff(places))
+    count = len(curve.levels)
+    for code, group in means.groupby("curve_code"):
+        group = group.sort_values("axis_code")
+        where = places[group["axis_code"]] + shift * (code - (count - 1) / 2)
+        colour = COLOURS[code % len(COLOURS)]
+        axes.vlines(
+            where,
+            group["lowest_yield_percent"],
+            group["highest_yield_percent"],
+            color=colour,
+            alpha=0.35,
+            linewidth=2.5,
         )
-        for whisker in (*bars[1], *bars[2]):
-            whisker.set_alpha(0.35)
-    axes.set_xticks(sorted(means["axis_level"].unique()))
-    axes.set_xlabel(labels[means["axis"].iloc[0]])
+        marker = MARKERS[code % len(MARKERS)]
+        axes.plot(where, group["mean_yield_percent"], marker=marker, color=colour, label=curve.text(code))
+    axes.set_xticks(places, [axis.text(code) for code in range(len(places))])
+    margin = 0.12 * np.ptp(places)
+    axes.set_xlim(places[0] - margin, places[-1] + margin)
+    axes.set_xlabel(axis.label)
     axes.set_ylim(0, 100)
-    axes.legend(title=labels[curve], fontsize=7, title_fontsize=7, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1))
+    axes.legend(
+        title=curve.label, fontsize=7, title_fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0)
+    )
 
 
-def interactions(means: pd.DataFrame, labels: dict[str, str]) -> Figure:
+def interactions(means: pd.DataFrame, factors: dict[str, Factor]) -> Figure:
     """Mean yield for each pair of levels, bars from the lowest to the highest run (thesis Figs 2.4, 2.5).
 
-    `means` is one figure's part of the interaction table; `labels` the axis label of each factor's letter.
+    `means` is one figure's part of the interaction table; `factors` those of the design by their letters.
     """
     panels = [panel for _, panel in means.groupby(["axis", "curve"], sort=False)]
     width = COLUMN_WIDTH_IN if len(panels) == 1 else PAGE_WIDTH_IN
     figure, grid = plt.subplots(1, len(panels), figsize=(width, 0.9 * COLUMN_WIDTH_IN), squeeze=False, sharey=True)
-    for axes, panel in zip(grid[0], panels, strict=True):
-        _interaction_panel(axes, panel, labels)
+    for letter, axes, panel in zip("abc", grid[0], panels, strict=False):
+        _interaction_panel(axes, panel, factors)
+        if len(panels) > 1:
+            _letter(axes, letter)
     grid[0, 0].set_ylabel("Yield (%)")
     return figure
 
 
+def _letter(axes: Axes, letter: str) -> None:
+    axes.annotate(f"({letter})", (0, 1), (4, -9), xycoords="axes fraction", textcoords="offset points")
+
+
 def residuals(table: pd.DataFrame) -> Figure:
-    """Residuals against normal quantiles and against the fitted yield, of the residual table."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 0.75 * COLUMN_WIDTH_IN))
+    """Residuals against normal quantiles and fitted yield, and studentised against leverage, of the residual table."""
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(PAGE_WIDTH_IN, 0.72 * COLUMN_WIDTH_IN))
     left.plot(table["normal_quantile"], table["residual_percent"], "o")
     spread = table["residual_percent"].std()
     ends = np.array([table["normal_quantile"].min(), table["normal_quantile"].max()])
     left.plot(ends, spread * ends, color=COLOURS[1], label="normal, same spread")
     left.set_xlabel("Normal quantile (-)")
     left.set_ylabel("Residual yield (%)")
-    left.legend(loc="upper left")
-    right.axhline(0, color=COLOURS[6], linewidth=0.6)
-    right.plot(table["fitted_percent"], table["residual_percent"], "o")
-    for _, run in table.iloc[table["residual_percent"].abs().argsort()[-3:]].iterrows():
-        right.annotate(
-            f"case {run['case']}", (run["fitted_percent"], run["residual_percent"]), (4, 4), textcoords="offset points"
-        )
-    right.set_xlabel("Fitted yield (%)")
-    right.set_ylabel("Residual yield (%)")
+    left.legend(loc="lower right", fontsize=7, handlelength=1)
+    middle.plot(table["fitted_percent"], table["residual_percent"], "o")
+    middle.set_xlabel("Fitted yield (%)")
+    middle.set_ylabel("Residual yield (%)")
+    right.plot(table["leverage"], table["studentised"], "o")
+    right.set_xlabel("Leverage (-)")
+    right.set_ylabel("Studentised residual (-)")
+    for axes, column, across in ((middle, "residual_percent", "fitted_percent"), (right, "studentised", "leverage")):
+        axes.axhline(0, color=GREY, linewidth=0.6, zorder=0)
+        axes.margins(x=0.12, y=0.12)
+        largest = table.iloc[table[column].abs().fillna(0).argsort()[-3:]].sort_values(across)
+        for place, (_, run) in enumerate(largest.iterrows()):
+            # The last of the marked runs has its name to the right, the others to the left: neighbours stay readable.
+            offset, side = ((4, 2), "left") if place == len(largest) - 1 else ((-4, 2), "right")
+            point = (run[across], run[column])
+            axes.annotate(run["case"], point, offset, textcoords="offset points", ha=side, fontsize=7)
+    for letter, axes in zip("abc", (left, middle, right), strict=True):
+        _letter(axes, letter)
     return figure
 
 
-def literature(studies: pd.DataFrame) -> Figure:
-    """Best reported yield against speed; studies that do not report their speed stand at the side (thesis Fig. 1.4)."""
+def literature(studies: pd.DataFrame, yields: pd.DataFrame) -> Figure:
+    """Best reported yield against speed; studies that do not report their speed stand at the side (thesis Fig. 1.4).
+
+    `studies` is Table 2.2; of `yields`, Table 2.1, what differs from it is drawn open.
+    """
     figure, (axes, side) = plt.subplots(
         1, 2, figsize=(COLUMN_WIDTH_IN, 0.75 * COLUMN_WIDTH_IN), sharey=True, width_ratios=(4, 1)
     )
+    speeds = studies.set_index("reference")["speed_rpm"]
     known = studies["speed_rpm"].notna()
-    axes.plot(studies["speed_rpm"][known], studies["yield_percent"][known], "o")
+    axes.plot(studies["speed_rpm"][known], studies["yield_percent"][known], "o", label="Table 2.2")
     side.plot(np.zeros((~known).sum()), studies["yield_percent"][~known], "s", color=COLOURS[1])
+    printed = set(zip(studies["reference"], studies["yield_percent"], strict=True))
+    other = [
+        (speeds.get(row.reference, np.nan), row.yield_percent)
+        for row in yields.itertuples()
+        if (row.reference, row.yield_percent) not in printed
+    ]
+    if other:
+        axes.plot(*zip(*other, strict=True), **PUBLISHED, label="Table 2.1, where it differs")
     for _, study in studies.iterrows():
         place, where = (side, 0.0) if np.isnan(study["speed_rpm"]) else (axes, study["speed_rpm"])
-        place.annotate(study["reference"], (where, study["yield_percent"]), (4, 3), textcoords="offset points")
+        place.annotate(f"[{study['reference']}]", (where, study["yield_percent"]), (5, 2), textcoords="offset points")
     axes.set_xlabel("Rotational speed (rpm)")
     axes.set_ylabel("Reported yield (%)")
+    axes.margins(x=0.12, y=0.1)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.6, 1.0), ncols=2, fontsize=7, columnspacing=1, handletextpad=0.2)
     side.set_xticks([0], ["not\nreported"])
-    side.set_xlim(-1, 1)
+    side.set_xlim(-1, 1.6)
+    return figure
+
+
+PARAMETER_NAMES = {
+    "ball_diameter_mm": "ball diameter",
+    "balls": "number of balls",
+    "vessel": "vessel material",
+    "jar_volume_ml": "jar volume",
+    "ball_volume_percent": "ball volume in jar",
+    "borate_mass_g": "mass of borate",
+    "reductant_mass_g": "mass of reductant",
+    "powder_mass_g": "total mass",
+    "speed_rpm": "speed",
+    "molar_ratio": "molar ratio",
+    "time_h": "milling time",
+    "bpr": "ball-to-powder ratio",
+    "mill": "mill",
+}
+
+
+def missingness(table: pd.DataFrame) -> Figure:
+    """Which study (across) reports which parameter (down), of the missingness table: filled where it does."""
+    columns = [name for name in table if name.startswith("reference_")]
+    reported = (table[columns] == "yes").to_numpy()
+    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.95 * COLUMN_WIDTH_IN))
+    rows, places = np.indices(reported.shape)
+    axes.scatter(places[reported], rows[reported], marker="s", s=48, color=COLOURS[0], label="reported")
+    axes.scatter(
+        places[~reported],
+        rows[~reported],
+        marker="s",
+        s=44,
+        facecolors="none",
+        edgecolors=COLOURS[1],
+        label="not reported",
+    )
+    axes.set_xticks(range(len(columns)), [f"[{name.removeprefix('reference_')}]" for name in columns])
+    axes.set_yticks(range(len(table)), [PARAMETER_NAMES.get(name, name) for name in table["parameter"]], fontsize=7)
+    axes.invert_yaxis()
+    axes.set_xlabel("Study (reference)")
+    axes.tick_params(length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.4, 1.0), fontsize=7, handletextpad=0.1)
     return figure

@@ -1,0 +1,72 @@
+"""Analyses the runs of a design: `python scripts/analyse_design.py my_design.yaml my_runs.tsv my_results/`.
+
+The YAML file is that of make_design.py with the terms of the analysis of variance in `model` and, if wanted,
+`confidence`, `simulations`, `repeatability_percent` and `interactions`, as the section `doe` of config/config.yaml. The
+TSV has case, the settings, yield_percent and, if known, run_order. Written are the tables and figures of results/doe
+that follow from them: aliases, audit, analysis of variance, trends, what is contested, residuals, interactions.
+"""
+
+import argparse
+from pathlib import Path
+
+import analyse_variance
+import design_experiments
+from millprint.config.analysis import AnalysisConfig
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.load import read_part
+from millprint.doe.pareto import pareto_table
+from millprint.figures.chapter2 import interactions, pareto, residuals
+from millprint.figures.style import save
+from millprint.files import read_table, write_table
+
+DESIGN = ("design", "aliases", "confounding", "audit")
+ANALYSIS = ("trends", "contested", "rival_models", "residuals", "residual_checks", "lack_of_fit", "interactions")
+
+
+def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
+    """Write the tables; return the departures of the runs from the design, a line each."""
+    paths = {name: str(folder / f"{name}.tsv") for name in (*DESIGN, *ANALYSIS, "anova_printed", "anova_corrected")}
+    design = {name: paths[name] for name in DESIGN}
+    departures = design_experiments.main(runs, fraction=str(folder / "fraction.json"), settings=config, **design)
+    analysis = {name: paths[name] for name in ANALYSIS}
+    anova = {"printed": paths["anova_printed"], "corrected": paths["anova_corrected"]}
+    analyse_variance.main(runs, {**analysis, **anova}, config)
+    ranking = pareto_table(*(read_table(path, text=["term"]) for path in anova.values()), printed_p={})
+    write_table(ranking, folder / "pareto.tsv")
+    return departures
+
+
+def draw_figures(config: AnalysisConfig, folder: Path) -> None:
+    """Draw the figures of the tables in `folder`."""
+    factors = {factor.symbol: factor for factor in config.factors}
+    labels = {symbol: factor.label for symbol, factor in factors.items()}
+    figures = {
+        "pareto": pareto(read_table(folder / "pareto.tsv", text=["source"]), labels),
+        "residuals": residuals(read_table(folder / "residuals.tsv", text=["case"])),
+    }
+    means = read_table(folder / "interactions.tsv", text=["figure"])
+    for panel in config.interactions:
+        figures[f"interaction_{panel.name}"] = interactions(means[means["figure"] == panel.name], factors)
+    for name, figure in figures.items():
+        save(figure, folder / f"{name}.svg", folder / f"{name}.png")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Analyse one table of runs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("design", help="YAML file with the factors and the model")
+    parser.add_argument("runs", help="TSV with the runs as they were done")
+    parser.add_argument("folder", help="folder to write to")
+    options = parser.parse_args(arguments)
+    folder = Path(options.folder)
+    with stop_on_bad_input():
+        config = read_part(options.design, "doe", AnalysisConfig)
+        departures = write_tables(config, options.runs, folder)
+        draw_figures(config, folder)
+    for line in departures:
+        print(f"departs from the design: {line}")
+    print(f"{folder}: tables and figures of {options.runs}")
+
+
+if __name__ == "__main__":
+    main()

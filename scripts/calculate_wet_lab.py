@@ -1,0 +1,52 @@
+"""Calculates a chemist's own readings, TSV in and TSV out: `python scripts/calculate_wet_lab.py --help`.
+
+What each calculation reads (column case and):
+
+yield      gas_volume_ml, temperature_k, pressure_pa, limiting_mass_g; optional water_head_mm (water higher inside than
+           outside) and standard deviations gas_volume_error_ml, temperature_error_k, pressure_error_pa,
+           limiting_mass_error_g
+half-life  ph, temperature_k; optional wait_h
+charge     bpr, molar_ratio, and ball_mass_g or balls, ball_diameter_mm, ball_density_kg_m3
+wear       ball_diameter_mm, speed_rpm, time_h, bpr, unused_mass_g, used_mass_g; optional wear_g; no case
+
+The reaction, purities and whether the gas holds water vapour come from doe.chemistry and doe.gas of the configuration.
+"""
+
+import argparse
+
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.load import read_part
+from millprint.config.wet_lab import WetLabConfig
+from millprint.doe.readings import charge_table, solution_table, yield_table
+from millprint.doe.wear import read_wear, wear_table
+from millprint.files import write_table
+
+CALCULATIONS = {
+    "yield": lambda path, settings: yield_table(path, settings.chemistry, settings.gas),
+    "half-life": lambda path, settings: solution_table(path),
+    "charge": lambda path, settings: charge_table(path, settings.chemistry),
+    "wear": lambda path, settings: wear_table(read_wear(path)),
+}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Calculate one table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("calculation", choices=CALCULATIONS)
+    parser.add_argument("readings", help="TSV with the readings")
+    parser.add_argument("results", help="TSV to write: the readings with what follows from them")
+    parser.add_argument("--config", default="config/config.yaml", help="YAML file with doe.chemistry and doe.gas")
+    parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
+    options = parser.parse_args(arguments)
+    with stop_on_bad_input():
+        settings = read_part(options.config, "doe", WetLabConfig)
+        if options.dry_gas:
+            dry = settings.gas.model_copy(update={"saturated": False})
+            settings = settings.model_copy(update={"gas": dry})
+        table = CALCULATIONS[options.calculation](options.readings, settings)
+        write_table(table, options.results)
+    print(f"{options.results}: {len(table)} rows")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""Makes a design of experiments: `python scripts/make_design.py my_design.yaml my_design/`.
+
+The YAML file has factors (symbol, column, label, levels), generators, order_seed and, if wanted, replicates, as the
+section `doe` of config/config.yaml, whose design comes out if that file is given; what analyse_design.py needs besides
+may stand in it. Written are design.tsv (treatments,
+settings and the randomised order of the runs), aliases.tsv (the defining relation and what is confounded with what)
+and fraction.json (resolution, lengths of the defining words).
+"""
+
+import argparse
+from pathlib import Path
+
+from millprint.config.analysis import AnalysisConfig
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.design import DesignConfig
+from millprint.config.load import check_model, read_part
+from millprint.doe.aliases import alias_table
+from millprint.doe.design import describe, design_table
+from millprint.doe.suggest import best_generators
+from millprint.files import write_json, write_table
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Write the design's tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("design", help="YAML file with the factors")
+    parser.add_argument("folder", help="folder to write to")
+    parser.add_argument(
+        "--generate", nargs="+", default=[], metavar="FACTOR", help="factors to be given the best generators there are"
+    )
+    options = parser.parse_args(arguments)
+    with stop_on_bad_input():
+        config = read_part(options.design, "doe", DesignConfig, whole=AnalysisConfig)
+        if options.generate:
+            generators = best_generators(config, options.generate)
+            config = check_model({**config.model_dump(), "generators": generators}, DesignConfig, options.design)
+        folder = Path(options.folder)
+        description = describe(config)
+        write_table(design_table(config), folder / "design.tsv")
+        write_table(alias_table(config), folder / "aliases.tsv")
+        write_json(description, folder / "fraction.json")
+    words = " = ".join(["I", *description["defining_words"]])
+    print(f"{folder}: {description['runs']} runs of {description['full_factorial_runs']}; ", end="")
+    print(
+        f"{', '.join(config.generators)}; {words}; resolution {description['resolution']}" if words != "I" else "full"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""A design of experiments as it is asked for: factors with their levels, generators, replicates, order of the runs."""
+
+import re
+from itertools import pairwise
+from math import prod
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator, model_validator
+
+from millprint.config.section import Name, Section
+
+Symbol = Annotated[str, Field(pattern=r"^[A-Z]$")]
+
+# Levels of a regular fraction are counted modulo a prime.
+PRIMES = (2, 3, 5, 7)
+MOST_RUNS = 100_000
+
+
+class Factor(Section):
+    """One factor of the design: a column of the table of runs, and the values that it takes."""
+
+    symbol: Symbol = Field(description="capital letter that stands for the factor")
+    column: Name = Field(description="column of the table of runs")
+    label: str = Field(min_length=1, description="name in figures, with its unit")
+    levels: list[float | str] = Field(
+        min_length=2,
+        max_length=10,
+        description="values from low to high in the unit of the column, or the names of a factor without numbers",
+    )
+
+    @field_validator("levels", mode="before")
+    @classmethod
+    def _no_truth_values(cls, levels: Any) -> Any:
+        if isinstance(levels, list) and any(isinstance(level, bool) for level in levels):
+            raise ValueError(f"levels = {levels}: YAML reads yes, no, on and off as true and false; quote them")
+        return levels
+
+    @model_validator(mode="after")
+    def _levels_differ(self) -> "Factor":
+        if len({type(level) for level in self.levels}) > 1:
+            raise ValueError(f"levels of {self.symbol} = {self.levels}: all numbers or all names are wanted")
+        if self.numeric and any(low >= high for low, high in pairwise(self.levels)):
+            raise ValueError(f"levels of {self.symbol} = {self.levels}: values that rise are wanted")
+        names = [] if self.numeric else self.levels
+        if len(set(names)) < len(names) or any(name != " ".join(name.split()) or not name for name in names):
+            raise ValueError(
+                f"levels of {self.symbol} = {self.levels}: names that differ, without odd blanks, are wanted"
+            )
+        return self
+
+    @property
+    def numeric(self) -> bool:
+        """Whether the levels are numbers, so that a trend along them has a meaning."""
+        return isinstance(self.levels[0], float)
+
+    def text(self, code: int) -> str:
+        """A level as it is shown to a reader."""
+        return f"{self.levels[code]:g}" if self.numeric else str(self.levels[code])
+
+
+class Generator(Section):
+    """A generated factor as a sum of base factors and a constant, modulo the number of levels."""
+
+    factor: Symbol
+    coefficients: dict[Symbol, Annotated[int, Field(ge=1)]]
+    constant: int = 0
+    word: bool = False
+
+    def shift(self, levels: int) -> int:
+        """What is added to the sum; a word of two levels is a product of signs, low -1, high +1: AB is high in 00."""
+        signs = len(self.coefficients) - 1 if self.word and levels == 2 else 0
+        return (self.constant + signs) % levels
+
+
+def parse_generator(text: str) -> Generator:
+    """Read `D = A + 2B + C`, with a constant `D = A + B + 1`, or a word `D = AB2C`; raises ValueError otherwise.
+
+    At two levels a word is the product of signs of the textbooks; at more it is the sum with its exponents.
+    """
+    left, equals, right = text.replace(" ", "").partition("=")
+    word = bool(re.fullmatch(r"([A-Z]\d?){2,}", right))
+    if word:
+        terms, constants = [(power, symbol) for symbol, power in re.findall(r"([A-Z])(\d?)", right)], []
+    else:
+        parts = right.split("+")
+        constants = [int(part) for part in parts if part.isdecimal()]
+        found = [re.fullmatch(r"(\d*)\*?([A-Z])", part) for part in parts if not part.isdecimal()]
+        terms = [match.groups() for match in found if match] if all(found) else []
+    if not equals or not re.fullmatch("[A-Z]", left) or not terms or len(constants) > 1:
+        raise ValueError(f"generator {text!r}: a sum such as 'D = A + B + C' or 'D = A + 2B' is wanted")
+    coefficients = {symbol: int(number or 1) for number, symbol in terms}
+    if len(coefficients) < len(terms) or left in coefficients or 0 in coefficients.values():
+        raise ValueError(f"generator {text!r}: each factor may appear once, with a coefficient that is not zero")
+    return Generator(factor=left, coefficients=coefficients, constant=sum(constants), word=word)
+
+
+class DesignConfig(Section):
+    """A full factorial, or a regular fraction of one; with several numbers of levels, each can have its fraction."""
+
+    factors: list[Factor] = Field(min_length=2, max_length=26, description="factors of the design")
+    generators: list[str] = Field(
+        default=[],
+        description="generated factors, such as 'D = A + B + C' modulo the levels; none: a full factorial",
+    )
+    replicates: Annotated[int, Field(ge=1)] = Field(default=1, description="how often each treatment is run [-]")
+    order_seed: Annotated[int, Field(ge=0)] = Field(description="seed of the randomised order of the runs")
+
+    @property
+    def symbols(self) -> list[str]:
+        """The factors' letters, in order."""
+        return [factor.symbol for factor in self.factors]
+
+    @property
+    def parsed_generators(self) -> list[Generator]:
+        """The generators, read."""
+        return [parse_generator(text) for text in self.generators]
+
+    @property
+    def base_factors(self) -> list[Factor]:
+        """The factors that no generator makes."""
+        made = {generator.factor for generator in self.parsed_generators}
+        return [factor for factor in self.factors if factor.symbol not in made]
+
+    def factor(self, symbol: str) -> Factor:
+        """The factor of a letter."""
+        return next(factor for factor in self.factors if factor.symbol == symbol)
+
+    @model_validator(mode="after")
+    def _factors_differ(self) -> "DesignConfig":
+        for what in ("symbol", "column"):
+            names = [getattr(factor, what) for factor in self.factors]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f"factors: {what} {twice[0]} appears twice; each factor has its own")
+        return self
+
+    @model_validator(mode="after")
+    def _generators_hold(self) -> "DesignConfig":
+        made = [generator.factor for generator in self.parsed_generators]
+        base = [symbol for symbol in self.symbols if symbol not in made]
+        if len(set(made)) < len(made):
+            raise ValueError(f"generators = {self.generators}: a factor can be generated once")
+        if unknown := sorted(set(made) - set(self.symbols)):
+            raise ValueError(f"generators: {unknown[0]} is no factor; known: {', '.join(self.symbols)}")
+        for generator in self.parsed_generators:
+            place = f"generator of {generator.factor}"
+            if other := sorted(set(generator.coefficients) - set(base)):
+                raise ValueError(f"{place}: {other[0]} is no base factor ({', '.join(base)})")
+            involved = [self.factor(symbol) for symbol in (generator.factor, *generator.coefficients)]
+            number = len(involved[0].levels)
+            if any(len(factor.levels) != number for factor in involved) or number not in PRIMES:
+                raise ValueError(f"{place}: 2, 3, 5 or 7 levels, the same number for every factor in it, are wanted")
+            if any(coefficient % number == 0 for coefficient in generator.coefficients.values()):
+                raise ValueError(f"{place}: a coefficient is zero modulo {number}")
+        return self
+
+    @model_validator(mode="after")
+    def _runs_are_few_enough(self) -> "DesignConfig":
+        runs = prod(len(factor.levels) for factor in self.base_factors) * self.replicates
+        if runs > MOST_RUNS:
+            raise ValueError(
+                f"factors: {runs} runs; at most {MOST_RUNS} are wanted: add generators or take levels away"
+            )
+        return self

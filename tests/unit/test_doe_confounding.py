@@ -1,0 +1,185 @@
+"""What other effects can claim, trends with intervals, lack of fit, and the checks of the residuals."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import chi2
+from scipy.stats import f as f_distribution
+
+from millprint.config.doe import DoeConfig
+from millprint.doe.contested import contested_table, rival_models_table
+from millprint.doe.design import design_table
+from millprint.doe.lack_of_fit import lack_of_fit_table, pure_error
+from millprint.doe.model import fit_factors, sums_of_squares
+from millprint.doe.residual_checks import residual_checks
+from millprint.doe.runs import read_runs
+from millprint.doe.trends import trend_table
+from tests.unit.doe_settings import SCREENING, settings
+
+
+@pytest.fixture(scope="module")
+def config() -> DoeConfig:
+    return settings()
+
+
+@pytest.fixture(scope="module")
+def runs(config) -> pd.DataFrame:
+    return read_runs(SCREENING, config)
+
+
+def planted(config: DoeConfig, signal: np.ndarray, scatter: float = 1.0, seed: int = 6) -> pd.DataFrame:
+    """The design's own runs with a yield of 50 %, a signal and normal errors."""
+    table = design_table(config)
+    noise = scatter * np.random.default_rng(seed).normal(size=len(table))
+    return table.assign(yield_percent=50 + signal + noise)
+
+
+def component(config: DoeConfig, a: int, b: int) -> np.ndarray:
+    """A yield that depends on (a A + b B) mod 3 alone."""
+    codes = design_table(config)
+    return np.array([-8.0, 1.0, 7.0])[(a * codes["A"] + b * codes["B"]) % 3]
+
+
+def test_an_interaction_in_the_aliased_component_is_all_claimable_and_in_the_clear_one_not(config):
+    # AB = CD2 in the fraction, AB2 has no alias among the two-factor interactions.
+    for powers, wanted in (((1, 1), 1.0), ((1, 2), 0.0)):
+        table = contested_table(config, planted(config, component(config, *powers), scatter=1e-3))
+        row = table[(table["term"] == "A:B") & (table["rival"] == "C:D")].iloc[0]
+        assert row["fraction_claimable"] == pytest.approx(wanted, abs=1e-3)
+        assert (row["degrees_of_freedom"], row["degrees_of_freedom_if_rival_first"]) == (4, 2)
+
+
+def test_in_the_orthogonal_design_only_the_aliased_pairs_are_contested(config):
+    table = contested_table(config, planted(config, component(config, 1, 1)))
+    assert list(zip(table["term"], table["rival"], strict=True)) == [("A:B", "C:D"), ("A:C", "B:D"), ("B:C", "A:D")]
+
+
+def test_most_of_what_the_thesis_gives_to_ab_may_be_that_of_cd(config, runs):
+    table = contested_table(config, runs).set_index(["term", "rival"])
+    row = table.loc[("A:B", "C:D")]
+    assert row["sum_of_squares"] == pytest.approx(0.268755, abs=1e-6)
+    assert row["fraction_claimable"] == pytest.approx(0.848, abs=0.001)
+    assert row["p_if_rival_first"] > 0.1
+    # Milling time stands, whatever is entered before it.
+    assert (table.loc["C", "p_if_rival_first"] < 0.05).all()
+
+
+def test_a_contested_sum_is_a_difference_of_residuals_of_fitted_models(config, runs):
+    def rest(*model: str) -> float:
+        return fit_factors(settings(model=list(model)), runs).ssr
+
+    row = contested_table(config, runs).set_index(["term", "rival"]).loc[("C", "A:D")]
+    base = ["A", "B", "D", "A:B"]
+    assert row["sum_of_squares"] == pytest.approx(rest(*base) - rest(*base, "C"))
+    assert row["sum_if_rival_first"] == pytest.approx(rest(*base, "A:D") - rest(*base, "A:D", "C"))
+
+
+def test_the_rival_models_hold_one_interaction_of_each_confounded_pair(config, runs):
+    table = rival_models_table(config, runs).set_index("model")
+    own = table.loc["A + B + C + D + A:B + A:C + B:C"]
+    fit = fit_factors(config, runs)
+    assert len(table) == 8
+    assert own["residual_sum_of_squares"] == pytest.approx(fit.ssr)
+    assert own["r2"] == pytest.approx(fit.rsquared)
+    assert own["r2_adjusted"] == pytest.approx(fit.rsquared_adj)
+    left_out = fit.resid / (1 - fit.get_influence().hat_matrix_diag)
+    assert own["r2_leave_one_out"] == pytest.approx(1 - (left_out**2).sum() / fit.centered_tss)
+    # A model with C:D in the place of A:B fits the runs better than the thesis's.
+    assert table["aicc"].idxmin() == "A + B + C + D + C:D + A:C + A:D"
+
+
+def test_in_a_balanced_design_the_trends_add_up_and_are_differences_of_means(config):
+    runs = planted(config, 4.0 * design_table(config)["C"].to_numpy(), scatter=3)
+    table = trend_table(config, runs).set_index("trend")
+    sums = sums_of_squares(config, fit_factors(config, runs), 2)
+    for symbol in "ABCD":
+        means = runs.groupby(symbol)["yield_percent"].mean()
+        both = table.loc[[f"{symbol}L", f"{symbol}Q"], "sum_of_squares"].sum()
+        assert both == pytest.approx(sums.loc[symbol, "sum_of_squares"])
+        assert table.loc[f"{symbol}L", "change_percent"] == pytest.approx(means[2] - means[0])
+        assert table.loc[f"{symbol}Q", "change_percent"] == pytest.approx((means[0] + means[2]) / 2 - means[1])
+
+
+def test_a_trend_s_interval_has_the_width_of_a_difference_of_means(config):
+    runs = planted(config, np.zeros(27), scatter=2)
+    table = trend_table(config, runs).set_index("trend")
+    variance = fit_factors(config, runs).mse_resid * 1e4
+    half = (table["change_upper_percent"] - table["change_lower_percent"])["AL"] / 2
+    # Two means of nine runs; Student's t at 0.975 with 6 degrees of freedom is 2.447.
+    assert half == pytest.approx(2.4469 * np.sqrt(variance * 2 / 9), rel=1e-4)
+
+
+def test_the_thesis_s_trends_linear_in_bpr_and_time_and_quadratic_in_the_molar_ratio(config, runs):
+    table = trend_table(config, runs).set_index("trend")
+    assert table.loc[["AL", "BQ", "CL"], "p_value"].max() < 0.01
+    assert table.loc[["AQ", "CQ", "DL", "DQ"], "p_value"].min() > 0.2
+    assert table.loc["CL", "change_percent"] == pytest.approx(29.8, abs=0.05)
+
+
+def test_without_repeated_runs_there_is_no_pure_error_and_the_residual_is_held_to_the_repeatability(config, runs):
+    fit = fit_factors(config, runs)
+    table = lack_of_fit_table(config, runs, fit)
+    assert "no treatment was run twice" in table["note"][0]
+    residual = table[(table["against"] == "repeatability") & (table["term"] == "Residual")].iloc[0]
+    assert residual["statistic"] == pytest.approx(fit.ssr / 0.025**2)
+    assert residual["p_value"] == pytest.approx(chi2.sf(fit.ssr / 0.025**2, 6))
+    # Five times what a repeated run would scatter, as a variance twelve times.
+    assert residual["statistic"] / 6 > 12
+    silent = lack_of_fit_table(settings(repeatability_percent=None), runs, fit)
+    assert silent["against"].tolist() == ["repeated treatments"]
+
+
+def test_lack_of_fit_from_replicates_has_its_closed_form():
+    config = settings(replicates=2, model=["A", "B", "C", "D"])
+    runs = planted(config, np.tile(component(settings(), 1, 2), 2), scatter=1)
+    fit = fit_factors(config, runs)
+    first = lack_of_fit_table(config, runs, fit).iloc[0]
+    pairs = runs["yield_percent"].to_numpy().reshape(2, 27) / 100
+    pure = ((pairs[0] - pairs[1]) ** 2 / 2).sum()
+    assert pure_error(config, runs) == (pytest.approx(pure), 27)
+    left = int(fit.df_resid) - 27
+    statistic = (fit.ssr - pure) / left / (pure / 27)
+    assert first["statistic"] == pytest.approx(statistic)
+    assert first["p_value"] == pytest.approx(f_distribution.sf(statistic, left, 27))
+    # The planted interaction is not in the model.
+    assert first["p_value"] < 1e-6
+
+
+def checked(runs: pd.DataFrame) -> pd.Series:
+    small = settings(model=["A", "B", "C", "D"])
+    return residual_checks(small, runs, fit_factors(small, runs), 400, seed=1).set_index("check")["p_simulated"]
+
+
+def test_a_drift_over_the_run_order_is_found_only_where_there_is_one(config):
+    runs = planted(config, np.zeros(27))
+    assert checked(runs)[["trend_over_run_order", "durbin_watson"]].min() > 0.05
+    drift = runs.assign(yield_percent=runs["yield_percent"] + 0.4 * runs["run_order"])
+    assert checked(drift)[["trend_over_run_order", "durbin_watson"]].max() < 0.01
+
+
+def test_without_the_run_order_its_check_says_so(config, runs):
+    table = residual_checks(config, runs, fit_factors(config, runs), 100, 1).set_index("check")
+    assert "run_order" in table.loc["durbin_watson", "note"]
+    assert np.isnan(table.loc["durbin_watson", "p_simulated"])
+    assert "trend_over_run_order" not in table.index
+
+
+def test_a_spread_that_grows_with_a_factor_and_a_curved_yield_are_found(config):
+    table = design_table(config)
+    noise = np.random.default_rng(8).normal(size=27) * np.array([0.2, 1.0, 6.0])[table["C"]]
+    uneven = checked(table.assign(yield_percent=50 + noise))
+    assert uneven["spread_over_C"] < 0.01
+    assert uneven[["spread_over_A", "spread_over_B", "spread_over_D"]].min() > 0.05
+    product = 2 * np.exp(0.4 * table[list("ABCD")].sum(axis=1)) + np.random.default_rng(9).normal(size=27) * 0.1
+    assert checked(table.assign(yield_percent=product))["tukey_nonadditivity"] < 0.01
+
+
+def test_p_values_of_the_checks_are_uniform_under_normal_errors(config):
+    small = settings(model=["A", "B", "C", "D"])
+    found = []
+    for seed in range(20):
+        runs = planted(config, np.zeros(27), seed=100 + seed)
+        table = residual_checks(small, runs, fit_factors(small, runs), 60, seed)
+        found.append(table.set_index("check")["p_simulated"].dropna())
+    # The mean of 20 uniform numbers has a standard deviation of 0.065; four of them.
+    assert pd.DataFrame(found).mean().between(0.5 - 0.26, 0.5 + 0.26).all()

@@ -1,0 +1,311 @@
+"""Designs that are not the thesis's: two levels, mixed levels, names, replicates, and the best generators."""
+
+import json
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+import analyse_design
+import make_design
+from millprint.config.analysis import AnalysisConfig
+from millprint.config.design import DesignConfig
+from millprint.config.load import check_model
+from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_freedom, term_columns
+from millprint.doe.audit import audit_table
+from millprint.doe.design import describe, design_table, level_codes, treatments
+from millprint.doe.runs import read_runs
+from millprint.doe.suggest import best_generators
+from millprint.doe.words import word_lengths
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from tests.conftest import ROOT
+from tests.unit.doe_settings import settings
+
+STEELS = ["steel", "zirconia", "tungsten carbide"]
+
+
+def factor(symbol: str, levels: list) -> dict:
+    return {"symbol": symbol, "column": symbol.lower(), "label": f"factor {symbol} (-)", "levels": levels}
+
+
+def design(symbols: str, levels: int | list, generators: list[str] = (), **others) -> DesignConfig:
+    levels = list(range(levels)) if isinstance(levels, int) else levels
+    content = {"factors": [factor(symbol, levels) for symbol in symbols], "generators": list(generators)}
+    return check_model({**content, "order_seed": 1, **others}, DesignConfig, "design.yaml")
+
+
+def mixed(generators: list[str] = (), **others) -> DesignConfig:
+    """Three factors of two levels, one of three names, one of four numbers."""
+    factors = [factor(symbol, [-1, 1]) for symbol in "ABC"] + [factor("D", STEELS), factor("E", [1, 2, 5, 10])]
+    content = {"factors": factors, "generators": list(generators), "order_seed": 1, **others}
+    return check_model(content, DesignConfig, "design.yaml")
+
+
+def test_the_quarter_of_2_to_the_5_has_the_aliases_of_the_textbook():
+    # Montgomery, Design and Analysis of Experiments, the 2^(5-2) design of resolution III with D = AB, E = AC.
+    config = design("ABCDE", [-1, 1], ["D = AB", "E = AC"])
+    table = alias_table(config).set_index("effect")["aliases"]
+    assert table["I"] == "ABD = ACE = BCDE"
+    assert table["A"] == "BD = CE = ABCDE"
+    assert table["B"] == "AD = CDE = ABCE"
+    assert table["D"] == "AB = BCE = ACDE"
+    assert table["BC"] == "DE = ABE = ACD"
+    signs = design_table(config)[list("abcde")]
+    assert len(signs) == 8
+    assert (signs["d"] == signs["a"] * signs["b"]).all()
+    assert (signs["e"] == signs["a"] * signs["c"]).all()
+
+
+def test_a_word_is_a_product_of_signs_and_a_sum_may_choose_the_other_half():
+    assert describe(design("ABC", 2, ["C = AB"]))["defining_words"] == ["ABC"]
+    assert describe(design("ABC", 2, ["C = A + B"]))["defining_words"] == ["-ABC"]
+    assert describe(design("ABC", 2, ["C = A + B + 1"]))["defining_words"] == ["ABC"]
+    halves = [set(treatments(level_codes(design("ABC", 2, [text])))) for text in ("C = A + B", "C = A + B + 1")]
+    assert not halves[0] & halves[1]
+    assert len(halves[0] | halves[1]) == 8
+    assert describe(design("ABC", 3, ["C = A + B + 1"]))["defining_words"] == ["ABC2(2)"]
+    pairs = level_codes(design("ABC", 3, ["C = AB2"]))
+    assert (pairs["C"] == (pairs["A"] + 2 * pairs["B"]) % 3).all()
+
+
+def test_nine_runs_carry_four_factors_of_three_levels():
+    config = design("ABCD", 3, ["C = A + B", "D = A + 2B"])
+    codes = level_codes(config)
+    assert len(codes) == 9
+    for one, two in combinations("ABCD", 2):
+        assert (pd.crosstab(codes[one], codes[two]).to_numpy() == 1).all()
+    assert describe(config)["resolution"] == 3
+    assert describe(config)["defining_words_of_length"] == {"3": 4}
+
+
+def test_a_mixed_full_factorial_has_every_treatment_and_no_aliases():
+    config = mixed()
+    table = design_table(config)
+    assert len(table) == 2 * 2 * 2 * 3 * 4 == table["treatment"].nunique()
+    assert set(table["d"]) == set(STEELS)
+    aliases = alias_table(config).set_index("effect")
+    assert (aliases["aliases"] == "").all()
+    assert aliases["degrees_of_freedom"][["A", "D", "E", "AD", "DE"]].tolist() == [1, 2, 3, 2, 6]
+
+
+def test_each_number_of_levels_can_have_its_own_fraction():
+    factors = [factor(symbol, [0, 1]) for symbol in "ABC"] + [factor(symbol, [0, 1, 2]) for symbol in "DEF"]
+    content = {"factors": factors, "generators": ["C = A + B", "F = D + E"], "order_seed": 1}
+    config = check_model(content, DesignConfig, "design.yaml")
+    assert len(level_codes(config)) == 4 * 9
+    assert describe(config)["defining_words_of_length"] == {"3": 2, "6": 1}
+    table = alias_table(config).set_index("effect")
+    assert table.loc["A", "aliases_up_to_two_letters"] == "BC"
+    assert table.loc["D", "aliases_up_to_two_letters"] == "EF2"
+    assert table.loc["AD", ["degrees_of_freedom", "clear"]].tolist() == [2, "yes"]
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        design("ABCDE", 2, ["D = AB", "E = AC"]),
+        design("ABCD", 3, ["D = A + B + C"]),
+        design("ABC", 5, ["C = A + 2B"]),
+        mixed(["C = AB"]),
+        mixed(),
+    ],
+)
+def test_two_effects_share_freedom_in_the_runs_exactly_where_the_algebra_says_so(config):
+    codes, table = level_codes(config), alias_table(config)
+    names = list(config.symbols) + [":".join(pair) for pair in combinations(config.symbols, 2)]
+    linked = set()
+    for row in table[table["letters"] > 0].itertuples():
+        own = [symbol for symbol in config.symbols if symbol in row.effect]
+        for other in filter(None, row.aliases_up_to_two_letters.split(" = ")):
+            linked.add(frozenset([":".join(own), ":".join(symbol for symbol in config.symbols if symbol in other)]))
+    for one, two in combinations(names, 2):
+        shared = shared_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
+        assert (shared > 1e-9) == (frozenset([one, two]) in linked), (one, two)
+
+
+@pytest.mark.parametrize(
+    ("symbols", "levels", "made", "lengths"),
+    [
+        # Fractions of minimum aberration: Box, Hunter and Hunter's table of two levels.
+        ("ABCDE", 2, "E", {5: 1}),
+        ("ABCDE", 2, "DE", {3: 2, 4: 1}),
+        ("ABCDEF", 2, "EF", {4: 3}),
+        ("ABCDEFG", 2, "FG", {4: 1, 5: 2}),
+        ("ABCDEFG", 2, "EFG", {4: 7}),
+        ("ABCDEFG", 2, "DEFG", {3: 7, 4: 7, 7: 1}),
+        ("ABCD", 3, "D", {4: 1}),
+        ("ABCD", 3, "CD", {3: 4}),
+    ],
+)
+def test_the_best_generators_are_those_of_minimum_aberration(symbols, levels, made, lengths):
+    config = design(symbols, levels)
+    generators = best_generators(config, list(made))
+    assert word_lengths(design(symbols, levels, generators)) == lengths
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [(["X"], "factor X"), (["A", "D"], "same number of levels"), (["E"], "2, 3, 5 or 7"), (["D"], "make 0")],
+)
+def test_factors_that_cannot_be_generated_are_refused_in_one_line(made, words):
+    with pytest.raises(ConfigError, match=words) as caught:
+        best_generators(mixed(), made)
+    assert "\n" not in str(caught.value)
+
+
+def test_replicates_are_spread_over_the_order_and_the_audit_counts_them(tmp_path):
+    config = design("AB", 3, replicates=2)
+    table = design_table(config)
+    assert (len(table), table["treatment"].nunique()) == (18, 9)
+    assert table["replicate"].tolist() == [1] * 9 + [2] * 9
+    assert sorted(table["run_order"]) == list(range(1, 19))
+    assert not table.sort_values("run_order")["replicate"].is_monotonic_increasing
+    assert set(audit_table(config, table)["departs"]) == {"no"}
+    fewer = audit_table(config, table.drop(index=17).reset_index(drop=True))
+    lost = fewer[fewer["check"] == "treatment repeated"]
+    assert lost[["subject", "found", "wanted"]].to_numpy().tolist() == [["22", "1", "2"]]
+
+
+def test_contrasts_follow_the_distances_of_the_levels_and_only_span_the_names():
+    levels = np.array([1.0, 2.0, 5.0, 10.0])
+    linear = contrasts(levels)[:, 0]
+    np.testing.assert_allclose(linear, (levels - 4.5) / np.linalg.norm(levels - 4.5), atol=1e-12)
+    names = level_contrasts(mixed().factor("D"))
+    np.testing.assert_allclose(names.T @ names, np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(names.sum(axis=0), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("levels", "words"),
+    [
+        ([True, False], "quote them"),
+        ([10, "high"], "all numbers or all names"),
+        (["a", "a"], "names that differ"),
+        (["a", " b"], "odd blanks"),
+        (list(range(11)), "at most 10"),
+        ([5], "at least 2"),
+        ([1, float("nan")], "finite"),
+    ],
+)
+def test_bad_levels_are_refused_in_one_line(levels, words):
+    with pytest.raises(ConfigError, match=words) as caught:
+        design("AB", levels)
+    assert set(str(caught.value).splitlines()[0].split(": ")[0:1]) == {"design.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("generators", "words"),
+    [(["B = A + D"], "same number"), (["E = A + B"], "same number"), (["C = A"], None), (["C = A + 1 + 1"], "a sum")],
+)
+def test_generators_across_numbers_of_levels_are_refused(generators, words):
+    if words is None:
+        assert describe(mixed(generators))["resolution"] == 2
+        return
+    with pytest.raises(ConfigError, match=words):
+        mixed(generators)
+
+
+def written(tmp_path, config: DesignConfig):
+    path = tmp_path / "design.yaml"
+    path.write_text(yaml.safe_dump(config.model_dump()))
+    return path
+
+
+def test_the_command_writes_the_design_of_a_file(tmp_path, capsys):
+    config = design("ABCDEFG", [-1, 1])
+    make_design.main([str(written(tmp_path, config)), str(tmp_path / "out"), "--generate", "E", "F", "G"])
+    assert "16 runs of 128" in capsys.readouterr().out
+    table = read_table(tmp_path / "out/design.tsv", numeric=list("abcdefg"), text=["treatment"])
+    assert (len(table), table["treatment"].nunique()) == (16, 16)
+    assert json.loads((tmp_path / "out/fraction.json").read_text())["resolution"] == 4
+    assert (read_table(tmp_path / "out/aliases.tsv", text=["clear"])["clear"][1:8] == "yes").all()
+
+
+def test_the_command_makes_the_thesis_s_design_from_its_configuration(tmp_path):
+    make_design.main([str(ROOT / "config/config.yaml"), str(tmp_path)])
+    pd.testing.assert_frame_equal(
+        read_table(tmp_path / "design.tsv", text=["treatment"]), design_table(settings()), check_dtype=False
+    )
+
+
+def test_the_command_refuses_a_bad_design_in_one_line(tmp_path, capsys):
+    path = tmp_path / "design.yaml"
+    path.write_text("factors: []\norder_seed: 1\n")
+    with pytest.raises(SystemExit) as stop:
+        make_design.main([str(path), str(tmp_path / "out")])
+    assert stop.value.code == 1
+    line = capsys.readouterr().err.strip()
+    assert line.startswith(f"error: {path}: factors")
+    assert "\n" not in line
+    assert not (tmp_path / "out").exists()
+
+
+def screened(tmp_path, **changes) -> tuple:
+    """A design with a factor of names in a file of its own, and its runs with a planted effect of that factor."""
+    content = {
+        "factors": [factor("A", STEELS), factor("B", [1, 10]), factor("C", [300, 600, 900])],
+        "replicates": 2,
+        "order_seed": 3,
+        "model": ["A", "B", "C", "A:B"],
+        "simulations": 100,
+        "interactions": [{"name": "pair", "title": "pair", "panels": [["A", "B"], ["C", "A"]]}],
+    }
+    (tmp_path / "design.yaml").write_text(yaml.safe_dump({**content, **changes}))
+    table = design_table(check_model(content, AnalysisConfig, "design.yaml"))
+    noise = np.random.default_rng(4).normal(size=len(table))
+    runs = table[["case", "run_order", "a", "b", "c"]].assign(yield_percent=50 + 10 * table["A"] + noise)
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    return str(tmp_path / "design.yaml"), str(tmp_path / "runs.tsv"), str(tmp_path / "out")
+
+
+def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
+    out = tmp_path / "out"
+    analyse_design.main(list(screened(tmp_path)))
+    assert "departs" not in capsys.readouterr().out
+    # The same file makes the design.
+    make_design.main([str(tmp_path / "design.yaml"), str(tmp_path / "again")])
+    assert (tmp_path / "again/design.tsv").read_bytes() == (out / "design.tsv").read_bytes()
+    anova = read_table(out / "anova_printed.tsv", text=["term"]).set_index("term")
+    assert anova["F"].idxmax() == "A"
+    # Names have no linear trend; with two levels there is no quadratic one.
+    assert list(anova.index) == ["A", "B", "BL", "C", "CL", "CQ", "A:B", "Residual"]
+    assert read_table(out / "trends.tsv", text=["trend"])["trend"].tolist() == ["BL", "CL", "CQ"]
+    fit = read_table(out / "lack_of_fit.tsv", text=["against"])
+    assert fit["p_value"].between(0.001, 1).all()
+    assert "trend_over_run_order" in set(read_table(out / "residual_checks.tsv", text=["check"])["check"])
+    assert all(name in (out / "interaction_pair.svg").read_text() for name in STEELS)
+    assert (out / "pareto.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("changes", "row", "words"),
+    [
+        ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
+        ({}, ("\t300.0\t", "\t\t"), "column c, row 1"),
+        ({"model": ["A", "D"]}, None, "design.yaml: (top level): model: 'D'"),
+        ({"modle": ["A"]}, None, "modle"),
+    ],
+)
+def test_the_analysis_refuses_in_one_line(tmp_path, capsys, changes, row, words):
+    paths = screened(tmp_path, **changes)
+    if row is not None:
+        runs = tmp_path / "runs.tsv"
+        runs.write_text(runs.read_text().replace(*row, 1))
+    with pytest.raises(SystemExit):
+        analyse_design.main(list(paths))
+    line = capsys.readouterr().err.strip()
+    assert words in line
+    assert line.startswith("error: ")
+    assert "\n" not in line
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
+    config = settings(factors=[factor("A", STEELS), factor("B", [1, 10])], generators=[], model=["A"], interactions=[])
+    table = design_table(config)[["case", "a", "b"]].assign(yield_percent=50)
+    table.loc[2, "a"] = "glass"
+    table.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    with pytest.raises(ConfigError, match=r"column a, case 3 = 'glass'.*steel, zirconia, tungsten carbide"):
+        read_runs(str(tmp_path / "runs.tsv"), config)

@@ -1,0 +1,95 @@
+"""What other groups report, leave out, and contradict themselves in."""
+
+import pandas as pd
+import pytest
+
+from millprint.doe.literature import missingness_table, read_literature, read_reported_yields, unreported_table
+from millprint.doe.literature_checks import literature_checks
+from millprint.errors import ConfigError
+from tests.conftest import ROOT
+
+LITERATURE = ROOT / "config/data/literature.tsv"
+YIELDS = ROOT / "config/data/literature_yields.tsv"
+
+
+@pytest.fixture(scope="module")
+def studies() -> pd.DataFrame:
+    return read_literature(LITERATURE)
+
+
+@pytest.fixture(scope="module")
+def checks(studies) -> pd.DataFrame:
+    return literature_checks(studies, read_reported_yields(YIELDS)).set_index(["reference", "check"])
+
+
+def test_the_literature_leaves_out_what_table_2_2_shows_as_a_dash(studies):
+    table = unreported_table(studies).set_index("reference")
+    assert table["unreported"].to_dict() == {"11": 0, "12": 9, "13": 1, "14": 9, "15": 2, "16": 2, "17": 5}
+    assert "speed_rpm" in table.loc["14", "unreported_parameters"]
+    assert "ball_diameter_mm" in table.loc["16", "unreported_parameters"]
+
+
+def test_the_table_of_missingness_counts_the_dashes_of_both_directions(studies):
+    table = missingness_table(studies).set_index("parameter")
+    columns = [name for name in table if name.startswith("reference_")]
+    assert len(columns) == 7
+    assert (table[columns] == "no").sum().sum() == unreported_table(studies)["unreported"].sum() == 28
+    assert table.loc["ball_diameter_mm", "unreported"] == 5
+    assert table.loc["speed_rpm", ["reference_12", "reference_14"]].tolist() == ["no", "no"]
+    assert table["unreported"].is_monotonic_decreasing
+
+
+def test_table_2_1_gives_reference_16_twice():
+    yields = read_reported_yields(YIELDS)
+    assert yields.loc[yields["reference"] == "16", "yield_percent"].tolist() == [90, 88]
+    assert len(yields) == 8
+
+
+def test_masses_and_balls_that_agree_are_found_to_agree(checks):
+    assert checks.loc[("11", "total mass [g]"), "agrees"] == "yes"
+    assert checks.loc[("11", "ball-to-powder ratio with steel balls [-]"), "follows"] == pytest.approx(39, abs=0.1)
+    assert checks.loc[("15", "molar ratio [-]"), "follows"] == pytest.approx(5.55, abs=0.01)
+    assert checks.loc[("17", "molar ratio [-]"), "agrees"] == "yes"
+
+
+def test_reference_16_was_charged_with_the_dihydrate(checks):
+    ratio = checks.loc[("16", "molar ratio [-]")]
+    # 0.44 g of the tetrahydrate would be a ratio of 6.67; 5.0 and the 90 % are those of the dihydrate.
+    assert (ratio["agrees"], ratio["follows"]) == ("no", pytest.approx(6.67, abs=0.01))
+    assert "NaBO2.2H2O" in ratio["note"]
+    assert "NaBO2.2H2O" in checks.loc[("16", "yield in Tables 2.2 and 2.1 [%]"), "note"]
+
+
+def test_what_cannot_follow_from_a_study_s_other_numbers_is_found(checks):
+    assert checks.loc[("11", "molar ratio [-]"), "follows"] == pytest.approx(0.985, abs=0.001)
+    balls = checks.loc[("13", "ball-to-powder ratio with steel balls [-]")]
+    assert balls["follows"] == pytest.approx(5.1, abs=0.05)
+    assert "15.2 g/cm3" in balls["note"]
+    wrong = checks[checks["agrees"] == "no"].index.tolist()
+    assert [reference for reference, _ in wrong] == ["11", "13", "13", "16", "16"]
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("speed_rpm", "fast", "speed_rpm, reference 11 = 'fast'"),
+        ("bpr", "-3", "above 0"),
+        ("yield_percent", "140", "between 0 and 100"),
+        ("yield_percent", "", "finite number"),
+        ("reference", "12", "appears twice"),
+        ("borate", "sand", "borate, reference 11 = 'sand'"),
+        ("balls", "4/2", "as many numbers as diameters"),
+        ("ball_diameter_mm", "thick", "ball_diameter_mm, reference 11"),
+    ],
+)
+def test_bad_studies_are_refused_in_one_line_and_an_empty_cell_is_not(tmp_path, column, value, words):
+    path = tmp_path / "literature.tsv"
+    frame = pd.read_csv(LITERATURE, sep="\t", comment="#", dtype=str)
+    frame.to_csv(path, sep="\t", index=False)
+    assert len(read_literature(path)) == 7
+    frame.loc[0, column] = value
+    frame.to_csv(path, sep="\t", index=False)
+    with pytest.raises(ConfigError) as caught:
+        read_literature(path)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)

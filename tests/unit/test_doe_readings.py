@@ -1,0 +1,228 @@
+"""A chemist's own numbers: tables in, tables out, by the library and by the command."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+import calculate_wet_lab
+from millprint.config.load import check_model
+from millprint.config.wet_lab import ChemistryConfig, WetLabConfig
+from millprint.doe.gas import gas_volume, gas_yield, vapour_pressure, yield_error
+from millprint.doe.half_life import half_life, share_lost
+from millprint.doe.powder import ball_mass, reactant_masses
+from millprint.doe.readings import charge_table, solution_table, yield_table
+from millprint.doe.species import molar_mass
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from tests.conftest import ROOT
+from tests.unit.doe_settings import settings
+
+CHEMISTRY, GAS = settings().chemistry, settings().gas
+READING = {
+    "case": "14",
+    "gas_volume_ml": 578.6,
+    "temperature_k": 298.15,
+    "pressure_pa": 101325,
+    "limiting_mass_g": 1.1120722,
+}
+
+
+def write(path, *rows: dict) -> str:
+    pd.DataFrame(rows).to_csv(path, sep="\t", index=False)
+    return str(path)
+
+
+def test_a_reading_is_the_yield_that_it_stands_for(tmp_path):
+    table = yield_table(write(tmp_path / "g.tsv", READING), CHEMISTRY, GAS)
+    assert table["yield_percent"][0] == pytest.approx(71.0, abs=0.01)
+    # 1.112 g of 137.86 g/mol give 4 mol of gas each.
+    assert table["full_mmol"][0] == pytest.approx(4 * 1112.0722 / 137.8607, rel=1e-5)
+    assert table["hydrogen_mmol"][0] == pytest.approx(
+        (101325 - 3169.9) * 578.6e-6 / (8.314463 * 298.15) * 1e3, rel=1e-4
+    )
+    assert table["yield_if_vapour_ignored_percent"][0] / table["yield_percent"][0] == pytest.approx(
+        101325 / (101325 - 3169.9), rel=1e-4
+    )
+
+
+def test_dry_gas_and_a_head_of_water_change_the_pressure_of_the_hydrogen(tmp_path):
+    path = write(tmp_path / "g.tsv", READING, {**READING, "case": "15"})
+    dry = yield_table(path, CHEMISTRY, GAS.model_copy(update={"saturated": False}))
+    assert (dry["yield_percent"] == dry["yield_if_vapour_ignored_percent"]).all()
+    headed = write(tmp_path / "h.tsv", {**READING, "water_head_mm": 0}, {**READING, "case": "15", "water_head_mm": 100})
+    low, high = yield_table(headed, CHEMISTRY, GAS)["yield_percent"][::-1]
+    # 100 mm of water are 978.7 Pa less on the gas.
+    assert low / high == pytest.approx(1 - 978.7 / (101325 - 3169.9), rel=1e-5)
+
+
+def test_errors_of_the_readings_propagate_as_a_simulation_of_them_does():
+    conditions = {"volume": 200e-6, "temperature": 310.0, "pressure": 99e3, "limiting_mass": 0.8e-3}
+    errors = {"volume": 3e-6, "temperature": 2.0, "pressure": 600.0, "limiting_mass": 8e-6}
+    rng = np.random.default_rng(2)
+    drawn = {name: value + errors[name] * rng.normal(size=40_000) for name, value in conditions.items()}
+    simulated = np.std(gas_yield(**drawn, chemistry=CHEMISTRY))
+    assert yield_error(errors, **conditions, chemistry=CHEMISTRY) == pytest.approx(simulated, rel=0.02)
+    only = yield_error({"volume": 3e-6}, **conditions, chemistry=CHEMISTRY)
+    assert only == pytest.approx(gas_yield(**{**conditions, "volume": 3e-6}, chemistry=CHEMISTRY))
+
+
+def test_an_error_without_gas_is_that_of_the_volume(tmp_path):
+    path = write(
+        tmp_path / "g.tsv", {**READING, "gas_volume_ml": 0, "gas_volume_error_ml": 5, "temperature_error_k": 1}
+    )
+    table = yield_table(path, CHEMISTRY, GAS)
+    assert table["yield_percent"][0] == 0
+    assert table["yield_error_percent"][0] == pytest.approx(5 / 578.6 * 71.0, rel=1e-3)
+
+
+def test_another_reaction_and_impure_powders_are_counted(tmp_path):
+    other = ChemistryConfig(
+        limiting="NaBO2.2H2O",
+        reductant="Mg",
+        stoichiometric_ratio=4,
+        gas_per_mole=4,
+        limiting_purity=0.9,
+        reductant_purity=0.5,
+    )
+    limiting, reductant = reactant_masses(1e-3, 5.5, other)
+    assert limiting + reductant == pytest.approx(1e-3)
+    moles = reductant * 0.5 / molar_mass("Mg"), limiting * 0.9 / molar_mass("NaBO2.2H2O")
+    assert moles[0] / moles[1] == pytest.approx(5.5)
+    assert 1e3 * molar_mass("NaBO2.2H2O") == pytest.approx(101.83, abs=0.005)
+    pure = other.model_copy(update={"limiting_purity": 1.0})
+    args = (100e-6, 298.15, 101325, 1e-3)
+    assert gas_yield(*args, other) * 0.9 == pytest.approx(gas_yield(*args, pure))
+    # Table 2.2, reference 15: 0.43 g and 0.57 g at a molar ratio of 5.5.
+    masses = reactant_masses(1.0, 5.55, pure.model_copy(update={"reductant_purity": 1.0}))
+    assert masses == pytest.approx((0.43, 0.57), abs=0.005)
+
+
+@pytest.mark.parametrize("formula", ["nabo2", "", "Xx2", "NaBO2 and water"])
+def test_a_formula_that_is_none_is_refused_in_one_line(formula):
+    content = {**CHEMISTRY.model_dump(), "limiting": formula}
+    with pytest.raises(ConfigError, match="limiting: formula") as caught:
+        check_model(content, ChemistryConfig, "config.yaml")
+    assert "\n" not in str(caught.value)
+
+
+def test_half_lives_and_what_is_lost_while_waiting(tmp_path):
+    path = write(tmp_path / "s.tsv", {"case": "a", "ph": 11, "temperature_k": 298, "wait_h": 10.229367})
+    table = solution_table(path)
+    assert table["half_life_h"][0] == pytest.approx(10.229, abs=1e-3)
+    assert table["lost_percent"][0] == pytest.approx(50, abs=1e-4)
+    assert share_lost(2.0, 1.0) == pytest.approx(0.75)
+    assert share_lost(0.0, half_life(11, 298)) == 0
+
+
+def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
+    counted = {"case": "a", "bpr": 30, "molar_ratio": 10, "balls": 24, "ball_diameter_mm": 10}
+    table = charge_table(write(tmp_path / "c.tsv", {**counted, "ball_density_kg_m3": 7700}), CHEMISTRY)
+    assert table["ball_mass_g"][0] == pytest.approx(24 * 7.7 * np.pi / 6, rel=1e-9)
+    assert ball_mass(24, 0.01, 7700) == pytest.approx(1e-3 * table["ball_mass_g"][0])
+    weighed = {"case": "a", "bpr": 30, "molar_ratio": 10, "ball_mass_g": table["ball_mass_g"][0]}
+    same = charge_table(write(tmp_path / "w.tsv", weighed), CHEMISTRY)
+    assert same["limiting_mass_g"][0] == pytest.approx(table["limiting_mass_g"][0])
+    assert same["powder_mass_g"][0] == pytest.approx(same["limiting_mass_g"][0] + same["reductant_mass_g"][0])
+    # The powder charged gives back its own gas at a full yield.
+    volume = gas_volume(1.0, 298.15, 101325, 1e-3 * same["limiting_mass_g"][0], CHEMISTRY)
+    assert volume * (101325 - vapour_pressure(298.15)) / (8.314462618 * 298.15) * 1e3 == pytest.approx(
+        same["full_gas_mmol"][0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"gas_volume_ml": "much"}, ["gas_volume_ml", "'much'", "finite number"]),
+        ({"gas_volume_ml": ""}, ["gas_volume_ml", "finite number"]),
+        ({"gas_volume_ml": "nan"}, ["gas_volume_ml", "finite number"]),
+        ({"gas_volume_ml": "inf"}, ["gas_volume_ml", "finite number"]),
+        ({"gas_volume_ml": -1}, ["gas_volume_ml", "case 14", "-1", "between 0 and"]),
+        ({"gas_volume_ml": 1141}, ["gas_volume_ml", "case 14", "yield of 140 %", "yield_max_percent"]),
+        ({"temperature_k": 25}, ["temperature_k", "case 14", "25", "between 273.15 and 373"]),
+        ({"pressure_pa": 1013}, ["pressure_pa", "1013", "between 50000 and 200000"]),
+        ({"limiting_mass_g": 0}, ["limiting_mass_g", "0", "above 0"]),
+        ({"temperature_k": 370, "pressure_pa": 8e4}, ["temperature_k", "370", "vapour"]),
+        ({"case": "15"}, ["case = 15", "twice"]),
+        ({"case": ""}, ["case", "row 1", "a case is wanted"]),
+        ({"gas_volume_error_ml": -2}, ["gas_volume_error_ml", "-2"]),
+        ({"gas_volume_error_ml": ""}, ["gas_volume_error_ml", "finite number"]),
+    ],
+)
+def test_bad_readings_are_refused_in_one_line(tmp_path, change, words):
+    first, second = ({**READING, "gas_volume_error_ml": 1, **others} for others in (change, {"case": "15"}))
+    path = write(tmp_path / "g.tsv", first, second)
+    with pytest.raises(ConfigError) as caught:
+        yield_table(path, CHEMISTRY, GAS)
+    assert all(word in str(caught.value) for word in [path, *words])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("column", ["case", "gas_volume_ml", "temperature_k", "pressure_pa", "limiting_mass_g"])
+def test_a_missing_column_is_refused(tmp_path, column):
+    path = write(tmp_path / "g.tsv", {key: value for key, value in READING.items() if key != column})
+    with pytest.raises(ConfigError, match=f"column {column} is missing"):
+        yield_table(path, CHEMISTRY, GAS)
+
+
+@pytest.mark.parametrize(
+    ("calculation", "reading", "column", "value"),
+    [
+        ("yield", READING, "yield_percent", 71.0),
+        ("half-life", {"case": "a", "ph": 11, "temperature_k": 298}, "half_life_h", 10.229),
+        ("charge", {"case": "a", "bpr": 30, "molar_ratio": 10, "ball_mass_g": 97.06}, "limiting_mass_g", 1.11207),
+        (
+            "wear",
+            {
+                "ball_diameter_mm": 10,
+                "speed_rpm": 1000,
+                "time_h": 20,
+                "bpr": 50,
+                "unused_mass_g": 97.06,
+                "used_mass_g": 96.94,
+            },
+            "iron_percent",
+            6.18,
+        ),
+    ],
+)
+def test_the_command_calculates_each_table(tmp_path, calculation, reading, column, value):
+    out = tmp_path / "out.tsv"
+    path = write(tmp_path / "in.tsv", reading)
+    calculate_wet_lab.main([calculation, path, str(out), "--config", str(ROOT / "config/config.yaml")])
+    assert read_table(out, numeric=[column])[column][0] == pytest.approx(value, rel=1e-3)
+
+
+def test_the_command_takes_a_file_of_its_own_and_dry_gas(tmp_path):
+    own = {"doe": {"chemistry": CHEMISTRY.model_dump(), "gas": GAS.model_dump()}}
+    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(own))
+    path, out = write(tmp_path / "in.tsv", READING), tmp_path / "out.tsv"
+    calculate_wet_lab.main(["yield", path, str(out), "--config", str(tmp_path / "lab.yaml"), "--dry-gas"])
+    assert read_table(out, numeric=["yield_percent"])["yield_percent"][0] == pytest.approx(73.29, abs=0.01)
+    assert set(WetLabConfig.model_fields) == {"chemistry", "gas"}
+
+
+@pytest.mark.parametrize(
+    ("config", "reading", "words"),
+    [
+        ("doe: 3\n", READING, "doe: a section"),
+        ("doe:\n  gas: {temperature_k: 298, pressure_pa: 1e5}\n", READING, "chemistry: this key is missing"),
+        (None, {**READING, "gas_volume_ml": 1141}, "yield of 140 %"),
+        (None, {"case": "a"}, "gas_volume_ml is missing"),
+    ],
+)
+def test_the_command_refuses_in_one_line_and_writes_nothing(tmp_path, capsys, config, reading, words):
+    file = ROOT / "config/config.yaml"
+    if config is not None:
+        file = tmp_path / "lab.yaml"
+        file.write_text(config)
+    out = tmp_path / "out.tsv"
+    with pytest.raises(SystemExit) as stop:
+        calculate_wet_lab.main(["yield", write(tmp_path / "in.tsv", reading), str(out), "--config", str(file)])
+    assert stop.value.code == 1
+    line = capsys.readouterr().err.strip()
+    assert line.startswith("error: ")
+    assert words in line
+    assert "\n" not in line
+    assert not out.exists()
