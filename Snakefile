@@ -36,13 +36,21 @@ with stop_on_bad_input():
 include: "workflow/rules/common.smk"
 include: "workflow/rules/doe.smk"
 include: "workflow/rules/dem.smk"
+include: "workflow/rules/view.smk"
 include: "workflow/rules/fingerprint.smk"
 include: "workflow/rules/partition.smk"
 include: "workflow/rules/yields.smk"
 include: "workflow/rules/surrogate.smk"
 
 
-STAGE_OUTPUTS = [*DOE_OUTPUTS, *FINGERPRINT_OUTPUTS, *PARTITION_OUTPUTS, *YIELD_OUTPUTS, *SURROGATE_OUTPUTS]
+STAGE_OUTPUTS = [
+    *DOE_OUTPUTS,
+    *VIEW_OUTPUTS,
+    *FINGERPRINT_OUTPUTS,
+    *PARTITION_OUTPUTS,
+    *YIELD_OUTPUTS,
+    *SURROGATE_OUTPUTS,
+]
 
 
 include: "workflow/rules/report.smk"
@@ -72,6 +80,7 @@ rule chapter2:
 rule chapter3:
     input:
         FINGERPRINT_OUTPUTS,
+        VIEW_OUTPUTS,
 
 
 rule chapter4:

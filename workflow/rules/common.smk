@@ -17,11 +17,15 @@ def library(script: str) -> str:
     return library_digest(Path(workflow.basedir) / "scripts" / script)
 
 
-def summaries_of_sweep(name: str) -> list[str]:
-    """Summaries of every case of a sweep; none for a sweep that the configuration lacks."""
+def cases_of_sweep(name: str) -> list[str]:
+    """Paths of every case of a sweep; none for a sweep that the configuration lacks."""
     blocks = [block for block in CONFIG.sweeps if block.name == name]
-    cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
-    return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
+    return [case.path for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
+
+
+def summaries_of_sweep(name: str) -> list[str]:
+    """Summaries of every case of a sweep."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_sweep(name)]
 
 
 def yield_settings(section: str) -> dict:

@@ -8,6 +8,7 @@ from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, Section
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
+from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
 
@@ -33,6 +34,7 @@ class WorkflowConfig(Section):
     doe: DoeConfig
     dem: DemConfig
     sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
+    view: ViewConfig
     fingerprint: FingerprintConfig
     partition: PartitionConfig
     yields: YieldConfig
