@@ -19,7 +19,7 @@ OUTLINE = MM * np.array([[-40, -30], [40, -30], [40, 0], [0, 0], [0, 30], [-40, 
 def ell(height: float = 0.03) -> Vessel:
     """An upright prism over OUTLINE with its floor at z = 0."""
     low = np.column_stack([OUTLINE, np.zeros(len(OUTLINE))])
-    high = low + [0, 0, height]
+    high = low + np.array([0, 0, height])
     # Seen from inside, outlines run counter-clockwise.
     sides = [[np.array([low[k - 1], high[k - 1], high[k], low[k]])] for k in range(len(low))]
     return Vessel([Facet.from_loops(loops) for loops in [*sides, [low], [high[::-1]]]])

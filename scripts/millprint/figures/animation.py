@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgb
 from PIL import Image
 
 from millprint.errors import ConfigError
@@ -16,7 +16,7 @@ from millprint.job import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
 
 # A compromise of sharp text and a file of a few megabytes.
-DPI, COLOURS = 150, 128
+DPI = 150
 SPEEDS = plt.get_cmap("plasma", 32)
 WALL_DARK, WALL_LIGHT = 0.74, 0.95
 INK = "#303030"
@@ -58,8 +58,7 @@ class _View:
         self._outline.set_segments(picture.outline_mm)
         self._balls.set_offsets(np.stack([picture.centre_mm, picture.centre_mm + self._glint], axis=1).reshape(-1, 2))
         colours = SPEEDS(speeds(picture.speed_m_s))
-        glints = 1 - 0.55 * (1 - colours)
-        self._balls.set_facecolors(np.stack([colours, glints], axis=1).reshape(-1, 4))
+        self._balls.set_facecolors(np.stack([colours, _glint(colours)], axis=1).reshape(-1, 4))
         self._jar.set_data(picture.jar_mm[:1], picture.jar_mm[1:])
         for artist in self._artists:
             self._axes.draw_artist(artist)
@@ -117,10 +116,21 @@ class Animation:
         return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
-def _palette(pictures: list[Image.Image]) -> Image.Image:
-    """Colours that suit all pictures, so that none flickers from frame to frame."""
-    sheet = Image.fromarray(np.concatenate([np.asarray(picture) for picture in pictures]))
-    return sheet.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+def _glint(colours: np.ndarray) -> np.ndarray:
+    """Colours (n, 4) with more light on them."""
+    return 1 - 0.55 * (1 - colours)
+
+
+def _palette() -> Image.Image:
+    """What is drawn, and what lies between it and the ink; the same for every frame, so that nothing flickers."""
+    ink, balls = np.array([*to_rgb(INK), 1]), SPEEDS(np.arange(SPEEDS.N))
+    # Not closer: Pillow looks colours up on a lattice of four levels and would take paper for a light grey.
+    greys = np.repeat(np.linspace(0, 1, 33)[:, None], 4, axis=1)
+    darker = [(share * balls + (1 - share) * ink) for share in (0.75, 0.5, 0.25)]
+    colours = np.concatenate([greys, balls, _glint(balls), *darker])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.round(255 * colours[:, :3]).astype(np.uint8).tobytes())
+    return palette
 
 
 def save_animation(movie: Movie, *paths: str | Path) -> None:
@@ -132,8 +142,7 @@ def save_animation(movie: Movie, *paths: str | Path) -> None:
         if Path(path).suffix not in (".gif", ".png"):
             raise ConfigError(f"{path}: an animation is a .gif or a .png")
     animation = Animation(movie)
-    some = movie.frames[:: max(1, len(movie.frames) // 6)]
-    palette = _palette([animation.draw(frame) for frame in some])
+    palette = _palette()
 
     drawn = []
     with progress(len(movie.frames), "drawing", "frame") as bar:
