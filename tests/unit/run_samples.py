@@ -32,14 +32,14 @@ def turn(angle: np.ndarray) -> np.ndarray:
 
 
 def write_sample(path: Path, steps: int = 60, turning: float = 0.0, seed: int = 0, kind: str = "circle") -> None:
-    """Write a run of a mill of 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact."""
+    """Write a run of a mill of 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact, 0 one."""
     random = np.random.default_rng(seed)
     vessel, time_s = ell(), 0.5 + INTERVAL * np.arange(steps)
     phase = 2 * np.pi * 10 * time_s
     body = 0.017 * np.stack([np.cos(phase), np.sin(phase), 0 * phase], axis=1)
     velocity = 0.017 * 2 * np.pi * 10 * np.stack([-np.sin(phase), np.cos(phase), 0 * phase], axis=1)
     counts = random.integers(1, 6, steps)
-    counts[3] = 0
+    counts[0], counts[3] = 1, 0
     features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
     first = random.integers(0, BALLS - 1, counts.sum())
     # A pair's second ball has the larger number.
