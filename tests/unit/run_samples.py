@@ -32,7 +32,7 @@ def turn(angle: np.ndarray) -> np.ndarray:
 
 
 def write_sample(path: Path, steps: int = 60, turning: float = 0.0, seed: int = 0, kind: str = "circle") -> None:
-    """Write a run of a mill of 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact, 0 one."""
+    """A run at 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact, 0 one."""
     random = np.random.default_rng(seed)
     vessel, time_s = ell(), 0.5 + INTERVAL * np.arange(steps)
     phase = 2 * np.pi * 10 * time_s

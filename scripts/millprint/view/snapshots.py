@@ -93,7 +93,7 @@ class Block:
 class Snapshots:
     """Every `every`-th snapshot of an open run.h5, from `first` up to and without `last` (row numbers).
 
-    time_s (n,); normal_J and tangential_J (n,) dissipated since the chosen snapshot before; body_position_m (n, 3);
+    time_s (n,); normal_J and tangential_J (n,) dissipated since the chosen snapshot before, 0 for the first;
     contact_count (n,). Raises ConfigError for a run without snapshots or with a data set missing.
     """
 
