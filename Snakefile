@@ -37,6 +37,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/doe.smk"
 include: "workflow/rules/dem.smk"
 include: "workflow/rules/convergence.smk"
+include: "workflow/rules/view.smk"
 include: "workflow/rules/fingerprint.smk"
 include: "workflow/rules/partition.smk"
 include: "workflow/rules/yields.smk"
@@ -46,6 +47,7 @@ include: "workflow/rules/surrogate.smk"
 STAGE_OUTPUTS = [
     *DOE_OUTPUTS,
     *CONVERGENCE_OUTPUTS,
+    *VIEW_OUTPUTS,
     *FINGERPRINT_OUTPUTS,
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
@@ -81,6 +83,7 @@ rule chapter3:
     input:
         FINGERPRINT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
+        VIEW_OUTPUTS,
 
 
 rule chapter4:

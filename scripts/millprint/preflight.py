@@ -38,6 +38,7 @@ def check_before_running(
             check_fill(mills[name], diameter, fill, most, source)
     for case in cases.values():
         check_step(config, contacts[case.contact], case, source)
+    check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
     faults = fingerprint_faults(config, cases, source)
     if faults:
@@ -88,6 +89,15 @@ def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, sou
         raise ConfigError(f"{place} do not fit in mill {mill.name}; at most {most * ball_volume / volume:.2g}")
     if balls < 1:
         raise ConfigError(f"{place} in mill {mill.name}; one ball needs at least {ball_volume / volume:.2g}")
+
+
+def check_movie(config: WorkflowConfig, source: str) -> None:
+    """What is shown in the report's animation must record snapshots."""
+    for sweep in config.sweeps:
+        if sweep.name == "movie" and sweep.snapshot_interval_s is None:
+            raise ConfigError(
+                f"{source}: sweeps.movie.snapshot_interval_s: this key is missing; an animation is made of snapshots"
+            )
 
 
 def check_step(config: WorkflowConfig, contact: ContactConfig, case: Case, source: str) -> None:

@@ -4,6 +4,7 @@ import re
 
 import pandas as pd
 import pytest
+from PIL import Image
 
 from millprint.claims.tabulate import CLAIM_COLUMNS
 from millprint.files import read_json, read_table
@@ -55,6 +56,14 @@ def test_report_opens_offline(smoke_project):
     assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=[\"']https?://", html)
     for chapter in ("Chapter 2", "Chapter 3", "Chapter 4", "Chapter 5", "Chapter 6"):
         assert chapter in html
+
+
+def test_the_report_shows_the_mill_in_motion(smoke_project):
+    folder = smoke_project / "results/dem/emax/calibrated/d10_f0.10_n300_s0"
+    for name in ("mill.gif", "mill.png"):
+        with Image.open(folder / name) as image:
+            assert image.n_frames > 30
+    assert "mill.png" in (smoke_project / "results/report/report.html").read_text()
 
 
 def test_every_job_left_a_log(smoke_project):

@@ -9,6 +9,7 @@ from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, Section
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
+from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
 
@@ -35,6 +36,7 @@ class WorkflowConfig(Section):
     dem: DemConfig
     sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
     convergence: ConvergenceConfig = ConvergenceConfig()
+    view: ViewConfig
     fingerprint: FingerprintConfig
     partition: PartitionConfig
     yields: YieldConfig

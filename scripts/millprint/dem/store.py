@@ -11,6 +11,7 @@ import pandas as pd
 from millprint.dem.collisions import histograms
 from millprint.dem.simulation import Recording, Simulation
 from millprint.files import whole_file
+from millprint.mill.vessel import Vessel
 
 # What a column's last words say of its unit.
 UNITS = {"_J": "J", "_s": "s", "_m_s": "m/s", "_N": "N", "_m": "m", "_rad_s": "rad/s"}
@@ -73,8 +74,19 @@ def _put_snapshots(group: h5py.Group, recording: Recording) -> None:
     put(group, "contact_second", contacts[:, 1].astype(np.int32))
 
 
+def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
+    """Walls in the body frame: triangles to look at, and features in the order in which contacts number them."""
+    vertices, triangles = vessel.triangles()
+    put(group, "vertices_m", vertices)
+    put(group, "triangles", triangles)
+    put(group, "facet_normal", [facet.normal for facet in vessel.facets])
+    put(group, "facet_offset_m", [facet.offset for facet in vessel.facets])
+    put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in vessel.convex_edges], (-1, 2, 3)))
+    put(group, "corner_m", np.reshape([corner.point for corner in vessel.corners], (-1, 3)))
+
+
 def write_run(path, simulation: Simulation, recording: Recording, series: pd.DataFrame, table: pd.DataFrame) -> None:
-    """Write run.h5: attributes config, seed, versions; groups ledger, collisions, occupancy and perhaps snapshots."""
+    """Write run.h5: attributes config, seed, versions; groups geometry, ledger, collisions, occupancy, snapshots."""
     config = {
         "case": simulation.case.model_dump(mode="json"),
         "mill": simulation.mill.model_dump(mode="json"),
@@ -87,6 +99,8 @@ def write_run(path, simulation: Simulation, recording: Recording, series: pd.Dat
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps(versions)
         file.attrs["facets"] = len(simulation.vessel.facets)
+        file.attrs["ball_radius_m"] = simulation.radius
+        put_geometry(file.create_group("geometry"), simulation.vessel)
         _put_frame(file.create_group("ledger"), series)
         group = file.create_group("collisions")
         group.attrs["begin_s"] = simulation.begin_s

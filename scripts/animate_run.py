@@ -1,0 +1,47 @@
+"""Draw an animation of the mill from a run's snapshots: balls and jar from above and from the side, with speeds.
+
+By Snakemake, or by hand: python scripts/animate_run.py results/dem/MILL/CONTACT/CASE/run.h5
+"""
+
+import argparse
+from pathlib import Path
+
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.load import check_model
+from millprint.config.view import ViewConfig
+from millprint.figures.animation import save_animation
+from millprint.job import job
+from millprint.view.frames import read_movie
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
+    parser.add_argument("--out", type=Path, help=".gif or (moving) .png (default: mill.gif beside run.h5)")
+    parser.add_argument("--start", type=float, metavar="S", help="first frame, since the start of the mill [s]")
+    for key in ("revolutions", "frames_per_revolution", "frames_per_second"):
+        field = ViewConfig.model_fields[key]
+        parser.add_argument(
+            f"--{key.replace('_', '-')}",
+            type=field.annotation,
+            default=field.default,
+            metavar="N",
+            help=f"{field.description} (default {field.default:g})",
+        )
+    chosen = parser.parse_args()
+    out = chosen.out or chosen.run.parent / "mill.gif"
+    with stop_on_bad_input():
+        keys = {key: getattr(chosen, key) for key in ViewConfig.model_fields if hasattr(chosen, key)}
+        movie = read_movie(chosen.run, check_model(keys, ViewConfig, "command line"), chosen.start)
+        save_animation(movie, out)
+        print(f"{len(movie.frames)} frames, {movie.slow_motion:.3g} times slower than life, written to {out}")
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "animate run") as log:
+        movie = read_movie(snakemake.input.run, ViewConfig(**snakemake.params.settings))
+        save_animation(movie, snakemake.output.gif, snakemake.output.png)
+        log.info("%d frames, %.3g times slower than life", len(movie.frames), movie.slow_motion)
+elif __name__ == "__main__":
+    main()

@@ -1,0 +1,36 @@
+"""Write a run's snapshots for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
+
+By Snakemake, or by hand: python scripts/export_run.py results/dem/MILL/CONTACT/CASE/run.h5
+"""
+
+import argparse
+from pathlib import Path
+
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.view import ViewConfig
+from millprint.job import job
+from millprint.view.paraview import export_run
+
+PARTS = ("", "_walls", "_contacts")
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
+    every = ViewConfig().paraview_every
+    parser.add_argument("--every", type=int, default=every, help=f"one snapshot in so many (default {every})")
+    parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
+    chosen = parser.parse_args()
+    files = [(chosen.out or chosen.run.parent) / f"{chosen.run.stem}{part}.vtkhdf" for part in PARTS]
+    with stop_on_bad_input():
+        count = export_run(chosen.run, *files, chosen.every)
+        print(f"{count} snapshots written to {', '.join(map(str, files))}")
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "export run") as log:
+        count = export_run(snakemake.input.run, *snakemake.output, snakemake.params.every)
+        log.info("%d snapshots", count)
+elif __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""An animation's frames as arrays ready to be drawn: what is seen of balls and jar from above and from the side."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+import trimesh
+
+from millprint.config.view import ViewConfig
+from millprint.errors import ConfigError
+from millprint.view.snapshots import Block, Snapshots, open_run
+
+# Edges at which the wall turns by more than this are drawn, besides the silhouette [rad].
+SHARP = np.radians(30)
+MARGIN_MM = 4.0
+MM = 1e3
+
+
+@dataclass(frozen=True)
+class View:
+    """A direction to look in: axes that point right, up and towards the eye (the last with its sign)."""
+
+    title: str
+    right: int
+    up: int
+    towards: int
+    sign: int
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) [m] as they are seen, (..., 2) [mm]."""
+        return points[..., [self.right, self.up]] * MM
+
+    def nearness(self, vectors: np.ndarray) -> np.ndarray:
+        """How far points or directions (..., 3) lie towards the eye."""
+        return self.sign * vectors[..., self.towards]
+
+
+VIEWS = (View("from above", 0, 1, 2, 1), View("from the side, along y", 0, 2, 1, -1))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What one view shows all the time: limits (2, 2) low and high [mm], path of the jar's middle (m, 2) [mm]."""
+
+    title: str
+    labels: tuple[str, str]
+    limits_mm: np.ndarray
+    path_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One view at one time, everything from the back to the front.
+
+    wall_mm (t, 3, 2) triangles that face the eye, with how squarely they do, wall_shade (t,), 1 for head on;
+    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle.
+    """
+
+    wall_mm: np.ndarray
+    wall_shade: np.ndarray
+    outline_mm: np.ndarray
+    centre_mm: np.ndarray
+    speed_m_s: np.ndarray
+    jar_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A moment: time [s] and revolutions since the mill started (None for a mill at rest), a picture a view."""
+
+    time_s: float
+    revolution: float | None
+    pictures: tuple[Picture, ...]
+
+
+@dataclass(frozen=True)
+class Movie:
+    """Everything that an animation draws. Speeds are relative to the wall that moves with the jar."""
+
+    heading: str
+    radius_mm: float
+    speed_max_m_s: float
+    delay_ms: int
+    slow_motion: float
+    panels: tuple[Panel, ...]
+    frames: tuple[Frame, ...]
+
+
+class _Shape:
+    """The walls' triangles, and the edges that can be seen."""
+
+    def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
+        mesh = trimesh.Trimesh(vertices_m, triangles, process=False)
+        self.vertices_m, self.triangles, self.normals = vertices_m, triangles, mesh.face_normals
+        self.middle_m = mesh.bounds.mean(axis=0)
+        self.edges, self.sides = mesh.face_adjacency_edges, mesh.face_adjacency
+        self.is_sharp = mesh.face_adjacency_angles > SHARP
+
+    def seen(self, view: View, vertices_m: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Triangles that face the eye, how squarely, and the lines of silhouette and sharp edges."""
+        facing = view.nearness(self.normals @ rotation.T)
+        front = np.flatnonzero(facing > 1e-6)
+        depth = view.nearness(vertices_m)[self.triangles[front]].mean(axis=1)
+        front = front[np.argsort(depth)]
+        flat = view.flat(vertices_m)
+        is_seen = facing > 1e-6
+        is_line = self.is_sharp | (is_seen[self.sides[:, 0]] != is_seen[self.sides[:, 1]])
+        return flat[self.triangles[front]], facing[front], flat[self.edges[is_line]]
+
+
+def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = None) -> Movie:
+    """The first revolutions of a run's snapshots, or those from start_s (since the start of the mill) [s] on.
+
+    Raises ConfigError for a run without snapshots or a start outside them.
+    """
+    with open_run(run) as file:
+        snapshots = _chosen(file, settings, start_s)
+        blocks = list(snapshots.blocks())
+    frequency_hz = _frequency(snapshots.config)
+    shape = _Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
+    frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, frequency_hz)]
+    middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
+    low, high = _bounds(snapshots, blocks)
+    # The delays of a GIF are hundredths of a second.
+    delay_ms = 10 * round(100 / settings.frames_per_second)
+    interval_s = float(snapshots.time_s[-1] - snapshots.time_s[0]) / max(1, len(snapshots) - 1)
+    return Movie(
+        heading=_heading(snapshots),
+        radius_mm=snapshots.radius_m * MM,
+        speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
+        delay_ms=delay_ms,
+        slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
+        panels=tuple(
+            Panel(
+                view.title,
+                (f"{'xyz'[view.right]} [mm]", f"{'xyz'[view.up]} [mm]"),
+                view.flat(np.array([low, high])) + MARGIN_MM * np.array([[-1.0], [1.0]]),
+                view.flat(middle[: settings.frames_per_revolution + 1]),
+            )
+            for view in VIEWS
+        ),
+        frames=tuple(frames),
+    )
+
+
+def _frequency(config: dict) -> float:
+    """Revolutions of the mill in a second; 0 for one at rest."""
+    return 0.0 if config["mill"]["motion"]["kind"] == "rest" else config["case"]["speed_rpm"] / 60
+
+
+def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
+    """As many snapshots as the settings want, at equal distances."""
+    every = Snapshots(file)
+    time_s, wanted = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
+    frequency_hz = _frequency(every.config)
+    if start_s is not None and not time_s[0] - 1e-9 <= start_s < time_s[-1]:
+        raise ConfigError(
+            f"{file.filename}: no snapshots from {start_s:g} s on; there are some from {time_s[0]:g} to "
+            f"{time_s[-1]:g} s after the start of the mill"
+        )
+    first = 0 if start_s is None else int(np.searchsorted(time_s, start_s - 1e-9))
+    if not frequency_hz or len(time_s) < 2:
+        return Snapshots(file, max(1, (len(time_s) - first) // wanted), first)
+    interval_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    stride = max(1, round(1 / frequency_hz / settings.frames_per_revolution / interval_s))
+    # The frame that ends the last revolution would repeat the jar's place of the first.
+    last = min(len(time_s), first + round(settings.revolutions / frequency_hz / interval_s))
+    return Snapshots(file, stride, first, max(last, first + 1))
+
+
+def _heading(snapshots: Snapshots) -> str:
+    mill, case = snapshots.config["mill"], snapshots.config["case"]
+    return f"{mill['title']}\n{snapshots.balls} balls of {case['ball_diameter_mm']:g} mm, {case['speed_rpm']:g} rpm"
+
+
+def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corner (3,) of all that the walls pass through [m]."""
+    moved = [block.poses.to_laboratory(snapshots.geometry.vertices_m) for block in blocks]
+    return np.min([points.min(axis=(0, 1)) for points in moved], axis=0), np.max(
+        [points.max(axis=(0, 1)) for points in moved], axis=0
+    )
+
+
+def _frames(block: Block, snapshots: Snapshots, shape: _Shape, frequency_hz: float) -> list[Frame]:
+    position, poses = block.balls["position_m"], block.poses
+    speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
+    vertices, middle = poses.to_laboratory(shape.vertices_m), poses.to_laboratory(shape.middle_m[None])[:, 0]
+    frames = []
+    for k, time_s in enumerate(snapshots.time_s[block.rows]):
+        pictures = []
+        for view in VIEWS:
+            order = np.argsort(view.nearness(position[k]))
+            seen = shape.seen(view, vertices[k], poses.rotation[k])
+            balls = view.flat(position[k][order]), speed[k][order]
+            pictures.append(Picture(*seen, *balls, view.flat(middle[k])))
+        frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, tuple(pictures)))
+    return frames

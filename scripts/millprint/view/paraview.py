@@ -1,0 +1,107 @@
+"""A run's snapshots as three files for ParaView: balls, walls and contacts."""
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+
+from millprint.job import progress
+from millprint.view.snapshots import Block, Snapshots, open_snapshots
+from millprint.view.vtkhdf import TransientPolyData, transient_polydata
+
+BALL, WALL = 0, 1  # partners of a contact
+
+
+def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: str | Path, every: int = 1) -> int:
+    """Write every `every`-th snapshot of run.h5 as transient VTKHDF files; returns how many.
+
+    balls: a point a ball with radius, velocity, speed in the laboratory and relative to the wall, spin, net contact
+        force, number of contacts; dissipated energies since the step before as field data.
+    walls: the vessel's triangles, moving. contacts: lines between the centres of two balls, or from a ball's centre to
+        the wall, with the partner (0 ball, 1 wall), both numbers and the overlap.
+    Raises ConfigError for a run without snapshots.
+    """
+    with open_snapshots(run, every) as snapshots, ExitStack() as files:
+        count, geometry = len(snapshots), snapshots.geometry
+        ball_file, wall_file, contact_file = (
+            files.enter_context(transient_polydata(path, snapshots.time_s, **layout))
+            for path, layout in (
+                (balls, _layout(count, "Vertices", snapshots.balls, np.arange(snapshots.balls)[:, None])),
+                (walls, _layout(count, "Polygons", len(geometry.vertices_m), geometry.triangles)),
+                (contacts, _contact_layout(snapshots)),
+            )
+        )
+        ball_file.put_constant("PointData", "radius_m", np.full(snapshots.balls, snapshots.radius_m))
+        ball_file.put_constant("PointData", "ball", np.arange(snapshots.balls, dtype=np.int32))
+        with progress(count, "exporting", "snapshot") as bar:
+            for block in snapshots.blocks():
+                _append_balls(ball_file, snapshots, block)
+                moved = block.poses.to_laboratory(geometry.vertices_m).reshape(-1, 3)
+                wall_file.append("", "Points", moved.astype(np.float32))
+                _append_contacts(contact_file, snapshots, block)
+                bar.update(block.rows.stop - block.rows.start)
+        return count
+
+
+def _layout(steps: int, kind: str, points: int, connectivity: np.ndarray) -> dict:
+    """Cells that all steps share."""
+    return {
+        "kind": kind,
+        "corners": connectivity.shape[1],
+        "points": np.full(steps, points),
+        "cells": np.full(steps, len(connectivity)),
+        "connectivity": connectivity,
+    }
+
+
+def _contact_layout(snapshots: Snapshots) -> dict:
+    """A line a contact."""
+    return {"kind": "Lines", "corners": 2, "points": 2 * snapshots.contact_count, "cells": snapshots.contact_count}
+
+
+def _append_balls(file: TransientPolyData, snapshots: Snapshots, block: Block) -> None:
+    position, velocity = block.balls["position_m"], block.balls["velocity_m_s"]
+    relative = velocity - block.poses.velocity_at(position)
+    columns = {
+        "velocity_m_s": velocity,
+        "speed_m_s": np.linalg.norm(velocity, axis=-1),
+        "relative_speed_m_s": np.linalg.norm(relative, axis=-1).astype(velocity.dtype),
+        "spin_rad_s": block.balls["spin_rad_s"],
+        "contact_force_N": block.balls["contact_force_N"],
+        "contacts": contact_number(block, snapshots.balls),
+    }
+    file.append("", "Points", position.reshape(-1, 3))
+    for name, values in columns.items():
+        file.append("PointData", name, values.reshape(-1, *values.shape[2:]))
+    file.append("FieldData", "normal_J", snapshots.normal_J[block.rows])
+    file.append("FieldData", "tangential_J", snapshots.tangential_J[block.rows])
+
+
+def contact_number(block: Block, balls: int) -> np.ndarray:
+    """Contacts of every ball in every snapshot (n, balls); a contact of two balls counts for both."""
+    steps = len(block.contact_count)
+    is_pair = block.second >= 0
+    place = block.contact_step * balls
+    of_first = np.bincount(place + block.first, minlength=steps * balls)
+    of_second = np.bincount((place + block.second)[is_pair], minlength=steps * balls)
+    return (of_first + of_second).reshape(steps, balls).astype(np.int32)
+
+
+def _append_contacts(file: TransientPolyData, snapshots: Snapshots, block: Block) -> None:
+    """Lines, cut into two points each, and what is known of each contact."""
+    position, step, poses = block.balls["position_m"], block.contact_step, block.poses
+    start = position[step, block.first]
+    end = np.empty_like(start)
+    is_pair = block.second >= 0
+    end[is_pair] = position[step[is_pair], block.second[is_pair]]
+    at = step[~is_pair]
+    turn, origin = poses.rotation[at], poses.position_m[at]
+    inside = np.einsum("nji,nj->ni", turn, start[~is_pair] - origin)
+    feet = snapshots.geometry.foot(-1 - block.second[~is_pair], inside)
+    end[~is_pair] = np.einsum("nij,nj->ni", turn, feet) + origin
+    reach = snapshots.radius_m * np.where(is_pair, 2, 1)
+    file.append("", "Points", np.stack([start, end], axis=1).reshape(-1, 3))
+    file.append("CellData", "partner", np.where(is_pair, BALL, WALL).astype(np.int32))
+    file.append("CellData", "first", block.first.astype(np.int32))
+    file.append("CellData", "second", block.second.astype(np.int32))
+    file.append("CellData", "overlap_m", (reach - np.linalg.norm(end - start, axis=1)).astype(np.float32))

@@ -1,0 +1,180 @@
+"""The snapshots of a run, read in blocks: a long run has more of them than memory."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from millprint.errors import ConfigError
+
+PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
+PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
+PER_CONTACT = ("contact_first", "contact_second")
+GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m")
+
+# Numbers of one quantity that a block holds: some tens of megabytes for all quantities together.
+BLOCK_VALUES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Walls in the body frame [m].
+
+    vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball touches, numbered in this order:
+    facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3).
+    """
+
+    vertices_m: np.ndarray
+    triangles: np.ndarray
+    facet_normal: np.ndarray
+    facet_offset_m: np.ndarray
+    edge_m: np.ndarray
+    corner_m: np.ndarray
+
+    def foot(self, feature: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """The point (n, 3) of wall feature (n,) that is nearest to points (n, 3), all in the body frame [m]."""
+        feet = np.empty_like(points, dtype=float)
+        facets, edges = len(self.facet_normal), len(self.edge_m)
+        on = feature < facets
+        normal, offset = self.facet_normal[feature[on]], self.facet_offset_m[feature[on]]
+        feet[on] = points[on] - ((points[on] * normal).sum(axis=1) - offset)[:, None] * normal
+        on = (feature >= facets) & (feature < facets + edges)
+        start, end = np.moveaxis(self.edge_m[feature[on] - facets], 1, 0)
+        along = ((points[on] - start) * (end - start)).sum(axis=1) / ((end - start) ** 2).sum(axis=1)
+        feet[on] = start + np.clip(along, 0, 1)[:, None] * (end - start)
+        on = feature >= facets + edges
+        feet[on] = self.corner_m[feature[on] - facets - edges]
+        return feet
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Where a vessel is at n times: position (n, 3), velocity (n, 3), rotation (n, 3, 3) to the laboratory, spin."""
+
+    position_m: np.ndarray
+    velocity_m_s: np.ndarray
+    rotation: np.ndarray
+    spin_rad_s: np.ndarray
+
+    def to_laboratory(self, points: np.ndarray) -> np.ndarray:
+        """Points (p, 3) of the body in the laboratory, (n, p, 3) [m]."""
+        return np.einsum("nij,pj->npi", self.rotation, points) + self.position_m[:, None]
+
+    def velocity_at(self, points: np.ndarray) -> np.ndarray:
+        """Velocity of the wall, V + omega x (x - X), at laboratory points (n, p, 3) [m/s]."""
+        return self.velocity_m_s[:, None] + np.cross(self.spin_rad_s[:, None], points - self.position_m[:, None])
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive snapshots of those chosen: `rows` of them by their number among the chosen ones.
+
+    balls: quantities of PER_BALL, (n, balls, 3) each; poses: of the vessel; contact_count (n,), and first and second
+    of all their contacts one after the other: a ball, and a ball or -1 - feature of the wall.
+    """
+
+    rows: slice
+    balls: dict[str, np.ndarray]
+    poses: Poses
+    contact_count: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+    @property
+    def contact_step(self) -> np.ndarray:
+        """The snapshot within the block that each contact belongs to."""
+        return np.repeat(np.arange(len(self.contact_count)), self.contact_count)
+
+
+class Snapshots:
+    """Every `every`-th snapshot of an open run.h5, from `first` up to and without `last` (row numbers).
+
+    time_s (n,); normal_J and tangential_J (n,) dissipated since the chosen snapshot before, 0 for the first;
+    contact_count (n,). Raises ConfigError for a run without snapshots or with a data set missing.
+    """
+
+    def __init__(self, file: h5py.File, every: int = 1, first: int = 0, last: int | None = None) -> None:
+        path = file.filename
+        if every < 1:
+            raise ConfigError(f"every = {every}: one snapshot in how many is wanted, 1 or more")
+        if "snapshots" not in file:
+            raise ConfigError(
+                f"{path}: no snapshots: set snapshot_interval_s in the sweep of this case, and simulate it again"
+            )
+        self._group = file["snapshots"]
+        missing = [name for name in (*PER_STEP, *PER_BALL, *PER_CONTACT) if name not in self._group]
+        if missing or "geometry" not in file or "ball_radius_m" not in file.attrs:
+            what = f"snapshots/{missing[0]}" if missing else "the geometry"
+            raise ConfigError(f"{path}: {what} is missing: written by another version; simulate this case again")
+        self.config = json.loads(file.attrs["config"])
+        self.radius_m = float(file.attrs["ball_radius_m"])
+        self.geometry = Geometry(**{name: file["geometry"][name][:] for name in GEOMETRY})
+        self.balls = self._group["position_m"].shape[1]
+        self._rows = slice(first, len(self._group["time_s"]) if last is None else last, every)
+        self.time_s = self._group["time_s"][self._rows]
+        if not len(self.time_s):
+            raise ConfigError(f"{path}: no snapshot between numbers {first} and {last}")
+
+        self.contact_count = np.diff(self._group["contact_offset"][:])[self._rows]
+        self.normal_J, self.tangential_J = (self._since_before(name) for name in ("normal_J", "tangential_J"))
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def _since_before(self, name: str) -> np.ndarray:
+        """Energy since the chosen snapshot before: that of the snapshots left out is added."""
+        begin, end, every = self._rows.start, self._rows.stop, self._rows.step
+        total = np.cumsum(self._group[name][begin:end])[::every]
+        return np.diff(total, prepend=total[0])
+
+    def blocks(self) -> Iterator[Block]:
+        """The chosen snapshots in turn, as many at a time as memory holds with ease."""
+        size = max(1, BLOCK_VALUES // (3 * max(self.balls, len(self.geometry.vertices_m))))
+        for begin in range(0, len(self), size):
+            rows = slice(begin, min(begin + size, len(self)))
+            yield self._block(rows)
+
+    def _block(self, rows: slice) -> Block:
+        every = self._rows.step
+        stored = slice(self._rows.start + rows.start * every, self._rows.start + (rows.stop - 1) * every + 1, every)
+        offset = self._group["contact_offset"][stored.start : stored.stop + 1]
+        is_chosen = np.zeros(len(offset) - 1, dtype=bool)
+        is_chosen[::every] = True
+        kept = np.repeat(is_chosen, np.diff(offset))
+        first, second = (self._group[name][offset[0] : offset[-1]][kept] for name in PER_CONTACT)
+        balls = {name: self._group[name][stored] for name in PER_BALL}
+        return Block(rows, balls, self._poses(stored), self.contact_count[rows], first, second)
+
+    def _poses(self, stored: slice) -> Poses:
+        """Poses of the vessel; one that only translates has no rotation recorded."""
+        position = self._group["body_position_m"][stored]
+        velocity = self._group["body_velocity_m_s"][stored]
+        if "body_rotation" in self._group:
+            return Poses(
+                position, velocity, self._group["body_rotation"][stored], self._group["body_spin_rad_s"][stored]
+            )
+        return Poses(position, velocity, np.broadcast_to(np.eye(3), (len(position), 3, 3)), np.zeros_like(position))
+
+
+@contextmanager
+def open_snapshots(path: str | Path, every: int = 1) -> Iterator[Snapshots]:
+    """Open the snapshots of a run. Raises ConfigError for a file that is not a run with snapshots."""
+    with open_run(path) as file:
+        yield Snapshots(file, every)
+
+
+@contextmanager
+def open_run(path: str | Path) -> Iterator[h5py.File]:
+    """Open run.h5. Raises ConfigError for a file that is absent or is no HDF5 file."""
+    if not Path(path).is_file():
+        raise ConfigError(f"{path}: no such file")
+    try:
+        file = h5py.File(path)
+    except OSError:
+        raise ConfigError(f"{path}: not an HDF5 file; a run.h5 is wanted") from None
+    with file:
+        yield file

@@ -1,0 +1,202 @@
+"""Frames of an animation: what is seen, in which order, and that the file plays it."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+from millprint.config.checks import load_workflow
+from millprint.config.view import ViewConfig
+from millprint.errors import ConfigError
+from millprint.figures.animation import SPEEDS, Animation, save_animation
+from millprint.figures.style import plt
+from millprint.preflight import check_movie
+from millprint.view.frames import Movie, read_movie
+from tests.unit.run_samples import OUTLINE, turn, write_sample
+
+ROOT = Path(__file__).parents[2]
+SETTINGS = ViewConfig(revolutions=1, frames_per_revolution=25)
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def run(tmp_path) -> Path:
+    write_sample(tmp_path / "run.h5")
+    return tmp_path / "run.h5"
+
+
+def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]) -> Movie:
+    """One frame with one ball at the same place of both panels."""
+    movie = read_movie(run, SETTINGS)
+    pictures = tuple(
+        replace(picture, centre_mm=np.array([place_mm]), speed_m_s=np.array([speed_m_s]))
+        for picture in movie.frames[0].pictures
+    )
+    return replace(movie, frames=(replace(movie.frames[0], pictures=pictures),), speed_max_m_s=2.0)
+
+
+def test_frames_are_spread_over_the_revolutions_wanted(run):
+    movie = read_movie(run, SETTINGS)
+    assert len(movie.frames) == 25
+    assert [frame.time_s for frame in movie.frames] == pytest.approx(0.5 + 4e-3 * np.arange(25))
+    assert [frame.revolution for frame in movie.frames] == pytest.approx(5 + 0.04 * np.arange(25))
+    assert (movie.delay_ms, movie.slow_motion) == (40, pytest.approx(10))
+    assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
+
+
+def test_a_start_and_coarse_snapshots_give_the_frames_that_there_are(run):
+    movie = read_movie(run, ViewConfig(revolutions=5, frames_per_revolution=200), 0.6)
+    assert [frame.time_s for frame in movie.frames] == pytest.approx(0.6 + 2e-3 * np.arange(10))
+    with pytest.raises(ConfigError, match=r"no snapshots from 0.7 s on; there are some from 0.5 to 0.618 s"):
+        read_movie(run, SETTINGS, 0.7)
+
+
+def test_a_mill_at_rest_has_no_revolutions(tmp_path):
+    write_sample(tmp_path / "run.h5", kind="rest")
+    movie = read_movie(tmp_path / "run.h5", ViewConfig(revolutions=1, frames_per_revolution=30))
+    assert len(movie.frames) == 30
+    assert all(frame.revolution is None for frame in movie.frames)
+    save_animation(movie, tmp_path / "rest.gif")
+
+
+def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
+    movie = read_movie(run, SETTINGS)
+    with h5py.File(run) as file:
+        group = file["snapshots"]
+        position = 1e3 * group["position_m"][8]
+        relative = np.linalg.norm(group["velocity_m_s"][8] - group["body_velocity_m_s"][8], axis=1)
+        body = 1e3 * group["body_position_m"][8]
+    above, side = movie.frames[4].pictures
+    upwards, towards = np.argsort(position[:, 2]), np.argsort(-position[:, 1])
+    np.testing.assert_allclose(above.centre_mm, position[upwards][:, :2])
+    np.testing.assert_allclose(side.centre_mm, position[towards][:, [0, 2]])
+    np.testing.assert_allclose(above.speed_m_s, relative[upwards], rtol=1e-6)
+    np.testing.assert_allclose(side.speed_m_s, relative[towards], rtol=1e-6)
+    np.testing.assert_allclose(above.jar_mm, body[:2])
+    assert movie.speed_max_m_s == pytest.approx(max(frame.pictures[0].speed_m_s.max() for frame in movie.frames))
+
+
+@pytest.mark.parametrize("turning", [0.0, 7.0])
+def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
+    write_sample(tmp_path / "run.h5", turning=turning)
+    movie = read_movie(tmp_path / "run.h5", SETTINGS)
+    with h5py.File(tmp_path / "run.h5") as file:
+        body = file["snapshots/body_position_m"][20]
+    rotation = turn(np.array([turning * 0.54]))[0][:2, :2]
+    wanted = 1e3 * (OUTLINE @ rotation.T + body[:2])
+    above, side = movie.frames[10].pictures
+    drawn = above.outline_mm.reshape(-1, 2)
+    away = np.linalg.norm(drawn[:, None] - wanted, axis=-1)
+    assert away.min(axis=1).max() < 1e-9 and away.min(axis=0).max() < 1e-9
+    # Floor and lid, each once around; upright edges are points from above.
+    length = np.linalg.norm(np.diff(above.outline_mm, axis=1)[:, 0], axis=1).sum()
+    assert length == pytest.approx(2 * np.linalg.norm(wanted - np.roll(wanted, 1, axis=0), axis=1).sum())
+    # Only the floor faces the eye, head on.
+    assert above.wall_shade == pytest.approx(1)
+    assert np.ptp(side.wall_mm[..., 1]) == pytest.approx(30)
+    for panel, picture in zip(movie.panels, (above, side), strict=True):
+        assert (picture.outline_mm > panel.limits_mm[0]).all() and (picture.outline_mm < panel.limits_mm[1]).all()
+
+
+def pixel(animation: Animation, picture: np.ndarray, panel: int, place_mm: tuple[float, float]) -> np.ndarray:
+    axes = animation.figure.axes[panel]
+    x, y = axes.transData.transform(place_mm)
+    return picture[int(picture.shape[0] - y), int(x)] / 255
+
+
+def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
+    movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
+    animation = Animation(movie)
+    drawn = np.asarray(animation.draw(movie.frames[0]))
+    colour = np.array(SPEEDS(1.3 / 2.0)[:3])
+    for panel in (0, 1):
+        for away in ((4.2, 0), (0, -4.2), (-3.0, -3.0)):
+            inside = pixel(animation, drawn, panel, (17.0 + away[0], 12.0 + away[1]))
+            assert inside == pytest.approx(colour, abs=0.02)
+        for away in ((6.0, 0), (0, -6.0), (-4.2, -4.2)):
+            outside = pixel(animation, drawn, panel, (17.0 + away[0], 12.0 + away[1]))
+            assert np.ptp(outside) < 0.02, "grey wall or paper is wanted"
+
+
+def test_both_panels_have_one_scale(run):
+    animation = Animation(read_movie(run, SETTINGS))
+    scales = []
+    for axes in animation.figure.axes[:2]:
+        (x0, y0), (x1, y1) = axes.transData.transform([(0, 0), (10, 10)])
+        scales += [x1 - x0, y1 - y0]
+    assert scales == pytest.approx([scales[0]] * 4, rel=1e-3)
+
+
+def test_nothing_of_a_frame_is_left_in_the_next(run):
+    movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
+    other = movie_of_one_ball(run, 0.2, (-5.0, 20.0)).frames[0]
+    animation = Animation(movie)
+    before = np.asarray(animation.draw(movie.frames[0])).copy()
+    assert (np.asarray(animation.draw(other)) != before).any()
+    np.testing.assert_array_equal(np.asarray(animation.draw(movie.frames[0])), before)
+
+
+@pytest.mark.parametrize("suffix", ["gif", "png"])
+def test_the_file_plays_every_frame_for_ever(run, tmp_path, suffix):
+    path = tmp_path / f"mill.{suffix}"
+    save_animation(read_movie(run, SETTINGS), path)
+    with Image.open(path) as image:
+        assert image.n_frames == 25
+        assert image.info["loop"] == 0
+        seen = []
+        for frame in range(25):
+            image.seek(frame)
+            assert image.info["duration"] == 40
+            seen.append(np.asarray(image.convert("RGB")).astype(int))
+    assert all((one != other).any() for one, other in pairwise(seen))
+    movie = read_movie(run, SETTINGS)
+    plain = np.asarray(Animation(movie).draw(movie.frames[24])).astype(int)
+    # Paper stays white, and what is drawn keeps its colours.
+    assert (seen[24][plain.min(axis=2) == 255] >= 252).all()
+    assert np.abs(seen[24] - plain).mean() < 1
+
+
+def test_another_file_type_is_refused(run, tmp_path):
+    with pytest.raises(ConfigError, match=r"mill.avi: an animation is a .gif or a .png"):
+        save_animation(read_movie(run, SETTINGS), tmp_path / "mill.avi")
+
+
+def test_a_movie_without_snapshots_is_refused_before_a_run(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    check_movie(load_workflow(content, ["config/config.yaml"])[0], "config/config.yaml")
+    (sweep,) = (sweep for sweep in content["sweeps"] if sweep["name"] == "movie")
+    del sweep["snapshot_interval_s"]
+    config, *_ = load_workflow(content, ["config/config.yaml"])
+    with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps.movie.snapshot_interval_s: this key is missing"):
+        check_movie(config, "config/config.yaml")
+
+
+def command(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, ROOT / "scripts/animate_run.py", *map(str, arguments)], capture_output=True, text=True
+    )
+
+
+def test_the_command_line(run):
+    done = command(run, "--revolutions", "0.2", "--frames-per-revolution", "50", "--start", "0.52")
+    assert done.returncode == 0, done.stderr
+    assert "10 frames, 20 times slower than life" in done.stdout
+    with Image.open(run.with_name("mill.gif")) as image:
+        assert image.n_frames == 10
+    done = command(run, "--frames-per-second", "0")
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert "frames_per_second = 0.0" in line and "greater than or equal to 1" in line

@@ -1,0 +1,232 @@
+"""Files for ParaView, read back with VTK's own reader, hold what the run holds."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+from millprint.config.contact import ContactConfig
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.run import run_case
+from millprint.errors import ConfigError
+from millprint.view import snapshots as snapshots_module
+from millprint.view.paraview import BALL, WALL, export_run
+from millprint.view.snapshots import open_snapshots
+from tests.unit.run_samples import BALLS, RADIUS, ell, turn, write_sample
+
+ROOT = Path(__file__).parents[2]
+
+
+def export(run: Path, every: int = 1) -> tuple[Path, Path, Path]:
+    paths = tuple(run.with_name(f"{name}.vtkhdf") for name in ("balls", "walls", "contacts"))
+    export_run(run, *paths, every)
+    return paths
+
+
+def read(path: Path, step: int) -> tuple[float, vtkPolyData, dict[str, np.ndarray]]:
+    """Time, mesh and all arrays of one step, as VTK sees them."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    assert reader.GetHasTemporalData()
+    reader.SetStep(step)
+    reader.Update()
+    mesh = vtkPolyData()
+    mesh.DeepCopy(reader.GetOutput())
+    arrays = {}
+    for data in (mesh.GetPointData(), mesh.GetCellData(), mesh.GetFieldData()):
+        for k in range(data.GetNumberOfArrays()):
+            arrays[data.GetArrayName(k)] = vtk_to_numpy(data.GetArray(k))
+    return reader.GetTimeValue(), mesh, arrays
+
+
+def points(mesh: vtkPolyData) -> np.ndarray:
+    return vtk_to_numpy(mesh.GetPoints().GetData()) if mesh.GetNumberOfPoints() else np.empty((0, 3))
+
+
+def steps_of(path: Path) -> int:
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    return reader.GetNumberOfSteps()
+
+
+@pytest.fixture(params=[0.0, 7.0], ids=["translating", "turning"])
+def run(request, tmp_path, monkeypatch) -> Path:
+    # Blocks of a few snapshots, so that their seams are tested too.
+    monkeypatch.setattr(snapshots_module, "BLOCK_VALUES", 3 * 12 * 7)
+    write_sample(tmp_path / "run.h5", turning=request.param)
+    return tmp_path / "run.h5"
+
+
+@pytest.mark.parametrize("every", [1, 7])
+def test_balls_are_where_the_run_has_them(run, every):
+    balls, *_ = export(run, every)
+    with h5py.File(run) as file:
+        wanted = {name: dataset[:] for name, dataset in file["snapshots"].items()}
+    rows = range(0, 60, every)
+    assert steps_of(balls) == len(rows)
+    for step, row in enumerate(rows):
+        time_s, mesh, arrays = read(balls, step)
+        assert time_s == wanted["time_s"][row]
+        np.testing.assert_array_equal(points(mesh), wanted["position_m"][row])
+        assert mesh.GetNumberOfVerts() == BALLS
+        for name in ("velocity_m_s", "spin_rad_s", "contact_force_N"):
+            np.testing.assert_array_equal(arrays[name], wanted[name][row])
+        np.testing.assert_allclose(arrays["speed_m_s"], np.linalg.norm(wanted["velocity_m_s"][row], axis=1), rtol=1e-6)
+        np.testing.assert_array_equal(arrays["radius_m"], RADIUS)
+        np.testing.assert_array_equal(arrays["ball"], np.arange(BALLS))
+        touching = slice(*wanted["contact_offset"][row : row + 2])
+        both = np.concatenate([wanted["contact_first"][touching], wanted["contact_second"][touching]])
+        np.testing.assert_array_equal(arrays["contacts"], [(both == ball).sum() for ball in range(BALLS)])
+
+
+def test_energy_of_snapshots_left_out_is_added(run):
+    balls, *_ = export(run, 7)
+    with h5py.File(run) as file:
+        normal = file["snapshots/normal_J"][:]
+    shown = [read(balls, step)[2]["normal_J"].item() for step in range(steps_of(balls))]
+    assert shown[0] == 0
+    assert shown[1] == pytest.approx(normal[1:8].sum())
+    assert sum(shown) == pytest.approx(normal[1:57].sum())
+
+
+def test_walls_move_and_turn_with_the_body(run):
+    _, walls, _ = export(run, 2)
+    vertices, triangles = ell().triangles()
+    with h5py.File(run) as file:
+        group = file["snapshots"]
+        body, time_s, turns = group["body_position_m"][:], group["time_s"][:], "body_rotation" in group
+    for step in (0, 1, 13, 29):
+        _, mesh, _ = read(walls, step)
+        rotation = turn(7.0 * time_s[2 * step : 2 * step + 1])[0] if turns else np.eye(3)
+        np.testing.assert_allclose(points(mesh), vertices @ rotation.T + body[2 * step], atol=1e-8)
+        cells = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        np.testing.assert_array_equal(cells, triangles)
+
+
+def test_speed_relative_to_the_wall_vanishes_for_balls_that_go_with_it(run):
+    with h5py.File(run, "a") as file:
+        group = file["snapshots"]
+        spin = group["body_spin_rad_s"][:] if "body_spin_rad_s" in group else np.zeros((60, 3))
+        arm = group["position_m"][:] - group["body_position_m"][:][:, None]
+        group["velocity_m_s"][:] = group["body_velocity_m_s"][:][:, None] + np.cross(spin[:, None], arm)
+    balls, *_ = export(run)
+    _, _, arrays = read(balls, 17)
+    np.testing.assert_allclose(arrays["relative_speed_m_s"], 0, atol=1e-6)
+    assert arrays["speed_m_s"].min() > 0.5
+
+
+def test_contacts_are_lines_between_centres_or_to_the_wall(run):
+    *_, contacts = export(run)
+    with h5py.File(run) as file:
+        wanted = {name: dataset[:] for name, dataset in file["snapshots"].items()}
+    for step in range(60):
+        _, mesh, arrays = read(contacts, step)
+        rows = slice(*wanted["contact_offset"][step : step + 2])
+        first, second = wanted["contact_first"][rows], wanted["contact_second"][rows]
+        assert mesh.GetNumberOfLines() == len(first) == (0 if step == 3 else mesh.GetNumberOfCells())
+        if step == 3:
+            continue
+        np.testing.assert_array_equal(arrays["first"], first)
+        np.testing.assert_array_equal(arrays["second"], second)
+        np.testing.assert_array_equal(arrays["partner"], np.where(second < 0, WALL, BALL))
+        ends = points(mesh)[vtk_to_numpy(mesh.GetLines().GetConnectivityArray())].reshape(-1, 2, 3)
+        position, pair = wanted["position_m"][step], second >= 0
+        np.testing.assert_array_equal(ends[:, 0], position[first])
+        np.testing.assert_array_equal(ends[pair, 1], position[second[pair]])
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        np.testing.assert_allclose(arrays["overlap_m"], np.where(pair, 2, 1) * RADIUS - length, atol=1e-8)
+
+
+def test_feet_lie_on_facets_edges_and_corners(tmp_path):
+    write_sample(tmp_path / "run.h5")
+    with open_snapshots(tmp_path / "run.h5") as snapshots:
+        geometry = snapshots.geometry
+    vessel = ell()
+    assert (len(geometry.edge_m), len(geometry.corner_m)) == (1, 2)
+    point = np.array([[0.01, 0.012, 0.011]])
+    for feature, facet in enumerate(vessel.facets):
+        (foot,) = geometry.foot(np.array([feature]), point)
+        assert foot @ facet.normal == pytest.approx(facet.offset)
+        assert np.linalg.norm(np.cross(point[0] - foot, facet.normal)) == pytest.approx(0, abs=1e-12)
+    (foot,) = geometry.foot(np.array([len(vessel.facets)]), point)
+    assert foot == pytest.approx([0, 0, 0.011])
+    (foot,) = geometry.foot(np.array([len(vessel.facets) + 1]), point)
+    assert foot == pytest.approx(vessel.corners[0].point)
+
+
+def test_every_contact_of_a_simulation_overlaps(tmp_path):
+    """The features of run.h5's geometry are numbered as the simulation numbers them, post and its edges included."""
+    case = Case(
+        mill="emax_post", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=300, seed=0,
+        settle_s=0.05, discard_s=0.0, window_s=0.2, snapshot_interval_s=1e-3,
+    )  # fmt: skip
+    dem = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
+    mill = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
+    contact = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
+    run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")
+    *_, contacts = export(tmp_path / "run.h5", 5)
+    arrays = [read(contacts, step)[2] for step in range(steps_of(contacts))]
+    overlap = np.concatenate([array["overlap_m"] for array in arrays if "overlap_m" in array])
+    partner = np.concatenate([array["partner"] for array in arrays if "partner" in array])
+    assert (partner == WALL).sum() > 20 and (partner == BALL).sum() > 5
+    # A contact that has just ended may still be listed: by then it is apart by less than a step's way.
+    assert overlap.min() > -1e-5
+    assert overlap.max() < 0.15 * RADIUS
+
+
+def test_a_run_without_snapshots_says_which_key_to_set(tmp_path):
+    write_sample(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        del file["snapshots"]
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts/export_run.py", tmp_path / "run.h5"], capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert "no snapshots" in line and "snapshot_interval_s" in line
+    assert not list(tmp_path.glob("*vtkhdf*"))
+
+
+def test_the_command_line_writes_beside_the_run_or_elsewhere(tmp_path):
+    write_sample(tmp_path / "run.h5")
+    command = [sys.executable, ROOT / "scripts/export_run.py", tmp_path / "run.h5", "--every", "20"]
+    done = subprocess.run([*command, "--out", tmp_path / "there"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    names = sorted(path.name for path in (tmp_path / "there").iterdir())
+    assert names == ["run.vtkhdf", "run_contacts.vtkhdf", "run_walls.vtkhdf"]
+    assert steps_of(tmp_path / "there/run_walls.vtkhdf") == 3
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda file: file.pop("geometry"), "the geometry is missing"),
+        (lambda file: file["snapshots"].pop("spin_rad_s"), "snapshots/spin_rad_s is missing"),
+    ],
+)
+def test_a_run_of_another_version_is_refused(tmp_path, spoil, message):
+    write_sample(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        spoil(file)
+    with pytest.raises(ConfigError, match=message):
+        export(tmp_path / "run.h5")
+
+
+def test_what_is_no_run_is_refused(tmp_path):
+    (tmp_path / "notes.txt").write_text("no run")
+    for name, message in (("absent.h5", "no such file"), ("notes.txt", "not an HDF5 file")):
+        with pytest.raises(ConfigError, match=message):
+            export(tmp_path / name)
+    write_sample(tmp_path / "run.h5")
+    with pytest.raises(ConfigError, match="every = 0"):
+        export(tmp_path / "run.h5", 0)

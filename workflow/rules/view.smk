@@ -1,0 +1,53 @@
+"""Runs to look at: files for ParaView and animations, of any case with snapshots."""
+
+CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
+
+
+rule export_run:
+    input:
+        run=f"{CASE}/run.h5",
+    output:
+        balls=f"{CASE}/run.vtkhdf",
+        walls=f"{CASE}/run_walls.vtkhdf",
+        contacts=f"{CASE}/run_contacts.vtkhdf",
+    log:
+        f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_export.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        every=CONFIG.view.paraview_every,
+        library=library("export_run.py"),
+    message:
+        "Writing {wildcards.mill}/{wildcards.contact}/{wildcards.case} for ParaView"
+    script:
+        "../../scripts/export_run.py"
+
+
+rule animate_run:
+    input:
+        run=f"{CASE}/run.h5",
+    output:
+        gif=f"{CASE}/mill.gif",
+        # Snakemake's report shows a PNG, also one that moves, but hands a GIF out as a download only.
+        png=report(
+            f"{CASE}/mill.png",
+            caption="../report/mill.rst",
+            category="Chapter 3",
+            labels={"figure": "animation", "shows": "balls in the mill, {mill}/{contact}/{case}"},
+        ),
+    log:
+        f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_animate.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("view"),
+        library=library("animate_run.py"),
+    message:
+        "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
+    script:
+        "../../scripts/animate_run.py"
+
+
+VIEW_OUTPUTS = [f"{RESULTS}/dem/{path}/mill.gif" for path in cases_of_sweep("movie")]
