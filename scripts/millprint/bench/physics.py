@@ -69,12 +69,12 @@ def read_means(run: Path, summary: Path, setup: Setup) -> dict[str, float]:
     }
 
 
-def lammps_means(setup: Setup, physics: PhysicsConfig, seed: int, place: Path, lammps: Lammps) -> dict[str, float]:
-    """The means of MEANS from a run of LAMMPS from the settled start of the same seed."""
-    still = setup.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=physics.window_s))
-    revolution = SAMPLES * still.sample_every
-    runs = [math.ceil(length * setup.speed_rpm / 60) * revolution for length in (physics.discard_s, physics.window_s)]
-    return lammps.means(place, setup, settle(setup, seed), runs, still.step)
+def driven_steps(setup: Setup, physics: PhysicsConfig) -> tuple[list[int], float]:
+    """Steps to discard and to average over, whole revolutions of each, and the step [s]."""
+    times = {"discard_s": physics.discard_s, "window_s": physics.window_s}
+    simulation = setup.simulation(setup.case(0, settle_s=setup.settle_s, **times))
+    revolution = SAMPLES * simulation.sample_every
+    return [math.ceil(length * setup.speed_rpm / 60) * revolution for length in times.values()], simulation.step
 
 
 def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
@@ -100,25 +100,21 @@ def compare_physics(
 ) -> pd.DataFrame:
     """Means of both codes under every law; LAMMPS runs on `cores` cores, millprint beside it. Timings are no matter."""
     physics, jar = config.physics, box_jar(config)
+    seeds = range(physics.seeds)
     tables = []
-    setups = {
-        law: make_setup(config, mill, law.contact(contact), jar, physics.balls, physics.ball_diameter_mm)
-        for law in physics.laws
-    }
-    with ThreadPoolExecutor(cores) as pool, progress(len(setups) * physics.seeds, "physics", "run") as bar:
-        waiting = {
-            law: [
-                pool.submit(lammps_means, setup, physics, seed, place / f"{law.name}_lammps_{seed}", lammps)
-                for seed in range(physics.seeds)
-            ]
-            for law, setup in setups.items()
-        }
-        for law, setup in setups.items():
-            ours = [
-                our_means(setup, physics, seed, place / f"{law.name}_millprint_{seed}") for seed in range(physics.seeds)
-            ]
+    with ThreadPoolExecutor(cores) as pool, progress(len(physics.laws) * physics.seeds, "physics", "run") as bar:
+        waiting = []
+        for law in physics.laws:
+            setup = make_setup(config, mill, law.contact(contact), jar, physics.balls, physics.ball_diameter_mm)
+            runs, step_s = driven_steps(setup, physics)
+            starts = [settle(setup, seed) for seed in seeds]
+            folders = [place / f"{law.name}_lammps_{seed}" for seed in seeds]
+            theirs = [pool.submit(lammps.means, folders[k], setup, starts[k], runs, step_s) for k in seeds]
+            waiting.append((law, setup, theirs))
+        for law, setup, futures in waiting:
+            ours = [our_means(setup, physics, seed, place / f"{law.name}_millprint_{seed}") for seed in seeds]
             theirs = []
-            for future in waiting[law]:
+            for future in futures:
                 theirs.append(future.result())
                 bar.update(1)
             tables.append(compare_law(law, pd.DataFrame(ours), pd.DataFrame(theirs)))
