@@ -212,11 +212,15 @@ def test_repetitions_are_interleaved(monkeypatch, setup):
     assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
 
 
+# Half a core: something else ran.
+SHARE = {"wall_s": 2.0, "processor_s": 1.0}
+
+
 def repetitions() -> pd.DataFrame:
     def rows(case, code, balls, times):
         return [
-            {"case": case, "balls": balls, "code": code, "wall": "w", "repetition": k, "ns_per_ball_step": time}
-            for k, time in enumerate(times)
+            {"case": case, "balls": balls, "code": code, "wall": "w", "ns_per_ball_step": time, **SHARE}
+            for time in times
         ]
 
     return pd.DataFrame(
@@ -234,6 +238,7 @@ def test_ratio_is_theirs_over_ours_on_the_same_case():
     assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
     text = timing_text(table, spread(repetitions()))
     assert "200.0 to 900.0" in text
+    assert "50%" in text
 
 
 def test_physics_table_counts_standard_errors(config):

@@ -134,6 +134,11 @@ def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(repetitions: pd.DataFrame) -> pd.DataFrame:
-    """Least and largest ns a ball-step of each code and case, beside the median."""
-    groups = repetitions.groupby(["case", "code"], sort=False)["ns_per_ball_step"]
-    return groups.agg(least_ns="min", median_ns="median", largest_ns="max").reset_index()
+    """Least and largest ns a ball-step of each code and case, and the median share of a core that it had [-].
+
+    A share well below 1 says that something else ran on the machine, and that the timing is too long.
+    """
+    shares = repetitions.assign(core_share=repetitions["processor_s"] / repetitions["wall_s"])
+    groups = shares.groupby(["case", "code"], sort=False)
+    columns = {"least_ns": ("ns_per_ball_step", "min"), "largest_ns": ("ns_per_ball_step", "max")}
+    return groups.agg(**columns, core_share=("core_share", "median")).reset_index()
