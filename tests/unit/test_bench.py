@@ -10,7 +10,17 @@ import pandas as pd
 import pytest
 
 from millprint.bench import compare, physics
-from millprint.bench.cases import Setup, Timing, box_jar, count_steps, cylinder_jar, make_setup, settle, start_from
+from millprint.bench.cases import (
+    Setup,
+    Timing,
+    at_rest,
+    box_jar,
+    count_steps,
+    cylinder_jar,
+    make_setup,
+    settle,
+    start_from,
+)
 from millprint.bench.compare import COLUMNS, Entry, spread, summarise, time_case
 from millprint.bench.lammps import MEANS, Lammps, data_text, input_text, read_log
 from millprint.bench.table import physics_text, timing_text
@@ -18,7 +28,7 @@ from millprint.bench.vessels import box, cylinder
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
-from millprint.config.mill import MillConfig, RestMotion
+from millprint.config.mill import MillConfig
 from millprint.dem.law import CN, CT, law_row
 from millprint.errors import ConfigError, SimulationError
 
@@ -176,9 +186,8 @@ def test_a_program_that_fails_is_reported_in_its_own_words(tmp_path, config, set
 
 
 def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact):
-    still = mill.model_copy(update={"motion": RestMotion(kind="rest")})
     with pytest.raises(ConfigError, match=r"motion\.kind = 'rest'"):
-        make_setup(config, still, contact, cylinder_jar(config), 24, 10.0)
+        make_setup(config, at_rest(mill), contact, cylinder_jar(config), 24, 10.0)
 
 
 def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):

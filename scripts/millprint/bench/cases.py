@@ -7,7 +7,7 @@ import numpy as np
 from millprint.bench.vessels import box, cylinder, in_vessel
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
-from millprint.config.mill import CircleMotion, MillConfig, RestMotion
+from millprint.config.mill import CircleMotion, MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError
@@ -117,9 +117,14 @@ def make_setup(
     return Setup(jar, mill, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
 
 
+def at_rest(mill: MillConfig) -> MillConfig:
+    """The same mill standing still."""
+    return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
+
+
 def settle(setup: Setup, seed: int) -> np.ndarray:
     """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame."""
-    still = replace(setup, mill=setup.mill.model_copy(update={"motion": RestMotion(kind="rest")}))
+    still = replace(setup, mill=at_rest(setup.mill))
     # A jar at rest takes its samples as fractions of the window: one a step, not to shorten the step.
     window = SAMPLES * setup.time_step_s
     simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))
