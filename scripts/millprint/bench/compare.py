@@ -134,11 +134,11 @@ def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(repetitions: pd.DataFrame) -> pd.DataFrame:
-    """Least and largest ns a ball-step of each code and case, and the median share of a core that it had [-].
+    """Least and largest ns a ball-step of each code and case, and the median of processor time in its place.
 
-    A share well below 1 says that something else ran on the machine, and that the timing is too long.
+    Processor time well below wall time says that something else ran on the machine and that wall times are too long.
     """
-    shares = repetitions.assign(core_share=repetitions["processor_s"] / repetitions["wall_s"])
-    groups = shares.groupby(["case", "code"], sort=False)
+    processor = repetitions["ns_per_ball_step"] * repetitions["processor_s"] / repetitions["wall_s"]
+    groups = repetitions.assign(processor_ns=processor).groupby(["case", "code"], sort=False)
     columns = {"least_ns": ("ns_per_ball_step", "min"), "largest_ns": ("ns_per_ball_step", "max")}
-    return groups.agg(**columns, core_share=("core_share", "median")).reset_index()
+    return groups.agg(**columns, processor_ns=("processor_ns", "median")).reset_index()

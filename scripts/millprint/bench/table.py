@@ -6,11 +6,11 @@ NAMES = {"steps_per_s": "steps/s", "ns_per_ball_step": "ns a ball-step", "ratio_
 
 
 def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
-    """The timings, with the range of the repetitions and the share of a core that the runs had."""
+    """The timings, with the range of the repetitions and the processor time of a ball-step."""
     shown = table.merge(spread, on=["case", "code"])
     shown["range"] = [f"{low:.1f} to {high:.1f}" for low, high in zip(shown.least_ns, shown.largest_ns, strict=True)]
     shown = shown.drop(columns=["least_ns", "largest_ns"]).rename(columns=NAMES)
-    shown["share of a core"] = shown.pop("core_share").map("{:.0%}".format)
+    shown["processor ns"] = shown.pop("processor_ns").map("{:.1f}".format)
     formats = {"steps/s": "{:,.0f}".format, "ns a ball-step": "{:.1f}".format, "ratio to us": "{:.1f}".format}
     return shown.to_string(index=False, formatters=formats)
 
