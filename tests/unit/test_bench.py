@@ -29,7 +29,6 @@ from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.dem.law import CN, CT, law_row
 from millprint.errors import ConfigError, SimulationError
 
 ROOT = Path(__file__).parents[2]
@@ -107,9 +106,12 @@ def test_input_holds_the_configuration_in_si(config, contact, setup):
 
 
 def test_tangential_damping_is_ours(config, contact, setup):
-    row = law_row(contact, 0.005, 0.004, 1e-7, 0.005, 1e-6)
+    """Eqs 3.4 to 3.12: both dampings are the same multiple of sqrt(S m*), S_n = 2 E* a and S_t = 8 G* a."""
+    modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+    effective = modulus / (2 * (1 - poisson**2))
+    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
     ratio = after(words(input_text(setup, config.lammps, 1e-6, [1], False), "pair_coeff"), "mindlin", "NULL")[0]
-    assert ratio == pytest.approx(row[CT] / row[CN])
+    assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
 
 
 def test_a_law_without_rolling_friction_has_no_rolling_model(config, setup, contact):
