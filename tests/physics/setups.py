@@ -53,13 +53,14 @@ class World:
             (self.balls.spin, self.balls.spin_now, spin),
         ):
             array[:] = now[:] = 0.0 if value is None else value
-        self.slots = state.make_slots(len(position), per_ball=40)
+        self.candidates = state.make_candidates(len(position), per_ball=40)
+        self.contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, 0.2)
-        self.walls = build_walls(self.vessel, radii.max(), skin / 2, 0.2 * radii.max(), options.get("pitch", 0.01))
+        self.walls = build_walls([self.vessel], radii.max(), skin / 2, 0.2 * radii.max(), options.get("pitch", 0.01))
         motion = options.get("motion", AT_REST)
-        self.clock = state.make_clock(motion, self.step, skin, options.get("gravity", 0.0))
+        self.clock = state.make_clock(self.balls, [motion], self.step, skin, options.get("gravity", 0.0))
         self.totals = np.zeros(state.TOTALS)
-        self.counters = np.zeros(state.COUNTERS, dtype=np.int64)
+        self.counters = state.make_counters()
 
     def run(self, seconds: float, sample_every: int = 0):
         """Advance by a time [s]; returns the table of collisions, and the ledger if samples are asked for."""
@@ -73,8 +74,8 @@ class World:
             np.zeros(3), np.zeros((1, 1, 5)), np.zeros((2, state.TOTALS)), np.zeros(2),
         )  # fmt: skip
         advance(
-            self.balls, self.slots, self.laws, self.walls, self.clock, self.totals, self.counters, table, recorder,
-            begin + steps - 1 + (1 if sample_every else 0),
+            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
+            table, recorder, begin + steps - 1 + (1 if sample_every else 0),
         )  # fmt: skip
         assert self.counters[state.STATUS] == state.RUNNING
         rows = int(self.counters[state.RECORDS])

@@ -130,9 +130,11 @@ def test_history_survives_new_candidate_lists(mills, contacts):
 
 def test_cells_and_all_pairs_list_the_same_pairs(mills, contacts, monkeypatch):
     simulation, _, _ = simulate(mills, contacts, diameter=5, fill=0.10, settle_s=0.05, discard_s=0.0, window_s=0.05)
-    slots, n = simulation.slots, simulation.count
-    listed = {(i, int(slots.partner[k])) for i in range(n) for k in range(slots.first[i], slots.first_wall[i])}
-    away = slots.anchor[:, None] - slots.anchor[None]
+    candidates, n = simulation.candidates, simulation.count
+    listed = {
+        (i, int(candidates.partner[k])) for i in range(n) for k in range(candidates.first[i], candidates.first_wall[i])
+    }
+    away = candidates.anchor[0, :, None] - candidates.anchor[0, None]
     close = np.argwhere(np.triu((away**2).sum(axis=-1) < (2 * simulation.radius + DEM.skin_m) ** 2, 1))
     assert n > 160
     assert listed == {tuple(pair) for pair in close.tolist()}

@@ -14,7 +14,7 @@ NOTCHED = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.0], [0.0, 0.0], [0.0, 0.1
 
 def touched(vessel, point) -> list[tuple[int, float, np.ndarray]]:
     """Features that a ball at `point` touches: (number, distance, direction)."""
-    walls = build_walls(vessel, RADIUS, 3e-4, 0.2 * RADIUS, 0.02)
+    walls = build_walls([vessel], RADIUS, 3e-4, 0.2 * RADIUS, 0.02)
     features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
     found = [(k, *touch(walls, k, 0, tuple(map(float, point)), RADIUS)) for k in range(features)]
     return [(k, distance, np.array(normal)) for k, distance, normal in found if distance >= 0]

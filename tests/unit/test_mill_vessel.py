@@ -108,7 +108,7 @@ def test_signed_distance_is_negative_inside(vessels):
 def test_points_in_line_with_a_corner_are_inside_or_outside_for_certain(vessels, name):
     """Rounding must not let a ray through a corner count it twice or not at all."""
     vessel = vessels[name]
-    walls = build_walls(vessel, 5e-3, 3e-4, 7.5e-4, 0.01)
+    walls = build_walls([vessel], 5e-3, 3e-4, 7.5e-4, 0.01)
     facet = max(range(len(vessel.facets)), key=lambda k: len(vessel.facets[k].loops[0]))
     axes = np.array(vessel.facets[facet].axes)
     flat = np.concatenate(vessel.facets[facet].loops) @ axes.T

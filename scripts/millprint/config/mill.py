@@ -4,7 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from millprint.config.motion import CircleMotion, Motion
 from millprint.config.section import Name, Positive, Section
+
+__all__ = ["CircleMotion", "MillConfig", "PostGeometry", "StadiumGeometry"]
 
 
 class PostGeometry(Section):
@@ -42,37 +45,7 @@ class StadiumGeometry(Section):
         return self
 
 
-class CircleMotion(Section):
-    """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
-
-    kind: Literal["circle"]
-    amplitude_mm: Positive = Field(description="radius A of the circle [mm]")
-
-
-class Harmonic(Section):
-    """One term of a Lissajous motion: amplitude sin(multiple w t + phase) along one axis."""
-
-    axis: Literal["x", "y", "z"] = Field(description="axis of the term; z points up")
-    amplitude_mm: float = Field(description="amplitude of the term [mm]")
-    multiple: Annotated[int, Field(ge=1)] = Field(default=1, description="frequency over the mill's frequency [-]")
-    phase_deg: float = Field(default=0.0, description="phase of the sine [deg]; 90 makes it a cosine")
-
-
-class LissajousMotion(Section):
-    """Translation without turning, a sum of harmonics of the mill's frequency (thesis Eqs 6.34, 6.35)."""
-
-    kind: Literal["lissajous"]
-    terms: list[Harmonic] = Field(min_length=1, description="the harmonics")
-
-
-class RestMotion(Section):
-    """A vessel that stands still."""
-
-    kind: Literal["rest"]
-
-
 Geometry = StadiumGeometry
-Motion = Annotated[CircleMotion | LissajousMotion | RestMotion, Field(discriminator="kind")]
 
 
 class MillConfig(Section):

@@ -4,11 +4,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.dem import state
+from millprint.dem import lanes, state
+from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.neighbours import refresh
-from millprint.dem.steps import apply_forces, book_works, close_contact, kick_and_drift
+from millprint.dem.steps import apply_forces, drift, fall_and_kick, kick
+from millprint.dem.touching import book_works, write_collision
 from millprint.kernel import inlined, kernel
-from millprint.mill.motion import write_pose
+from millprint.mill.motion import write_poses
+from millprint.mill.vectors import row, subtract
+from millprint.mill.walls import direction_to_body, to_body, wall_velocity
 
 # Columns of an energy sample; all but the first in J.
 SAMPLE_COLUMNS = (
@@ -53,22 +57,23 @@ class Recorder(NamedTuple):
 
 
 @kernel()
-def all_works(slots, totals, out):
-    """Totals with the works so far of the contacts that are open."""
+def all_works(contacts, counters, totals, out):
+    """Totals with the works so far of the contacts that are open, and the elastic energies of the last evaluation."""
     for c in range(state.TOTALS):
         out[c] = totals[c]
-    for k in range(slots.first[slots.first_wall.size]):
-        if slots.is_open[k]:
-            book_works(slots, k, out)
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            book_works(contacts, lane, out)
+            block, m = lane // LANES, lane % LANES
+            out[state.ELASTIC_NORMAL] += lanes.get(contacts.lanes, block, lanes.STORED, m)
+            out[state.ELASTIC_TANGENTIAL] += lanes.get(contacts.lanes, block, lanes.STORED + 1, m)
 
 
 @kernel()
-def average_works(before, totals, out):
+def average_works(before, out):
     """Totals at the present time: half of this step's work is still to come; the elastic energies are those of now."""
-    for c in range(state.TOTALS):
+    for c in range(state.ELASTIC_NORMAL):
         out[c] = 0.5 * (before[c] + out[c])
-    out[state.ELASTIC_NORMAL] = totals[state.ELASTIC_NORMAL]
-    out[state.ELASTIC_TANGENTIAL] = totals[state.ELASTIC_TANGENTIAL]
 
 
 @kernel()
@@ -93,8 +98,19 @@ def write_sample(balls, clock, time, totals, out):
     out[10] = potential
 
 
+@inlined()
+def write_open(candidates, first, i, counters, recorder):
+    """Append the open contacts of ball i among first[i] to first[i + 1]."""
+    for k in range(first[i], first[i + 1]):
+        if candidates.lane[k] >= 0:
+            contact = counters[state.SNAPSHOT_CONTACTS]
+            recorder.snapshot_contact[contact, 0] = i
+            recorder.snapshot_contact[contact, 1] = candidates.partner[k]
+            counters[state.SNAPSHOT_CONTACTS] += 1
+
+
 @kernel()
-def write_snapshot(balls, slots, clock, time, totals, counters, recorder):
+def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
     """State of every ball now, the body's motion, the work so far, and the open contacts."""
     m = counters[state.SNAPSHOTS]
     counters[state.SNAPSHOTS] += 1
@@ -106,16 +122,12 @@ def write_snapshot(balls, slots, clock, time, totals, counters, recorder):
             recorder.snapshot[m, i, 3 + c] = balls.velocity[i, c] + half * (balls.force[i, c] / mass + clock.gravity[c])
             recorder.snapshot[m, i, 6 + c] = balls.spin[i, c] + half * balls.torque[i, c] / inertia
             recorder.snapshot[m, i, 9 + c] = balls.force[i, c]
-        for k in range(slots.first[i], slots.first[i + 1]):
-            if slots.is_open[k]:
-                contact = counters[state.SNAPSHOT_CONTACTS]
-                recorder.snapshot_contact[contact, 0] = i
-                recorder.snapshot_contact[contact, 1] = slots.partner[k]
-                counters[state.SNAPSHOT_CONTACTS] += 1
+        write_open(candidates, candidates.first, i, counters, recorder)
+        write_open(candidates, candidates.first_wall, i, counters, recorder)
     body = recorder.snapshot_body[m]
     body[0] = time
     for c in range(6):
-        body[1 + c] = clock.pose[c]
+        body[1 + c] = clock.motions.pose[0, c]
     body[7] = totals[state.TOTAL_NORMAL]
     # Dissipated: the work less what the tangential springs still hold.
     body[8] = totals[state.TOTAL_TANGENTIAL] - totals[state.ELASTIC_TANGENTIAL]
@@ -124,27 +136,31 @@ def write_snapshot(balls, slots, clock, time, totals, counters, recorder):
 
 @kernel()
 def count_occupancy(balls, clock, recorder):
-    """Add every ball to the cell of the horizontal grid that holds it, in the body's frame."""
+    """Add every ball to the cell of the horizontal grid that holds it, in the vessel's frame."""
     for i in range(balls.species.size):
-        column = int((balls.position[i, 0] - clock.pose[0] - recorder.grid[0]) * recorder.grid[2])
-        line = int((balls.position[i, 1] - clock.pose[1] - recorder.grid[1]) * recorder.grid[2])
+        position = row(balls.position, i)
+        point = to_body(clock.motions, 0, position)
+        column = int((point[0] - recorder.grid[0]) * recorder.grid[2])
+        line = int((point[1] - recorder.grid[1]) * recorder.grid[2])
+        recorder.height[0] += point[2]
+        recorder.height[1] += 1
         if not (0 <= column < recorder.occupancy.shape[0] and 0 <= line < recorder.occupancy.shape[1]):
             continue
         cell = recorder.occupancy[column, line]
+        # The velocity that somebody in the vessel sees, along the vessel's axes.
+        seen = subtract(row(balls.velocity_now, i), wall_velocity(clock.motions, 0, position))
+        speed = direction_to_body(clock.motions, 0, seen)
         cell[0] += 1
         for c in range(3):
-            speed = balls.velocity_now[i, c] - clock.pose[3 + c]
-            cell[1 + c] += speed
-            cell[4] += speed * speed
-        recorder.height[0] += balls.position[i, 2] - clock.pose[2]
-        recorder.height[1] += 1
+            cell[1 + c] += speed[c]
+            cell[4] += speed[c] * speed[c]
 
 
 @inlined()
-def room_left(slots, counters, table, recorder):
+def room_left(candidates, counters, table, recorder):
     """Whether the buffers can take everything that one more step may write."""
-    slot_count = slots.first[slots.first_wall.size]
-    if table.value.shape[0] > 0 and counters[state.RECORDS] + slot_count > table.value.shape[0]:
+    open_at_most = candidates.first_wall[candidates.first_wall.size - 1]
+    if table.value.shape[0] > 0 and counters[state.RECORDS] + open_at_most > table.value.shape[0]:
         return False
     if recorder.sample_every > 0 and counters[state.SAMPLES] >= recorder.sample.shape[0]:
         return False
@@ -152,7 +168,7 @@ def room_left(slots, counters, table, recorder):
         return True
     return (
         counters[state.SNAPSHOTS] < recorder.snapshot.shape[0]
-        and counters[state.SNAPSHOT_CONTACTS] + slot_count <= recorder.snapshot_contact.shape[0]
+        and counters[state.SNAPSHOT_CONTACTS] + open_at_most <= recorder.snapshot_contact.shape[0]
     )
 
 
@@ -163,62 +179,68 @@ def is_due(every, since):
 
 
 @kernel()
-def record(balls, slots, clock, time, since, totals, counters, recorder):
+def record(balls, candidates, contacts, clock, time, since, totals, counters, recorder):
     """Write the energy sample and the snapshot that are due; recorder.work[0] holds the works before this step."""
     now = recorder.work[1]
-    all_works(slots, totals, now)
-    average_works(recorder.work[0], totals, now)
+    all_works(contacts, counters, totals, now)
+    average_works(recorder.work[0], now)
     if is_due(recorder.sample_every, since):
         write_sample(balls, clock, time, now, recorder.sample[counters[state.SAMPLES]])
         counters[state.SAMPLES] += 1
     if is_due(recorder.snapshot_every, since):
-        write_snapshot(balls, slots, clock, time, now, counters, recorder)
+        write_snapshot(balls, candidates, clock, time, now, counters, recorder)
 
 
 @kernel()
-def advance(balls, slots, laws, walls, clock, totals, counters, table, recorder, last_step):
+def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step):
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
     Everything is changed in place; counters[STEP] tells how far it came and counters[STATUS] whether it may go on.
     Time is the step's number times the step; the mill starts at step 0.
     """
+    # The same numbers as rows of one line each, which make fast loops.
+    position, velocity, spin = balls.position.reshape(-1), balls.velocity.reshape(-1), balls.spin.reshape(-1)
+    velocity_now, spin_now = balls.velocity_now.reshape(-1), balls.spin_now.reshape(-1)
+    force, torque = balls.force.reshape(-1), balls.torque.reshape(-1)
     while counters[state.STEP] <= last_step and counters[state.STATUS] == state.RUNNING:
         time = counters[state.STEP] * clock.step
-        write_pose(clock.kind, clock.harmonics, time, clock.pose)
+        write_poses(clock.motions, time)
         if counters[state.CHECK_IN] <= 0:
-            refresh(balls, slots, walls, clock, counters)
+            refresh(balls, candidates, contacts, laws, walls, clock, counters)
             if counters[state.STATUS] != state.RUNNING:
                 break
-        if not room_left(slots, counters, table, recorder):
+        if not room_left(candidates, counters, table, recorder):
             break
         since = counters[state.STEP] - recorder.origin
         is_recorded = is_due(recorder.sample_every, since) or is_due(recorder.snapshot_every, since)
         if is_recorded:
-            all_works(slots, totals, recorder.work[0])
-        apply_forces(balls, slots, laws, walls, clock, time, totals, counters, table)
+            all_works(contacts, counters, totals, recorder.work[0])
+        apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
         if is_recorded:
-            record(balls, slots, clock, time, since, totals, counters, recorder)
+            record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
-        kick_and_drift(balls, clock)
+        fall_and_kick(velocity, velocity_now, force, clock.gain, clock.fall)
+        kick(spin, spin_now, torque, clock.spin_gain)
+        drift(position, velocity, clock.step)
         counters[state.STEP] += 1
         counters[state.CHECK_IN] -= 1
 
 
 @kernel()
-def begin_window(balls, slots, totals):
+def begin_window(contacts, totals, counters):
     """Book and clear the works of open contacts, so that the table of collisions counts the window alone."""
-    for k in range(slots.first[balls.species.size]):
-        if slots.is_open[k]:
-            book_works(slots, k, totals)
-        for c in range(state.NORMAL, state.ROLLING + 1):
-            slots.record[k, c] = 0.0
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] < 0:
+            continue
+        book_works(contacts, lane, totals)
+        for c in range(lanes.NORMAL, lanes.ROLLING + 1):
+            lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, 0.0)
 
 
 @kernel()
-def end_window(balls, slots, time, totals, counters, table):
-    """Append every contact that is still open to the table of collisions."""
-    for i in range(balls.species.size):
-        for k in range(slots.first[i], slots.first[i + 1]):
-            if slots.is_open[k]:
-                close_contact(slots, i, k, time, 0, totals, counters, table)
+def end_window(candidates, contacts, time, counters, table):
+    """Append every contact that is still open to the table of collisions; nothing else is changed."""
+    for k in range(candidates.first_wall[candidates.first_wall.size - 1]):
+        if candidates.lane[k] >= 0:
+            write_collision(contacts, candidates.lane[k], time, 0, counters, table)

@@ -20,9 +20,9 @@ from millprint.config.contact import ContactConfig
 from millprint.kernel import inlined
 from millprint.mill.vectors import add, add_scaled, dot, scale
 
-# Columns of a row of parameters.
-KN, KT, CN, CT, MU, MU_ROLLING, STOP, REACH = range(8)
-COLUMNS = 8
+# Columns of a row of parameters; LIMIT is the bound on the overlap [m].
+KN, KT, CN, CT, MU, MU_ROLLING, STOP, REACH, LIMIT = range(9)
+COLUMNS = 9
 
 # Share of the relative angular velocity that rolling friction may take in one step.
 STOP_SHARE = 0.25
@@ -35,13 +35,14 @@ def damping_ratio(restitution: float) -> float:
 
 
 def law_row(
-    contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, step: float
+    contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, limit: float, step: float
 ) -> np.ndarray:
     """Coefficients of one kind of contact, all of a power of the overlap: Eqs 3.4 to 3.12.
 
     radius, mass and inertia are the reduced ones, R*, m* and I*; for a wall those of the ball. reach is the distance
-    of centres (or of centre and wall) at which contact begins [m]; step the integration step [s]. K_n delta is
-    KN delta^(3/2), K_t is KT delta^(1/2), and the damping coefficients are CN and CT times delta^(1/4).
+    of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m]; step the
+    integration step [s]. K_n delta is KN delta^(3/2), K_t is KT delta^(1/2), and the damping coefficients are CN and
+    CT times delta^(1/4).
     """
     modulus = contact.young_modulus_gpa * 1e9
     poisson = contact.poisson_ratio
@@ -57,33 +58,30 @@ def law_row(
     row[MU_ROLLING] = contact.rolling_friction
     row[STOP] = STOP_SHARE * inertia / step
     row[REACH] = reach
+    row[LIMIT] = limit
     return row
 
 
 @inlined()
 def turn_spring(spring, normal):
     """The tangential spring in the plane across `normal`, its length kept (Eq. 3.3 and the text below it)."""
-    along = dot(spring, normal)
     length2 = dot(spring, spring)
-    # A wall's normal does not change: nothing to do.
-    if along * along <= 1e-28 * length2:
-        return spring
-    flat = add_scaled(spring, -along, normal)
+    flat = add_scaled(spring, -dot(spring, normal), normal)
     flat2 = dot(flat, flat)
     # No contact turns that far in a step; lengths of rounding's size may seem to.
-    if flat2 < 0.25 * length2:
-        return flat
-    return scale(math.sqrt(length2 / flat2), flat)
+    stretch = math.sqrt(length2 / flat2) if flat2 > 0.25 * length2 else 1.0
+    return scale(stretch, flat)
 
 
 @inlined()
 def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, step):
     """Force and rolling torque on the first body of a contact, its new spring, and the power in each channel.
 
-    law: a row of coefficients; overlap delta_n [m]; normal: unit vector from the second body to the first; arm:
-    distance from the centre to the contact point [m]; velocity: relative velocity of the first body at the contact
-    point [m/s]; spin: relative angular velocity [rad/s]; spring: tangential displacement a step ago [m]; last_slip:
-    tangential velocity a step ago [m/s]; step [s].
+    law: (KN, KT, CN, CT, MU, MU_ROLLING, STOP); overlap delta_n [m], not zero; normal: unit vector from the second
+    body to the first; arm: distance from the centre to the contact point [m]; velocity: relative velocity of the first
+    body at the contact point [m/s]; spin: relative angular velocity [rad/s]; spring: tangential displacement a step
+    ago [m]; last_slip: tangential velocity a step ago [m/s]; step [s]. Written without branches, so that several
+    contacts go through one instruction.
 
     Returns (normal force along `normal` [N], tangential force [N], torque [N m], spring [m], slip [m/s],
     (normal damping, tangential damping, total tangential, rolling) [W], (normal, tangential) elastic energy [J]).
@@ -102,20 +100,21 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     cap = law[MU] * elastic
     force2 = dot(force, force)
-    sticking_power = viscous * dot(slip, slip)
-    if force2 > cap * cap:
-        force = scale(cap / math.sqrt(force2), force)
-        spring = scale(-1.0 / stiffness, force)
-        sticking_power = 0.0
+    slides = force2 > cap * cap
+    force = scale(cap / math.sqrt(force2) if slides else 1.0, force)
+    softness = -1.0 / stiffness
+    spring = (
+        softness * force[0] if slides else spring[0],
+        softness * force[1] if slides else spring[1],
+        softness * force[2] if slides else spring[2],
+    )
+    sticking_power = 0.0 if slides else viscous * dot(slip, slip)
     tangential_power = -dot(force, slip)
 
     turning = math.sqrt(dot(spin, spin))
-    torque = (0.0, 0.0, 0.0)
-    rolling_power = 0.0
-    if turning > 0.0:
-        moment = min(law[MU_ROLLING] * elastic * arm, law[STOP] * turning)
-        torque = scale(-moment / turning, spin)
-        rolling_power = moment * turning
-    powers = (damping * approach, sticking_power, tangential_power, rolling_power)
+    resistance, bound = law[MU_ROLLING] * elastic * arm, law[STOP] * turning
+    moment = resistance if resistance < bound else bound
+    torque = scale(-moment / turning if turning > 0.0 else 0.0, spin)
+    powers = (damping * approach, sticking_power, tangential_power, moment * turning)
     stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
     return elastic - damping, force, torque, spring, slip, powers, stored

@@ -63,13 +63,19 @@ class Simulation:
         self.balls = state.make_balls(
             start, np.zeros(self.count, dtype=np.int64), np.array([self.radius]), contact.density_kg_m3
         )
-        self.slots = state.make_slots(self.count)
+        self.candidates = state.make_candidates(self.count)
+        self.contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max)
+        self.clock = state.make_clock(self.balls, [self.motion], self.step, dem.skin_m)
         self.walls: Walls = build_walls(
-            self.vessel, self.radius, dem.skin_m / 2, dem.overlap_max * self.radius, pitch=max(0.4 * self.radius, 1e-3)
+            [self.vessel],
+            self.radius,
+            dem.skin_m / 2,
+            dem.overlap_max * self.radius,
+            pitch=max(0.4 * self.radius, 1e-3),
         )
         self.totals = np.zeros(state.TOTALS)
-        self.counters = np.zeros(state.COUNTERS, dtype=np.int64)
+        self.counters = state.make_counters()
         self.wall_clock_s = 0.0
         self.processor_s = 0.0
 
@@ -107,15 +113,13 @@ class Simulation:
         recording = Recording()
         self.counters[state.STEP] = -self.settle_steps
         with progress(total, title, "s", unit_scale=self.step, bar_format=BAR) as bar:
-            rest = state.make_clock(self.motion.at_rest(), self.step, self.dem.skin_m)
-            self._advance(rest, -1, self._recorder(None), no_table(), None, bar)
+            self._advance(-1, self._recorder(None), no_table(), None, bar)
             self.counters[state.CHECK_IN] = 0
-            drive = state.make_clock(self.motion, self.step, self.dem.skin_m)
-            self._advance(drive, self.discard_steps - 1, self._recorder(None), no_table(), None, bar)
-            begin_window(self.balls, self.slots, self.totals)
-            recorder, table = self._recorder(recording), make_table(max(TABLE_ROWS, 2 * self.slots.partner.size))
-            self._advance(drive, self.discard_steps + self.window_steps, recorder, table, recording, bar)
-        end_window(self.balls, self.slots, self.begin_s + self.window_s, self.totals, self.counters, table)
+            self._advance(self.discard_steps - 1, self._recorder(None), no_table(), None, bar)
+            begin_window(self.contacts, self.totals, self.counters)
+            recorder, table = self._recorder(recording), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
+            self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
+        end_window(self.candidates, self.contacts, self.begin_s + self.window_s, self.counters, table)
         self._drain(table, recorder, recording)
         recording.occupancy = recorder.occupancy
         recording.height_m = float(recorder.height[0] / recorder.height[1]) if recorder.height[1] else math.nan
@@ -140,14 +144,16 @@ class Simulation:
             sample=np.zeros((samples, len(SAMPLE_COLUMNS))),
             snapshot=np.zeros((snapshots, n, 12)),
             snapshot_body=np.zeros((snapshots, 10)),
-            snapshot_contact=np.zeros((max(snapshots, 1) * (8 * n + 16) + self.slots.partner.size, 2), dtype=np.int64),
+            snapshot_contact=np.zeros(
+                (max(snapshots, 1) * (8 * n + 16) + self.candidates.partner.size, 2), dtype=np.int64
+            ),
             grid=np.array([*low, 1 / cell]),
             occupancy=np.zeros((*shape, 5)),
             work=np.zeros((2, state.TOTALS)),
             height=np.zeros(2),
         )
 
-    def _advance(self, clock, last_step: int, recorder: Recorder, table: Table, recording, bar) -> None:
+    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording, bar) -> None:
         """Call the kernel in chunks up to and including `last_step`."""
         chunk = max(64, int(CHUNK_S / (ASSUMED_NS * 1e-9 * self.count)))
         counters = self.counters
@@ -155,16 +161,30 @@ class Simulation:
             before = int(counters[state.STEP])
             begin = time.perf_counter(), time.process_time()
             advance(
-                self.balls, self.slots, self.laws, self.walls, clock, self.totals, counters, table, recorder,
-                min(before + chunk, last_step),
+                self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, counters,
+                table, recorder, min(before + chunk, last_step),
             )  # fmt: skip
             self.wall_clock_s += time.perf_counter() - begin[0]
             self.processor_s += time.process_time() - begin[1]
-            if counters[state.STATUS] != state.RUNNING:
+            if counters[state.STATUS] == state.CANDIDATES_FULL:
+                self._lengthen_lists()
+            elif counters[state.STATUS] != state.RUNNING:
                 raise SimulationError(self._trouble())
             if recording is not None:
                 self._drain(table, recorder, recording)
             bar.update(int(counters[state.STEP]) - before)
+
+    def _lengthen_lists(self) -> None:
+        """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
+        per_ball = 2 * self.candidates.partner.size // self.count
+        aside, kept = int(self.counters[state.ASIDE]), self.contacts
+        self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
+        self.contacts = state.make_contacts(self.candidates.partner.size)
+        self.contacts.kept_ball[:aside] = kept.kept_ball[:aside]
+        self.contacts.kept_partner[:aside] = kept.kept_partner[:aside]
+        self.contacts.kept_history[:aside] = kept.kept_history[:aside]
+        self.counters[state.STATUS] = state.RUNNING
+        self.counters[state.CHECK_IN] = 0
 
     def _drain(self, table: Table, recorder: Recorder, recording: Recording) -> None:
         """Take what the buffers hold and empty them."""
@@ -194,7 +214,6 @@ class Simulation:
             state.ESCAPED: f"ball {ball} has left the vessel {when}",
             state.NOT_FINITE: f"the position of ball {ball} is not a finite number {when}",
             state.CONTACT_LOST: f"an open contact of ball {ball} was lost when the candidates were listed anew {when}",
-            state.SLOTS_FULL: f"more candidate contacts than there is room for {when}: make skin_m smaller",
         }[int(self.counters[state.STATUS])]
 
 

@@ -6,26 +6,23 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.config.contact import ContactConfig
+from millprint.dem.lanes import HISTORY_COLUMNS, IDLE, LANES
 from millprint.dem.law import law_row
-from millprint.mill.motion import POSE
-
-# Columns of a contact's record while it is open.
-START, APPROACH, PEAK_FORCE, PEAK_OVERLAP, NORMAL, DAMPING, TANGENTIAL, ROLLING = range(8)
-RECORD = 8
-
-# Columns of a contact's tangential state: spring [m] and slip velocity a step ago [m/s].
-TANGENT = 6
+from millprint.mill.motion import Motion, Motions, stack_motions
 
 # Running totals: wall work, works of the contacts that have closed [J]; of the present step: elastic energies [J].
 WALL_WORK, TOTAL_NORMAL, TOTAL_DAMPING, TOTAL_TANGENTIAL, TOTAL_ROLLING, ELASTIC_NORMAL, ELASTIC_TANGENTIAL = range(7)
 TOTALS = 7
 
-# Counters of a run.
-STEP, CHECK_IN, STATUS, BALL, PARTNER, RECORDS, SAMPLES, SNAPSHOTS, SNAPSHOT_CONTACTS, REBUILDS = range(10)
-COUNTERS = 10
+# Counters of a run. USED lanes lie below the highest open one, FREE ones among them; ASIDE contacts are set aside while
+# the candidates are listed anew, -1 where none are.
+(
+    STEP, CHECK_IN, STATUS, BALL, PARTNER, RECORDS, SAMPLES, SNAPSHOTS, SNAPSHOT_CONTACTS, REBUILDS, USED, FREE, ASIDE,
+) = range(13)  # fmt: skip
+COUNTERS = 13
 
-# Status of a run.
-RUNNING, OVERLAP, ESCAPED, NOT_FINITE, SLOTS_FULL, CONTACT_LOST = range(6)
+# Status of a run. The last one says that the lists are too short: they may be made longer and the run goes on.
+RUNNING, OVERLAP, ESCAPED, NOT_FINITE, CONTACT_LOST, CANDIDATES_FULL = range(6)
 
 
 class Balls(NamedTuple):
@@ -44,24 +41,34 @@ class Balls(NamedTuple):
     inertia: np.ndarray  # (species,) [kg m2]
 
 
-class Slots(NamedTuple):
-    """Candidate contacts, ball by ball: first with balls of a higher number, then with features of the wall."""
+class Candidates(NamedTuple):
+    """What may touch before a ball has moved by half the skin: all pairs of balls, then all balls with walls."""
 
-    first: np.ndarray  # (n + 1,) slots of ball i are first[i] to first[i + 1]
-    first_wall: np.ndarray  # (n,) where its wall features begin
+    first: np.ndarray  # (n + 1,) pairs of ball i with balls of higher numbers are first[i] to first[i + 1]
+    first_wall: np.ndarray  # (n + 1,) and with features of the walls first_wall[i] to first_wall[i + 1]
+    ball: np.ndarray  # (s,)
     partner: np.ndarray  # (s,) a ball, or -1 - feature
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
-    is_open: np.ndarray  # (s,) 1 while in contact
-    tangent: np.ndarray  # (s, 6) tangential displacement [m], slip velocity a step ago [m/s]
-    record: np.ndarray  # (s, 8) what the contact has done so far
-    anchor: np.ndarray  # (n, 3) body-frame positions at the last rebuild [m]
-    kept_ball: np.ndarray  # open contacts, put aside during a rebuild
-    kept_partner: np.ndarray
-    kept_tangent: np.ndarray
-    kept_record: np.ndarray
+    lane: np.ndarray  # (s,) the contact's lane, or -1
+    trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; -1 while open
+    found: np.ndarray  # (s + 1,) what has come within reach in the present step
+    anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
     cell_place: np.ndarray  # (n, 4) a ball's cell along each axis, and its number
     cell_first: np.ndarray  # (cells + 1,) where a cell's members begin
     cell_member: np.ndarray  # (n,)
+
+
+class Contacts(NamedTuple):
+    """Open contacts. Each keeps its lane, and in it its history, until the candidates are listed anew."""
+
+    lanes: np.ndarray  # (blocks, rows * LANES) see dem.lanes
+    ball: np.ndarray  # (c,) the first partner
+    partner: np.ndarray  # (c,) the second one: a ball, or -1 - feature
+    slot: np.ndarray  # (c,) the candidate; -1 in a lane that is free
+    free: np.ndarray  # (c,) stack of free lanes
+    kept_ball: np.ndarray  # set aside while the candidates are listed anew
+    kept_partner: np.ndarray
+    kept_history: np.ndarray
 
 
 class Laws(NamedTuple):
@@ -69,17 +76,18 @@ class Laws(NamedTuple):
 
     pair: np.ndarray  # (species, species, columns)
     wall: np.ndarray  # (species, columns)
-    overlap_max: np.ndarray  # (species,) bound on any overlap [m]
 
 
 class Clock(NamedTuple):
-    """Time and motion of the vessel."""
+    """Time and motion of the bodies."""
 
     step: float  # [s]
     gravity: np.ndarray  # (3,) [m/s2]
-    kind: int
-    harmonics: np.ndarray
-    pose: np.ndarray  # see mill.motion
+    motions: Motions
+    gain: np.ndarray  # (3 n,) change of velocity in a step by a force of 1 N [m/s]
+    spin_gain: np.ndarray  # (3 n,) change of spin in a step by a torque of 1 N m [rad/s]
+    fall: np.ndarray  # (3 n,) change of velocity in a step by gravity [m/s]
+    load: np.ndarray  # (bodies, 6) force on the balls [N] and torque about the body's origin [N m] of the present step
     skin: float  # a candidate is listed up to this far from contact [m]
 
 
@@ -92,26 +100,46 @@ def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, den
     return Balls(position.copy(), *zero, np.asarray(species, dtype=np.int64), radii, mass, 0.4 * mass * radii**2)
 
 
-def make_slots(balls: int, per_ball: int = 24) -> Slots:
-    """Empty candidate lists with room for `per_ball` candidates a ball."""
-    room = balls * per_ball + 16
-    return Slots(
+def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:
+    """Empty lists with room for `per_ball` candidates a ball."""
+    room = balls * per_ball + 64
+    return Candidates(
         first=np.zeros(balls + 1, dtype=np.int64),
-        first_wall=np.zeros(balls, dtype=np.int64),
+        first_wall=np.zeros(balls + 1, dtype=np.int64),
+        ball=np.zeros(room, dtype=np.uint32),
         partner=np.zeros(room, dtype=np.int64),
         sure=np.zeros(room, dtype=np.uint8),
-        is_open=np.zeros(room, dtype=np.uint8),
-        tangent=np.zeros((room, TANGENT)),
-        record=np.zeros((room, RECORD)),
-        anchor=np.zeros((balls, 3)),
-        kept_ball=np.zeros(room, dtype=np.int64),
-        kept_partner=np.zeros(room, dtype=np.int64),
-        kept_tangent=np.zeros((room, TANGENT)),
-        kept_record=np.zeros((room, RECORD)),
+        lane=np.full(room, -1, dtype=np.int64),
+        trigger=np.zeros(room),
+        found=np.zeros(room + 1, dtype=np.uint32),
+        anchor=np.zeros((bodies, balls, 3)),
         cell_place=np.zeros((balls, 4), dtype=np.int64),
         cell_first=np.zeros(4 * balls + 1024, dtype=np.int64),
         cell_member=np.zeros(balls, dtype=np.int64),
     )
+
+
+def make_contacts(room: int) -> Contacts:
+    """Free lanes for at least `room` contacts."""
+    blocks = -(-room // LANES)
+    room = blocks * LANES
+    return Contacts(
+        lanes=np.tile(np.repeat(IDLE, LANES), (blocks, 1)),
+        ball=np.zeros(room, dtype=np.uint32),
+        partner=np.zeros(room, dtype=np.int64),
+        slot=np.full(room, -1, dtype=np.int64),
+        free=np.zeros(room, dtype=np.int64),
+        kept_ball=np.zeros(room, dtype=np.int64),
+        kept_partner=np.zeros(room, dtype=np.int64),
+        kept_history=np.zeros((room, HISTORY_COLUMNS)),
+    )
+
+
+def make_counters() -> np.ndarray:
+    """Counters of a run that has not begun."""
+    counters = np.zeros(COUNTERS, dtype=np.int64)
+    counters[ASIDE] = -1
+    return counters
 
 
 def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fraction: float) -> Laws:
@@ -133,18 +161,29 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
                 reduced(mass[a], mass[b]),
                 reduced(inertia[a], inertia[b]),
                 radius[a] + radius[b],
+                overlap_fraction * min(radius[a], radius[b]),
                 step,
             )
             for b in species
         ]
         for a in species
     ]
-    wall = [law_row(contact, radius[a], mass[a], inertia[a], radius[a], step) for a in species]
-    return Laws(np.array(pair), np.array(wall), overlap_fraction * radius)
+    wall = [
+        law_row(contact, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species
+    ]
+    return Laws(np.array(pair), np.array(wall))
 
 
-def make_clock(motion, step: float, skin: float, gravity: float = 9.81) -> Clock:
-    """A clock for a motion (mill.motion.Motion) of the vessel, with gravity downwards [m/s2]."""
+def make_clock(balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float = 9.81) -> Clock:
+    """A clock for the motions of the bodies, the vessel first, with gravity downwards [m/s2]."""
+    down = np.array([0.0, 0.0, -gravity])
     return Clock(
-        float(step), np.array([0.0, 0.0, -gravity]), motion.kind, motion.harmonics, np.zeros(POSE), float(skin)
+        step=float(step),
+        gravity=down,
+        motions=stack_motions(motions),
+        gain=np.repeat(step / balls.mass[balls.species], 3),
+        spin_gain=np.repeat(step / balls.inertia[balls.species], 3),
+        fall=np.tile(step * down, len(balls.species)),
+        load=np.zeros((len(motions), 6)),
+        skin=float(skin),
     )

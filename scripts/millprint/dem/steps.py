@@ -6,13 +6,15 @@ velocities, with which a kick does its work, by the square of the step. Tangenti
 rule. So the energy balance closes with the square of the step.
 """
 
-import math
+import numpy as np
 
-from millprint.dem import state
-from millprint.dem.law import REACH, contact_law
+from millprint.dem import lanes, state
+from millprint.dem.lanes import LANES, evaluate
+from millprint.dem.law import LIMIT, REACH
+from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
-from millprint.mill.vectors import add, add_scaled, cross, dot, row, scale, subtract
-from millprint.mill.walls import touch
+from millprint.mill.vectors import cross, dot, row, scale, subtract
+from millprint.mill.walls import body_of, wall_velocity
 
 
 @inlined()
@@ -23,176 +25,134 @@ def accumulate(array, index, vector):
 
 
 @inlined()
-def open_contact(slots, k, time, approach):
-    """Begin the record of a contact."""
-    slots.is_open[k] = 1
-    for c in range(state.TANGENT):
-        slots.tangent[k, c] = 0.0
-    for c in range(state.RECORD):
-        slots.record[k, c] = 0.0
-    slots.record[k, state.START] = time
-    slots.record[k, state.APPROACH] = approach
+def gather_pair(balls, contacts, lane, block, m):
+    """Put the state of two balls into their lane; returns whether they still touch."""
+    i, j = contacts.ball[lane], np.uint32(contacts.partner[lane])
+    away = subtract(row(balls.position, i), row(balls.position, j))
+    reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
+    lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
+    velocity = subtract(row(balls.velocity_now, i), row(balls.velocity_now, j))
+    lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
+    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, row(balls.spin_now, i))
+    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, row(balls.spin_now, j))
+    return dot(away, away) < reach * reach
 
 
 @inlined()
-def book_works(slots, k, totals):
-    """Add the works of slot k's contact to the running totals."""
-    totals[state.TOTAL_NORMAL] += slots.record[k, state.NORMAL]
-    totals[state.TOTAL_DAMPING] += slots.record[k, state.DAMPING]
-    totals[state.TOTAL_TANGENTIAL] += slots.record[k, state.TANGENTIAL]
-    totals[state.TOTAL_ROLLING] += slots.record[k, state.ROLLING]
+def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
+    """Put the state of a ball and the wall that it touches into their lane; returns whether they still touch."""
+    i, feature = contacts.ball[lane], np.uint32(-1 - contacts.partner[lane])
+    reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
+    position = row(balls.position, i)
+    away = wall_away(walls, motions, feature, candidates.sure[contacts.slot[lane]], position, reach)
+    body = body_of(walls, feature)
+    lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
+    velocity = subtract(row(balls.velocity_now, i), wall_velocity(motions, body, subtract(position, away)))
+    lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
+    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, row(balls.spin_now, i))
+    turning = (motions.pose[body, 6], motions.pose[body, 7], motions.pose[body, 8])
+    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, turning)
+    return away[0] < FAR
 
 
 @inlined()
-def close_contact(slots, i, k, time, ended, totals, counters, table):
-    """End a contact: book its works, and append it to the table of collisions, if that has rows.
-
-    ended: 1 if the bodies came apart, 0 if the window ends with them in contact.
-    """
-    slots.is_open[k] = 0
-    book_works(slots, k, totals)
-    if table.value.shape[0] == 0:
-        return
-    m = counters[state.RECORDS]
-    counters[state.RECORDS] += 1
-    table.first[m] = i
-    table.second[m] = slots.partner[k]
-    table.ended[m] = ended
-    table.value[m, 0] = slots.record[k, state.START]
-    table.value[m, 1] = time - slots.record[k, state.START]
-    for c in range(1, state.RECORD):
-        table.value[m, 1 + c] = slots.record[k, c]
+def load_body(walls, motions, load, position, away, feature, force, back):
+    """Book what a body exerts on a ball: force [N], and torque about the body's origin [N m]."""
+    body = body_of(walls, feature)
+    arm = subtract(subtract(position, away), row(motions.pose, body))
+    torque = subtract(cross(arm, force), back)
+    for c in range(3):
+        load[body, c] += force[c]
+        load[body, 3 + c] += torque[c]
 
 
 @inlined()
-def resolve(slots, k, law, overlap, normal, arm, velocity, spin, time, step, totals):
-    """Apply the contact law in slot k and book its works; returns the force and the rolling torque on the first."""
-    if not slots.is_open[k]:
-        open_contact(slots, k, time, -dot(velocity, normal))
-    tangent = slots.tangent[k]
-    record = slots.record[k]
-    normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
-        law, overlap, normal, arm, velocity, spin,
-        (tangent[0], tangent[1], tangent[2]), (tangent[3], tangent[4], tangent[5]), step,
-    )  # fmt: skip
-    tangent[0], tangent[1], tangent[2] = spring
-    tangent[3], tangent[4], tangent[5] = slip
-    record[state.PEAK_FORCE] = max(record[state.PEAK_FORCE], normal_force)
-    record[state.PEAK_OVERLAP] = max(record[state.PEAK_OVERLAP], overlap)
-    record[state.NORMAL] += step * powers[0]
-    record[state.DAMPING] += step * powers[1]
-    record[state.TANGENTIAL] += step * powers[2]
-    record[state.ROLLING] += step * powers[3]
-    totals[state.ELASTIC_NORMAL] += stored[0]
-    totals[state.ELASTIC_TANGENTIAL] += stored[1]
-    return add_scaled(tangential, normal_force, normal), rolling
-
-
-@inlined()
-def check_overlap(laws, species, overlap, i, partner, counters):
-    if overlap > laws.overlap_max[species]:
+def scatter(balls, contacts, walls, clock, lane, block, m, counters):
+    """Hand what came out of a lane to its partners."""
+    i, j = contacts.ball[lane], contacts.partner[lane]
+    force = lanes.get_vector(contacts.lanes, block, lanes.FORCE, m)
+    back = lanes.get_vector(contacts.lanes, block, lanes.BACK, m)
+    accumulate(balls.force, i, force)
+    accumulate(balls.torque, i, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
+    if j >= 0:
+        accumulate(balls.force, np.uint32(j), scale(-1.0, force))
+        accumulate(balls.torque, np.uint32(j), back)
+    else:
+        away = lanes.get_vector(contacts.lanes, block, lanes.AWAY, m)
+        load_body(walls, clock.motions, clock.load, row(balls.position, i), away, -1 - j, force, back)
+    overlap = lanes.get(contacts.lanes, block, lanes.OVERLAP, m)
+    if overlap > lanes.get(contacts.lanes, block, lanes.LAW + LIMIT, m):
         counters[state.STATUS] = state.OVERLAP
         counters[state.BALL] = i
-        counters[state.PARTNER] = partner
+        counters[state.PARTNER] = j
 
 
 @inlined()
-def pair_contact(balls, slots, laws, i, k, time, step, totals, counters):
-    """The contact of ball i and slot k's ball, if any: (1, force on i, torque on i, torque on the other)."""
-    j = slots.partner[k]
-    nothing = (0.0, 0.0, 0.0)
-    law = laws.pair[balls.species[i], balls.species[j]]
-    away = subtract(row(balls.position, i), row(balls.position, j))
-    squared = dot(away, away)
-    if squared >= law[REACH] * law[REACH]:
-        return 0, nothing, nothing, nothing
-    distance = math.sqrt(squared)
-    overlap = law[REACH] - distance
-    # Rounding may leave nothing of an overlap whose square was still there.
-    if overlap <= 0.0:
-        return 0, nothing, nothing, nothing
-    normal = scale(1.0 / distance, away)
-    check_overlap(laws, balls.species[i], overlap, i, j, counters)
-    # The plane of contact is where the two spheres cut each other.
-    difference = balls.radius[balls.species[i]] - balls.radius[balls.species[j]]
-    arm = 0.5 * (distance + difference * law[REACH] / distance)
-    other = distance - arm
-    # Velocity at the contact point: v_i + w_i x (-arm n) - v_j - w_j x (other n).
-    turning = add_scaled(scale(arm, row(balls.spin_now, i)), other, row(balls.spin_now, j))
-    velocity = subtract(row(balls.velocity_now, i), row(balls.velocity_now, j))
-    velocity = subtract(velocity, cross(turning, normal))
-    spin = subtract(row(balls.spin_now, i), row(balls.spin_now, j))
-    mean_arm = 2 * arm * other / distance
-    force, rolling = resolve(slots, k, law, overlap, normal, mean_arm, velocity, spin, time, step, totals)
-    lever = cross(force, normal)
-    return 1, force, add_scaled(rolling, arm, lever), subtract(scale(other, lever), rolling)
+def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table):
+    """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
+    first = block * LANES
+    width = min(LANES, counters[state.USED] - first)
+    for m in range(width):
+        lane = first + m
+        if contacts.slot[lane] < 0:
+            continue
+        if contacts.partner[lane] >= 0:
+            touches = gather_pair(balls, contacts, lane, block, m)
+        else:
+            touches = gather_wall(balls, candidates, contacts, walls, clock.motions, lane, block, m)
+        if not touches:
+            close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table)
+    evaluate(contacts.lanes, block, clock.step)
+    for m in range(width):
+        if contacts.slot[first + m] >= 0:
+            scatter(balls, contacts, walls, clock, first + m, block, m, counters)
 
 
 @inlined()
-def wall_contact(balls, slots, laws, walls, pose, i, k, time, step, totals, counters):
-    """The contact of ball i and slot k's feature of the wall, if any: (1, force on i, torque on i)."""
-    law = laws.wall[balls.species[i]]
-    point = subtract(row(balls.position, i), (pose[0], pose[1], pose[2]))
-    distance, normal = touch(walls, -1 - slots.partner[k], slots.sure[k], point, law[REACH])
-    if distance < 0.0:
-        return 0, normal, normal
-    overlap = law[REACH] - distance
-    check_overlap(laws, balls.species[i], overlap, i, slots.partner[k], counters)
-    wall_velocity = (pose[3], pose[4], pose[5])
-    spin = row(balls.spin_now, i)
-    velocity = subtract(row(balls.velocity_now, i), wall_velocity)
-    velocity = add_scaled(velocity, -distance, cross(spin, normal))
-    force, rolling = resolve(slots, k, law, overlap, normal, distance, velocity, spin, time, step, totals)
-    totals[state.WALL_WORK] += step * dot(force, wall_velocity)
-    return 1, force, add_scaled(rolling, distance, cross(force, normal))
+def book_wall_work(clock, totals):
+    """Add the work of every body in this step, force . V + torque . omega, and clear the loads."""
+    pose, load = clock.motions.pose, clock.load
+    for body in range(load.shape[0]):
+        for c in range(6):
+            totals[state.WALL_WORK] += clock.step * load[body, c] * pose[body, 3 + c]
+            load[body, c] = 0.0
 
 
 @inlined()
-def apply_forces(balls, slots, laws, walls, clock, time, totals, counters, table):
-    """Contact forces and torques on every ball at the present positions; energies go to `totals` and the records."""
-    totals[state.ELASTIC_NORMAL] = 0.0
-    totals[state.ELASTIC_TANGENTIAL] = 0.0
-    for i in range(balls.species.size):
-        total_force = (0.0, 0.0, 0.0)
-        total_torque = (0.0, 0.0, 0.0)
-        for k in range(slots.first[i], slots.first_wall[i]):
-            touching, force, torque, back = pair_contact(balls, slots, laws, i, k, time, clock.step, totals, counters)
-            if touching:
-                total_force = add(total_force, force)
-                total_torque = add(total_torque, torque)
-                accumulate(balls.force, slots.partner[k], scale(-1.0, force))
-                accumulate(balls.torque, slots.partner[k], back)
-            elif slots.is_open[k]:
-                close_contact(slots, i, k, time, 1, totals, counters, table)
-        for k in range(slots.first_wall[i], slots.first[i + 1]):
-            touching, force, torque = wall_contact(
-                balls, slots, laws, walls, clock.pose, i, k, time, clock.step, totals, counters
-            )
-            if touching:
-                total_force = add(total_force, force)
-                total_torque = add(total_torque, torque)
-            elif slots.is_open[k]:
-                close_contact(slots, i, k, time, 1, totals, counters, table)
-        accumulate(balls.force, i, total_force)
-        accumulate(balls.torque, i, total_torque)
+def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
+    """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
+    open_contacts(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
+    for block in range((counters[state.USED] + LANES - 1) // LANES):
+        resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
+    book_wall_work(clock, totals)
 
 
 @inlined()
-def kick_and_drift(balls, clock):
-    """Advance velocities by a step of the forces, positions by a step of the new velocities; clears the forces."""
-    step = clock.step
-    for i in range(balls.species.size):
-        by_mass = step / balls.mass[balls.species[i]]
-        by_inertia = step / balls.inertia[balls.species[i]]
-        for c in range(3):
-            kick = balls.force[i, c] * by_mass + step * clock.gravity[c]
-            twist = balls.torque[i, c] * by_inertia
-            velocity = balls.velocity[i, c] + kick
-            spin = balls.spin[i, c] + twist
-            balls.velocity[i, c] = velocity
-            balls.spin[i, c] = spin
-            balls.velocity_now[i, c] = velocity + 0.5 * kick
-            balls.spin_now[i, c] = spin + 0.5 * twist
-            balls.position[i, c] += step * velocity
-            balls.force[i, c] = 0.0
-            balls.torque[i, c] = 0.0
+def kick(velocity, velocity_now, force, gain):
+    """Velocities half a step on, and those expected at the next positions; the forces are cleared. Flat arrays."""
+    for c in range(velocity.size):
+        change = force[c] * gain[c]
+        faster = velocity[c] + change
+        velocity[c] = faster
+        velocity_now[c] = faster + 0.5 * change
+    for c in range(force.size):
+        force[c] = 0.0
+
+
+@inlined()
+def fall_and_kick(velocity, velocity_now, force, gain, fall):
+    """As `kick`, with the change by gravity in a step, `fall`."""
+    for c in range(velocity.size):
+        change = force[c] * gain[c] + fall[c]
+        faster = velocity[c] + change
+        velocity[c] = faster
+        velocity_now[c] = faster + 0.5 * change
+    for c in range(force.size):
+        force[c] = 0.0
+
+
+@inlined()
+def drift(position, velocity, step):
+    """Positions a step on."""
+    for c in range(position.size):
+        position[c] += step * velocity[c]

@@ -1,79 +1,261 @@
-"""Motion of a vessel: where it is and how fast it moves at a time t, as parameters that a kernel evaluates.
+"""Rigid motion of a body: where it is, how it is turned and how fast it moves at a time t.
 
-A translation is a sum of harmonics of the mill's angular frequency w,
-    X(t) = sum_k C_k cos(m_k w t) + S_k sin(m_k w t),
-one row (m_k w, C_k, S_k) each. The mill starts at t = 0 from rest at X(0) and has its full speed at once, as in the
-thesis (Sec. 3.2.2). A pose carries a rotation and an angular velocity too, so that a turning vessel is one more kind.
+The body turns by an angle about a fixed unit axis a through a pivot p, and a translation is added. Both are sums of
+harmonics of the mill's angular frequency w, and the angle may grow steadily too:
+    theta(t) = rate t + sum_k c_k cos(m_k w t) + s_k sin(m_k w t)
+    X(t) = p - R(theta) p + sum_k C_k cos(m_k w t) + S_k sin(m_k w t)
+    V(t) = dX/dt,  omega(t) = (d theta / dt) a,  R(theta) = cos theta I + (1 - cos theta) a a^T + sin theta [a]x
+with X the origin of the body frame; a point x of the body is at X + R x. The mill starts at t = 0 from rest at its
+pose there and has its full speed at once, as in the thesis (Sec. 3.2.2).
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.mill import CircleMotion, LissajousMotion, MillConfig
+from millprint.config import motion as laws
+from millprint.config.mill import MillConfig
 from millprint.kernel import inlined
 
 REST, HARMONIC = 0, 1
 
-# Layout of a pose: position (3), velocity (3), angular velocity (3), rotation (9).
+# Layout of a pose: position (3), velocity (3), angular velocity (3), rotation (9, row by row, body to laboratory).
 POSE = 18
+
+
+def _waves(waves: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A sum of waves (k, 1 + 2 d) at times (...): its value and its rate of change, (..., d) each."""
+    size = (waves.shape[1] - 1) // 2
+    w, cosine, sine = waves[:, :1], waves[:, 1 : 1 + size], waves[:, 1 + size :]
+    phase = w * time_s[..., None, None]
+    value = cosine * np.cos(phase) + sine * np.sin(phase)
+    rate = w * (sine * np.cos(phase) - cosine * np.sin(phase))
+    return value.sum(axis=-2), rate.sum(axis=-2)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A rigid motion of the vessel; `kind` and `harmonics` are what the kernel reads.
+    """A rigid motion; what `stack_motions` hands to the kernels.
 
-    harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m].
+    harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
+    axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];
+    swing: (j, 3) angular frequency [rad/s], cosine amplitude and sine amplitude [rad].
     """
 
     kind: int
     harmonics: np.ndarray
     frequency_hz: float
+    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    pivot: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rate: float = 0.0
+    swing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def position(self, time_s: np.ndarray) -> np.ndarray:
-        """Position of the body frame (..., 3) [m] at times (...) [s]; for t < 0 that of t = 0."""
-        time_s = np.maximum(np.asarray(time_s, dtype=float), 0.0)[..., None, None]
-        w, cosine, sine = self.harmonics[:, :1], self.harmonics[:, 1:4], self.harmonics[:, 4:7]
-        return (cosine * np.cos(w * time_s) + sine * np.sin(w * time_s)).sum(axis=-2)
+        """Position of the body frame's origin (..., 3) [m] at times (...) [s]; for t < 0 that of t = 0."""
+        time_s = self._running(time_s)
+        return self.pivot - self.rotation(time_s) @ self.pivot + _waves(self.harmonics, time_s)[0]
 
     def velocity(self, time_s: np.ndarray) -> np.ndarray:
-        """Velocity of the body frame (..., 3) [m/s] at times (...) [s]; zero for t < 0."""
-        time_s = np.asarray(time_s, dtype=float)[..., None, None]
-        w, cosine, sine = self.harmonics[:, :1], self.harmonics[:, 1:4], self.harmonics[:, 4:7]
-        moving = w * (sine * np.cos(w * time_s) - cosine * np.sin(w * time_s)) * (self.kind == HARMONIC)
-        return np.where(time_s[..., 0] < 0, 0.0, moving.sum(axis=-2))
+        """Velocity of the body frame's origin (..., 3) [m/s] at times (...) [s]; zero for t < 0."""
+        arm = -(self.rotation(time_s) @ self.pivot)
+        moving = _waves(self.harmonics, self._running(time_s))[1]
+        return np.cross(self.angular_velocity(time_s), arm) + np.where(self._stands(time_s), 0.0, moving)
+
+    def angle(self, time_s: np.ndarray) -> np.ndarray:
+        """Angle theta about the axis (...) [rad] at times (...) [s]; for t < 0 that of t = 0."""
+        time_s = self._running(time_s)
+        return self.rate * time_s + _waves(self.swing, time_s)[0][..., 0]
+
+    def rotation(self, time_s: np.ndarray) -> np.ndarray:
+        """Rotation matrices (..., 3, 3) from the body frame to the laboratory at times (...) [s]."""
+        angle = self.angle(time_s)[..., None, None]
+        x, y, z = self.axis
+        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        turned = (1 - np.cos(angle)) * np.outer(self.axis, self.axis) + np.sin(angle) * skew
+        return np.cos(angle) * np.eye(3) + turned
+
+    def angular_velocity(self, time_s: np.ndarray) -> np.ndarray:
+        """Angular velocity (..., 3) [rad/s] at times (...) [s]; zero for t < 0."""
+        turning = self.rate + _waves(self.swing, self._running(time_s))[1]
+        return np.where(self._stands(time_s), 0.0, turning) * self.axis
+
+    def _running(self, time_s: np.ndarray) -> np.ndarray:
+        """The time [s] since the mill has started; 0 before, and for what never moves."""
+        return np.maximum(np.asarray(time_s, dtype=float), 0.0) * (self.kind != REST)
+
+    def _stands(self, time_s: np.ndarray) -> np.ndarray:
+        """Where (..., 1) the body stands still: before the start, and at rest."""
+        return (np.asarray(time_s, dtype=float) < 0)[..., None] | (self.kind == REST)
+
+    @property
+    def turns(self) -> bool:
+        """Whether the body rotates, or stands turned."""
+        return bool(self.rate) or bool(self.swing.any())
 
     @property
     def amplitude_m(self) -> float:
-        """Largest distance from the mean position along one axis [m]: A of a circle."""
+        """Largest distance of the body frame's origin from that of the laboratory along one axis [m]: A of a circle."""
         time_s = np.linspace(0, 1 / self.frequency_hz, 3601) if self.frequency_hz else np.zeros(1)
         return float(np.abs(self.position(time_s)).max())
 
     def at_rest(self) -> "Motion":
-        """The vessel standing still where this motion begins."""
-        harmonics = np.zeros((1, 7))
-        harmonics[0, 1:4] = self.position(np.zeros(()))
-        return Motion(REST, harmonics, 0.0)
+        """The body standing still where this motion begins."""
+        start = np.zeros(())
+        harmonics, swing = np.zeros((1, 7)), np.zeros((1, 3))
+        harmonics[0, 1:4] = _waves(self.harmonics, start)[0]
+        swing[0, 1] = self.angle(start)
+        return replace(self, kind=REST, harmonics=harmonics, frequency_hz=0.0, rate=0.0, swing=swing)
+
+
+def _translation(terms: Sequence[laws.Harmonic], w: float) -> np.ndarray:
+    """Harmonics (k, 7) of a list of terms, one row a multiple; (1, 7) zeros if there are none."""
+    rows: dict[int, np.ndarray] = {1: np.zeros(7)}
+    for term in terms:
+        axis, phase = "xyz".index(term.axis), math.radians(term.phase_deg)
+        harmonic = rows.setdefault(term.multiple, np.zeros(7))
+        harmonic[1 + axis] += term.amplitude_mm / 1e3 * math.sin(phase)
+        harmonic[4 + axis] += term.amplitude_mm / 1e3 * math.cos(phase)
+    for multiple, harmonic in rows.items():
+        harmonic[0] = w * multiple
+    return np.array(list(rows.values()))
+
+
+def _circle(radius_m: float, w: float) -> np.ndarray:
+    return np.array([[w, radius_m, 0.0, 0.0, 0.0, radius_m, 0.0]])
+
+
+def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
+    """The motion of a body by one of the laws of config.motion, at the mill's stated speed [rpm]."""
+    frequency = speed_rpm / 60
+    w = 2 * math.pi * frequency
+    still = _translation([], w)
+    if isinstance(law, laws.CircleMotion):
+        motion = Motion(HARMONIC, _circle(law.amplitude_mm / 1e3, w), frequency)
+    elif isinstance(law, laws.LissajousMotion):
+        motion = Motion(HARMONIC, _translation(law.terms, w), frequency)
+    elif isinstance(law, laws.RotationMotion):
+        motion = Motion(HARMONIC, still, frequency, *_line(law), rate=law.ratio * w)
+    elif isinstance(law, laws.PlanetaryMotion):
+        # The sun wheel carries the jar round and turns it once a turn; the ratio comes on top of that.
+        motion = Motion(HARMONIC, _circle(law.sun_radius_mm / 1e3, w), frequency, rate=(1 + law.ratio) * w)
+    elif isinstance(law, laws.SwingMotion):
+        amplitude, phase = math.radians(law.amplitude_deg), math.radians(law.phase_deg)
+        swing = np.array([[law.multiple * w, amplitude * math.sin(phase), amplitude * math.cos(phase)]])
+        motion = Motion(HARMONIC, _translation(law.terms, w), frequency, *_line(law), swing=swing)
+    else:
+        return Motion(REST, np.zeros((1, 7)), 0.0)
+    return motion if frequency > 0 else motion.at_rest()
+
+
+def _line(law: laws.RotationMotion | laws.SwingMotion) -> tuple[np.ndarray, np.ndarray]:
+    axis = np.array(law.axis, dtype=float)
+    axis /= np.abs(axis).max()
+    return axis / np.linalg.norm(axis), np.array(law.pivot_mm, dtype=float) / 1e3
 
 
 def build_motion(mill: MillConfig, speed_rpm: float) -> Motion:
-    """The motion of a mill at a speed [rpm]."""
-    frequency = speed_rpm / 60
-    rows: dict[int, np.ndarray] = {1: np.zeros(7)}
-    if isinstance(mill.motion, CircleMotion):
-        rows[1][1] = rows[1][5] = mill.motion.amplitude_mm / 1e3
-    elif isinstance(mill.motion, LissajousMotion):
-        for term in mill.motion.terms:
-            axis, phase = "xyz".index(term.axis), math.radians(term.phase_deg)
-            harmonic = rows.setdefault(term.multiple, np.zeros(7))
-            harmonic[1 + axis] += term.amplitude_mm / 1e3 * math.sin(phase)
-            harmonic[4 + axis] += term.amplitude_mm / 1e3 * math.cos(phase)
-    for multiple, harmonic in rows.items():
-        harmonic[0] = 2 * math.pi * frequency * multiple
-    moves = frequency > 0 and mill.motion.kind != "rest"
-    motion = Motion(HARMONIC, np.array(list(rows.values())), frequency)
-    return motion if moves else motion.at_rest()
+    """The motion of a mill's vessel at a speed [rpm]."""
+    return motion_from_law(mill.motion, speed_rpm)
+
+
+class Motions(NamedTuple):
+    """The motions of several bodies (b) as flat arrays; see `Motion` for the quantities and their units."""
+
+    moves: np.ndarray  # (b,) uint8, 0 for a body that stands still
+    first_harmonic: np.ndarray  # (b + 1,) rows of body i are first_harmonic[i] to first_harmonic[i + 1]
+    harmonics: np.ndarray  # (total, 7)
+    axis: np.ndarray  # (b, 3)
+    pivot: np.ndarray  # (b, 3)
+    rate: np.ndarray  # (b,)
+    first_swing: np.ndarray  # (b + 1,)
+    swing: np.ndarray  # (total, 3)
+    turns: np.ndarray  # (b,) uint8, 0 where the rotation is the identity at any time
+    pose: np.ndarray  # (b, POSE) as of the last call of write_poses
+
+
+def stack_motions(motions: Sequence[Motion]) -> Motions:
+    """The motions of several bodies for the kernels, their poses those of the settling (t < 0)."""
+    pose = np.zeros((len(motions), POSE))
+    for row_of, motion in zip(pose, motions, strict=True):
+        row_of[:3] = motion.position(-1.0)
+        row_of[9:] = motion.rotation(-1.0).ravel()
+    return Motions(
+        moves=np.array([motion.kind != REST for motion in motions], dtype=np.uint8),
+        first_harmonic=np.cumsum([0, *(len(motion.harmonics) for motion in motions)]),
+        harmonics=np.concatenate([motion.harmonics for motion in motions]),
+        axis=np.array([motion.axis for motion in motions]),
+        pivot=np.array([motion.pivot for motion in motions]),
+        rate=np.array([motion.rate for motion in motions]),
+        first_swing=np.cumsum([0, *(len(motion.swing) for motion in motions)]),
+        swing=np.concatenate([motion.swing for motion in motions]),
+        turns=np.array([motion.turns for motion in motions], dtype=np.uint8),
+        pose=pose,
+    )
+
+
+@inlined()
+def _write_translation(motions, body, time, pose):
+    for c in range(6):
+        pose[body, c] = 0.0
+    for k in range(motions.first_harmonic[body], motions.first_harmonic[body + 1]):
+        w = motions.harmonics[k, 0]
+        cosine, sine = math.cos(w * time), math.sin(w * time)
+        for c in range(3):
+            in_phase, out_of_phase = motions.harmonics[k, 1 + c], motions.harmonics[k, 4 + c]
+            pose[body, c] += in_phase * cosine + out_of_phase * sine
+            pose[body, 3 + c] += w * (out_of_phase * cosine - in_phase * sine)
+
+
+@inlined()
+def _write_rotation(motions, body, time, pose):
+    """Rotation and angular velocity of a body, and what they add to the position and velocity of its origin."""
+    angle, turning = motions.rate[body] * time, motions.rate[body]
+    for k in range(motions.first_swing[body], motions.first_swing[body + 1]):
+        w, in_phase, out_of_phase = motions.swing[k, 0], motions.swing[k, 1], motions.swing[k, 2]
+        cosine, sine = math.cos(w * time), math.sin(w * time)
+        angle += in_phase * cosine + out_of_phase * sine
+        turning += w * (out_of_phase * cosine - in_phase * sine)
+    x, y, z = motions.axis[body, 0], motions.axis[body, 1], motions.axis[body, 2]
+    cosine, sine = math.cos(angle), math.sin(angle)
+    rest = 1.0 - cosine
+    pose[body, 6], pose[body, 7], pose[body, 8] = turning * x, turning * y, turning * z
+    pose[body, 9] = cosine + rest * x * x
+    pose[body, 10] = rest * x * y - sine * z
+    pose[body, 11] = rest * x * z + sine * y
+    pose[body, 12] = rest * y * x + sine * z
+    pose[body, 13] = cosine + rest * y * y
+    pose[body, 14] = rest * y * z - sine * x
+    pose[body, 15] = rest * z * x - sine * y
+    pose[body, 16] = rest * z * y + sine * x
+    pose[body, 17] = cosine + rest * z * z
+    px, py, pz = motions.pivot[body, 0], motions.pivot[body, 1], motions.pivot[body, 2]
+    arm_x = -(pose[body, 9] * px + pose[body, 10] * py + pose[body, 11] * pz)
+    arm_y = -(pose[body, 12] * px + pose[body, 13] * py + pose[body, 14] * pz)
+    arm_z = -(pose[body, 15] * px + pose[body, 16] * py + pose[body, 17] * pz)
+    pose[body, 0] += px + arm_x
+    pose[body, 1] += py + arm_y
+    pose[body, 2] += pz + arm_z
+    pose[body, 3] += turning * (y * arm_z - z * arm_y)
+    pose[body, 4] += turning * (z * arm_x - x * arm_z)
+    pose[body, 5] += turning * (x * arm_y - y * arm_x)
+
+
+@inlined()
+def write_poses(motions, time):
+    """Write the pose of every body at `time` [s] into motions.pose; for t < 0 that of t = 0, standing still."""
+    pose = motions.pose
+    for body in range(motions.moves.size):
+        runs = time >= 0.0 and motions.moves[body] != 0
+        at = time if runs else 0.0
+        _write_translation(motions, body, at, pose)
+        if motions.turns[body]:
+            _write_rotation(motions, body, at, pose)
+        if not runs:
+            for c in range(3, 9):
+                pose[body, c] = 0.0
 
 
 @inlined()

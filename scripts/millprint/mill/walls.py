@@ -5,24 +5,25 @@ seam it touches both facets, on a convex edge one edge. Where a ball is pressed 
 leave that facet before its overlap has gone; each facet therefore reaches a little across its seams (`reach` of a
 side), far enough that no contact is cut off before its overlap exceeds the bound at which a run fails.
 
-Features are numbered: facets first, then convex edges, then corners.
+A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
+first, then the convex edges, then the corners.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from millprint.kernel import array_maker, inlined, kernel
-from millprint.mill.vectors import add_scaled, dot, row, subtract
+from millprint.mill.vectors import add, add_scaled, cross, dot, row, subtract
 from millprint.mill.vessel import Edge, Vessel
 
 
 class Walls(NamedTuple):
-    """Flat arrays of a vessel's facets (f), their sides (s), convex edges (e), corners (c), and a grid of cells."""
+    """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), and grids of cells."""
 
-    normal: np.ndarray  # (f, 3) unit normals, inward
-    offset: np.ndarray  # (f,) normal . x on the facet [m]
+    plane: np.ndarray  # (f, 4) unit normal towards the balls, and normal . x on the facet [m]
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
     facet_reach: np.ndarray  # (f,) the largest reach of its sides [m]
@@ -31,9 +32,11 @@ class Walls(NamedTuple):
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
     direction: np.ndarray  # (d, 3) edges that leave the corners
-    grid_origin: np.ndarray  # (3,) [m]
-    grid_shape: np.ndarray  # (3,)
+    body: np.ndarray  # (f + e + c,) the body that a feature belongs to
+    grid_origin: np.ndarray  # (b, 3) [m]
+    grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
+    grid_first: np.ndarray  # (b,) number of a body's first cell
     cell_first: np.ndarray  # (cells + 1,)
     cell_feature: np.ndarray  # features that a ball with its centre in the cell may touch
     cell_sure: np.ndarray  # 1 where the foot of any such ball lies on the facet
@@ -72,32 +75,55 @@ def _edge_rows(vessel: Vessel) -> np.ndarray:
     return rows
 
 
-def build_walls(vessel: Vessel, radius: float, margin: float, overlap: float, pitch: float) -> Walls:
-    """Flat arrays of a vessel for balls of at most `radius`, and the grid that finds the features near a ball.
+def _grids(bodies: Sequence[Vessel], reach_out: float, pitch: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origin (b, 3) and shape (b, 3) of every body's grid, and the number of its first cell (b + 1,).
+
+    A ball's centre is inside the vessel; it can touch an insert from outside the insert's box.
+    """
+    origins, shapes = [], []
+    for number, body in enumerate(bodies):
+        low, high = body.bounds
+        if number:
+            low, high = low - reach_out, high + reach_out
+        origins.append(low)
+        shapes.append(np.ceil((high - low) / pitch).astype(np.int64))
+    return np.array(origins), np.array(shapes), np.cumsum([0, *(int(shape.prod()) for shape in shapes)])
+
+
+def _body_numbers(bodies: Sequence[Vessel]) -> np.ndarray:
+    """The body of every feature: all facets, then all convex edges, then all corners."""
+    groups = [[len(getattr(body, kind)) for body in bodies] for kind in ("facets", "convex_edges", "corners")]
+    return np.concatenate([np.repeat(np.arange(len(bodies)), counts) for counts in groups])
+
+
+def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
+    """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
     margin: how far a ball may move before the lists are made anew [m]; overlap: bound on any overlap [m];
-    pitch: size of the grid's cells [m].
+    pitch: size of the grids' cells [m].
     """
-    first_side, side = _sides(vessel, radius, overlap)
-    corners = vessel.corners
-    first_direction = np.cumsum([0, *(len(corner.directions) for corner in corners)])
-    low, high = vessel.bounds
-    shape = np.ceil((high - low) / pitch).astype(np.int64)
+    parts = [_sides(body, radius, overlap) for body in bodies]
+    side = np.concatenate([sides for _, sides in parts])
+    first_side = np.cumsum(np.concatenate([[0], *(np.diff(first) for first, _ in parts)]))
+    facets = [facet for body in bodies for facet in body.facets]
+    corners = [corner for body in bodies for corner in body.corners]
+    origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
     walls = Walls(
-        normal=np.array([facet.normal for facet in vessel.facets]),
-        offset=np.array([facet.offset for facet in vessel.facets]),
-        axes=np.array([facet.axes for facet in vessel.facets]),
+        plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
+        axes=np.array([facet.axes for facet in facets]),
         first_side=first_side,
         facet_reach=np.maximum.reduceat(side[:, 5], first_side[:-1]),
         side=side,
-        edge=_edge_rows(vessel),
+        edge=np.concatenate([_edge_rows(body) for body in bodies]),
         corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
-        first_direction=first_direction,
+        first_direction=np.cumsum([0, *(len(corner.directions) for corner in corners)]),
         direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
-        grid_origin=low,
+        body=_body_numbers(bodies),
+        grid_origin=origin,
         grid_shape=shape,
         grid_pitch=float(pitch),
-        cell_first=np.zeros(int(shape.prod()) + 1, dtype=np.int64),
+        grid_first=grid_first[:-1],
+        cell_first=np.zeros(grid_first[-1] + 1, dtype=np.int64),
         cell_feature=np.empty(0, dtype=np.int64),
         cell_sure=np.empty(0, dtype=np.uint8),
     )
@@ -107,9 +133,62 @@ def build_walls(vessel: Vessel, radius: float, margin: float, overlap: float, pi
 
 
 @inlined()
-def feature_count(walls):
-    """Facets, convex edges and corners together."""
-    return walls.normal.shape[0] + walls.edge.shape[0] + walls.corner.shape[0]
+def body_of(walls, feature):
+    """The body that a feature belongs to."""
+    return walls.body[feature] if walls.grid_first.size > 1 else 0
+
+
+@inlined()
+def direction_to_laboratory(motions, body, direction):
+    """A direction of a body's frame in the laboratory: R d."""
+    pose = motions.pose
+    if motions.turns[body]:
+        return (
+            pose[body, 9] * direction[0] + pose[body, 10] * direction[1] + pose[body, 11] * direction[2],
+            pose[body, 12] * direction[0] + pose[body, 13] * direction[1] + pose[body, 14] * direction[2],
+            pose[body, 15] * direction[0] + pose[body, 16] * direction[1] + pose[body, 17] * direction[2],
+        )
+    return direction
+
+
+@inlined()
+def direction_to_body(motions, body, direction):
+    """A direction of the laboratory in a body's frame: R^T d."""
+    pose = motions.pose
+    if motions.turns[body]:
+        return (
+            pose[body, 9] * direction[0] + pose[body, 12] * direction[1] + pose[body, 15] * direction[2],
+            pose[body, 10] * direction[0] + pose[body, 13] * direction[1] + pose[body, 16] * direction[2],
+            pose[body, 11] * direction[0] + pose[body, 14] * direction[1] + pose[body, 17] * direction[2],
+        )
+    return direction
+
+
+@inlined()
+def to_body(motions, body, point):
+    """A point of the laboratory in the frame of a body: R^T (x - X)."""
+    return direction_to_body(motions, body, subtract(point, row(motions.pose, body)))
+
+
+@inlined()
+def wall_velocity(motions, body, point):
+    """Velocity [m/s] of a body at a point of the laboratory: V + omega x (point - X)."""
+    pose = motions.pose
+    velocity = (pose[body, 3], pose[body, 4], pose[body, 5])
+    if motions.turns[body]:
+        arm = subtract(point, row(pose, body))
+        velocity = add(velocity, cross((pose[body, 6], pose[body, 7], pose[body, 8]), arm))
+    return velocity
+
+
+@inlined()
+def plane_distance(walls, feature, point):
+    """Distance of `point` (body frame) from a facet's plane [m]; 0 for an edge or a corner."""
+    if feature >= walls.plane.shape[0]:
+        return 0.0
+    plane = walls.plane
+    along = plane[feature, 0] * point[0] + plane[feature, 1] * point[1] + plane[feature, 2] * point[2]
+    return along - plane[feature, 3]
 
 
 @kernel()
@@ -155,11 +234,11 @@ def touch(walls, feature, surely_over, point, limit):
     surely_over: nonzero where the foot is known to lie on the facet. Returns (distance, unit vector from the wall to
     the ball); the distance is -1 where nothing is touched.
     """
-    facets = walls.normal.shape[0]
+    facets = walls.plane.shape[0]
     nothing = (-1.0, (0.0, 0.0, 0.0))
     if feature < facets:
-        normal = row(walls.normal, feature)
-        distance = dot(normal, point) - walls.offset[feature]
+        normal = row(walls.plane, feature)
+        distance = plane_distance(walls, feature, point)
         if distance >= limit or distance <= 0.0:
             return nothing
         if not surely_over:
@@ -195,10 +274,10 @@ def near(walls, feature, point, radius, margin):
 
     2 says that the foot stays on the facet or within its reach, whatever the ball does within the margin.
     """
-    facets = walls.normal.shape[0]
+    facets = walls.plane.shape[0]
     reach_out = radius + margin
     if feature < facets:
-        distance = dot(row(walls.normal, feature), point) - walls.offset[feature]
+        distance = plane_distance(walls, feature, point)
         if distance > reach_out or distance < -margin:
             return 0
         beyond, reach = beyond_side(walls.axes, walls.first_side, walls.side, feature, point, margin)
@@ -216,41 +295,41 @@ def near(walls, feature, point, radius, margin):
 
 
 @inlined()
-def cell_of(walls, point):
-    """Index of the grid cell that holds `point`; -1 outside the vessel's bounding box."""
-    x = math.floor((point[0] - walls.grid_origin[0]) / walls.grid_pitch)
-    y = math.floor((point[1] - walls.grid_origin[1]) / walls.grid_pitch)
-    z = math.floor((point[2] - walls.grid_origin[2]) / walls.grid_pitch)
+def cell_of(walls, body, point):
+    """Index of the cell of a body's grid that holds `point` (body frame); -1 outside the grid."""
+    x = math.floor((point[0] - walls.grid_origin[body, 0]) / walls.grid_pitch)
+    y = math.floor((point[1] - walls.grid_origin[body, 1]) / walls.grid_pitch)
+    z = math.floor((point[2] - walls.grid_origin[body, 2]) / walls.grid_pitch)
     shape = walls.grid_shape
-    if x < 0 or y < 0 or z < 0 or x >= shape[0] or y >= shape[1] or z >= shape[2]:
+    if x < 0 or y < 0 or z < 0 or x >= shape[body, 0] or y >= shape[body, 1] or z >= shape[body, 2]:
         return -1
-    return int((x * shape[1] + y) * shape[2] + z)
+    return walls.grid_first[body] + int((x * shape[body, 1] + y) * shape[body, 2] + z)
 
 
 @array_maker()
 def fill_cells(walls, radius, margin):
     """List for every cell the features near its middle; fills walls.cell_first; returns features and sureness."""
     pitch = walls.grid_pitch
-    features = feature_count(walls)
     found = np.empty((1024, 2), dtype=np.int64)
     count = 0
     cell = 0
-    for i in range(walls.grid_shape[0]):
-        for j in range(walls.grid_shape[1]):
-            for k in range(walls.grid_shape[2]):
-                middle = (
-                    walls.grid_origin[0] + (i + 0.5) * pitch,
-                    walls.grid_origin[1] + (j + 0.5) * pitch,
-                    walls.grid_origin[2] + (k + 0.5) * pitch,
-                )
-                for feature in range(features):
-                    closeness = near(walls, feature, middle, radius, margin)
-                    if closeness:
-                        if count == len(found):
-                            found = np.append(found, np.empty_like(found), axis=0)
-                        found[count, 0] = feature
-                        found[count, 1] = closeness - 1
-                        count += 1
-                cell += 1
-                walls.cell_first[cell] = count
+    for body in range(walls.grid_first.size):
+        features = np.flatnonzero(walls.body == body)
+        shape = (walls.grid_shape[body, 0], walls.grid_shape[body, 1], walls.grid_shape[body, 2])
+        for place in np.ndindex(shape):
+            middle = (
+                walls.grid_origin[body, 0] + (place[0] + 0.5) * pitch,
+                walls.grid_origin[body, 1] + (place[1] + 0.5) * pitch,
+                walls.grid_origin[body, 2] + (place[2] + 0.5) * pitch,
+            )
+            for feature in features:
+                closeness = near(walls, feature, middle, radius, margin)
+                if closeness:
+                    if count == len(found):
+                        found = np.append(found, np.empty_like(found), axis=0)
+                    found[count, 0] = feature
+                    found[count, 1] = closeness - 1
+                    count += 1
+            cell += 1
+            walls.cell_first[cell] = count
     return found[:count, 0].copy(), found[:count, 1].astype(np.uint8)

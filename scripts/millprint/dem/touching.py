@@ -1,0 +1,167 @@
+"""Contacts begin and end: a candidate that comes within reach opens one in a free lane; one that parts closes."""
+
+import math
+
+import numpy as np
+
+from millprint.dem import lanes, state
+from millprint.dem.lanes import HISTORY, LANES
+from millprint.dem.law import REACH
+from millprint.kernel import inlined, kernel
+from millprint.mill.vectors import dot, row, scale, subtract
+from millprint.mill.walls import body_of, direction_to_laboratory, plane_distance, to_body, touch, wall_velocity
+
+# Farther than anything touches [m].
+FAR = 1e300
+
+
+@inlined()
+def take_lane(contacts, counters):
+    """A free lane, the last one freed first; there is one for every candidate."""
+    if counters[state.FREE] > 0:
+        counters[state.FREE] -= 1
+        return contacts.free[counters[state.FREE]]
+    counters[state.USED] += 1
+    return counters[state.USED] - 1
+
+
+@kernel()
+def occupy(balls, candidates, contacts, laws, counters, k):
+    """Give candidate k a lane with the law of its kind; returns the lane."""
+    lane = take_lane(contacts, counters)
+    block, m = lane // LANES, lane % LANES
+    i, j = candidates.ball[k], candidates.partner[k]
+    contacts.ball[lane], contacts.partner[lane], contacts.slot[lane] = i, j, k
+    candidates.lane[k] = lane
+    candidates.trigger[k] = -1.0
+    a = balls.species[i]
+    b = balls.species[max(j, 0)]
+    difference = balls.radius[a] - balls.radius[b] if j >= 0 else 0.0
+    lanes.put(contacts.lanes, block, lanes.IS_WALL, m, 1.0 if j < 0 else 0.0)
+    lanes.put(contacts.lanes, block, lanes.DIFFERENCE, m, difference)
+    for c in range(laws.wall.shape[1]):
+        lanes.put(contacts.lanes, block, lanes.LAW + c, m, laws.pair[a, b, c] if j >= 0 else laws.wall[a, c])
+    return lane
+
+
+@kernel()
+def open_contact(balls, candidates, contacts, laws, counters, k, time, approach):
+    """Begin a contact at `time` [s], its partners nearing each other at `approach` [m/s]."""
+    lane = occupy(balls, candidates, contacts, laws, counters, k)
+    for c in range(lanes.HISTORY_COLUMNS):
+        lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, 0.0)
+    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.START, lane % LANES, time)
+    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.APPROACH, lane % LANES, approach)
+
+
+@inlined()
+def book_works(contacts, lane, totals):
+    """Add the works of a contact to the running totals."""
+    block, m = lane // LANES, lane % LANES
+    totals[state.TOTAL_NORMAL] += lanes.get(contacts.lanes, block, HISTORY + lanes.NORMAL, m)
+    totals[state.TOTAL_DAMPING] += lanes.get(contacts.lanes, block, HISTORY + lanes.DAMPING, m)
+    totals[state.TOTAL_TANGENTIAL] += lanes.get(contacts.lanes, block, HISTORY + lanes.TANGENTIAL, m)
+    totals[state.TOTAL_ROLLING] += lanes.get(contacts.lanes, block, HISTORY + lanes.ROLLING, m)
+
+
+@inlined()
+def write_collision(contacts, lane, time, ended, counters, table):
+    """Append a contact to the table of collisions, if that has rows.
+
+    ended: 1 if the bodies came apart, 0 if the window ends with them in contact.
+    """
+    if table.value.shape[0] == 0:
+        return
+    block, m = lane // LANES, lane % LANES
+    at = counters[state.RECORDS]
+    counters[state.RECORDS] += 1
+    table.first[at] = contacts.ball[lane]
+    table.second[at] = contacts.partner[lane]
+    table.ended[at] = ended
+    start = lanes.get(contacts.lanes, block, HISTORY + lanes.START, m)
+    table.value[at, 0] = start
+    table.value[at, 1] = time - start
+    table.value[at, 2] = lanes.get(contacts.lanes, block, HISTORY + lanes.APPROACH, m)
+    for c in range(6):
+        table.value[at, 3 + c] = lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_FORCE + c, m)
+
+
+@kernel()
+def close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table):
+    """End a contact: book its works, record it, free its lane."""
+    book_works(contacts, lane, totals)
+    write_collision(contacts, lane, time, 1, counters, table)
+    k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
+    reach = laws.pair[a, balls.species[max(j, 0)], REACH] if j >= 0 else laws.wall[a, REACH]
+    candidates.trigger[k] = reach * reach if j >= 0 else reach
+    candidates.lane[k] = -1
+    contacts.slot[lane] = -1
+    contacts.free[counters[state.FREE]] = lane
+    counters[state.FREE] += 1
+
+
+@inlined()
+def wall_away(walls, motions, feature, sure, position, limit):
+    """From the foot on a wall's feature to a ball's centre, in the laboratory frame; (FAR, 0, 0) if nothing touches."""
+    body = body_of(walls, feature)
+    distance, direction = touch(walls, feature, sure, to_body(motions, body, position), limit)
+    if distance < 0.0:
+        return FAR, 0.0, 0.0
+    return scale(distance, direction_to_laboratory(motions, body, direction))
+
+
+@inlined()
+def find_pairs(balls, candidates):
+    """Write the closed candidates whose balls have come within reach to candidates.found; returns how many."""
+    count = 0
+    for k in range(candidates.first[candidates.first.size - 1]):
+        # Unsigned numbers spare the compiler the look for negative ones.
+        i, j = candidates.ball[k], np.uint32(candidates.partner[k])
+        away = subtract(row(balls.position, i), row(balls.position, j))
+        # Written always and kept now and then, so that nothing depends on a branch.
+        candidates.found[count] = k
+        count += dot(away, away) < candidates.trigger[k]
+    return count
+
+
+@inlined()
+def find_walls(balls, candidates, walls, motions):
+    """The same for balls and features of the walls; of edges and corners, all that are closed."""
+    count = 0
+    for k in range(candidates.first_wall[0], candidates.first_wall[candidates.first_wall.size - 1]):
+        feature = np.uint32(-1 - candidates.partner[k])
+        point = to_body(motions, body_of(walls, feature), row(balls.position, candidates.ball[k]))
+        candidates.found[count] = k
+        count += plane_distance(walls, feature, point) < candidates.trigger[k]
+    return count
+
+
+@kernel()
+def open_pair(balls, candidates, contacts, laws, counters, k, time):
+    """Open the contact of candidate k, two balls."""
+    i, j = candidates.ball[k], candidates.partner[k]
+    away = subtract(row(balls.position, i), row(balls.position, j))
+    closing = subtract(row(balls.velocity_now, j), row(balls.velocity_now, i))
+    approach = dot(closing, away) / math.sqrt(dot(away, away))
+    open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
+
+
+@kernel()
+def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, time):
+    """Open the contact of candidate k, a ball and a wall, if the feature itself is within reach."""
+    i, feature = candidates.ball[k], -1 - candidates.partner[k]
+    position = row(balls.position, i)
+    away = wall_away(walls, motions, feature, candidates.sure[k], position, candidates.trigger[k])
+    if away[0] < FAR:
+        foot = wall_velocity(motions, body_of(walls, feature), subtract(position, away))
+        approach = dot(subtract(foot, row(balls.velocity_now, i)), away) / math.sqrt(dot(away, away))
+        open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
+
+
+@inlined()
+def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, time):
+    """Open the contacts of all that have come within reach."""
+    for at in range(find_pairs(balls, candidates)):
+        open_pair(balls, candidates, contacts, laws, counters, candidates.found[at], time)
+    for at in range(find_walls(balls, candidates, walls, motions)):
+        open_wall(balls, candidates, contacts, laws, walls, motions, counters, candidates.found[at], time)
