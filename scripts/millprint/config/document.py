@@ -9,16 +9,23 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import WorkflowConfig
 
-MODELS: dict[str, type[BaseModel]] = {"config": WorkflowConfig, "mill": MillConfig, "contact": ContactConfig}
+MODELS: dict[str, type[BaseModel]] = {
+    "config": WorkflowConfig,
+    "mill": MillConfig,
+    "contact": ContactConfig,
+    "bench": BenchConfig,
+}
 FILES = {
     "config": "config/config.yaml and config/smoke.yaml",
     "mill": "config/mills/NAME.yaml",
     "contact": "config/contacts/NAME.yaml",
+    "bench": "config/bench.yaml",
 }
 
 _BOUNDS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}

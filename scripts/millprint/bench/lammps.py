@@ -1,0 +1,212 @@
+"""LAMMPS: the input that expresses a case of ours, the run, and what its log says.
+
+The contact law is ours as far as LAMMPS has the words (`pair_style granular`):
+
+- `hertz/material` with `damping coeff_restitution` is our normal force, damping included. (`damping tsuji` is not: in
+  the wheel of envs/bench.lock a restitution of 0.30 comes out as 0.44.)
+- `tangential mindlin NULL x mu` is our spring; x makes its damping that of Eq. 3.9, see `tangential_damping_ratio`.
+  The Coulomb cap differs: LAMMPS caps at mu times the size of the damped normal force, millprint at mu times the
+  elastic one.
+- `rolling sds` resists rolling by a spring, dashpot and slider whose lever is the reduced radius; our lever is the
+  ball's radius, so a pair of equal balls has twice the coefficient. Our torque acts against the whole relative spin,
+  about the normal too: `twisting sds` is added where the physics is compared, and left out where speed is, which
+  spares LAMMPS its cost.
+"""
+
+import math
+import os
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from millprint.bench.cases import Setup, Timing
+from millprint.config.bench import LammpsConfig
+from millprint.config.contact import ContactConfig
+from millprint.errors import SimulationError
+
+# Steps between the instants that means are taken of.
+SAMPLE_EVERY = 20
+
+# Means in the order of `fix ave/time`, with the variable of the input that each is.
+MEANS = {
+    "kinetic_translation_J": "c_translation",
+    "kinetic_spin_J": "c_spin",
+    "wall_power_W": "v_wallpower",
+    "identity_power_W": "v_identity",
+    "ball_contacts": "v_ballcontacts",
+    "wall_contacts": "v_wallcontacts",
+}
+
+MEANS_FILE = "means.txt"
+
+
+def tangential_damping_ratio(poisson: float) -> float:
+    """Tangential over normal damping at equal overlap, sqrt(K_t / S_n) = sqrt(2 (1 - nu) / (2 - nu)), Eqs 3.7, 3.9."""
+    return math.sqrt(2 * (1 - poisson) / (2 - poisson))
+
+
+def law_text(contact: ContactConfig, radius: float, settings: LammpsConfig, lever: float, with_twisting: bool) -> str:
+    """The contact law for equal balls of a radius [m]; lever: that radius over the reduced one [-]."""
+    words = [
+        f"hertz/material {contact.young_modulus_gpa * 1e9!r} {contact.restitution!r} {contact.poisson_ratio!r}",
+        f"tangential mindlin NULL {tangential_damping_ratio(contact.poisson_ratio)!r} {contact.static_friction!r}",
+    ]
+    stiffness, damping = settings.rolling_stiffness_n_m, settings.rolling_damping_ns_m
+    if contact.rolling_friction:
+        words.append(f"rolling sds {stiffness!r} {damping!r} {contact.rolling_friction * lever!r}")
+        if with_twisting:
+            arm = radius**2
+            words.append(f"twisting sds {stiffness * arm!r} {damping * arm!r} {contact.rolling_friction * radius!r}")
+    return " ".join([*words, "damping coeff_restitution"])
+
+
+def data_text(setup: Setup, start: np.ndarray) -> str:
+    """LAMMPS's data file: balls at rest at `start` (n, 3) [m], in a domain with room for the moving jar."""
+    reach = 2 * setup.amplitude_m + setup.diameter_m
+    low, high = (setup.jar.vessel.bounds + np.array([[-reach], [reach]])).tolist()
+    lines = ["millprint", "", f"{len(start)} atoms", "1 atom types", ""]
+    lines += [f"{low[k]!r} {high[k]!r} {axis}lo {axis}hi" for k, axis in enumerate("xyz")]
+    lines += ["", "Atoms # sphere", ""]
+    ball = f"{setup.diameter_m!r} {setup.contact.density_kg_m3!r}"
+    lines += [f"{k + 1} 1 {ball} {x!r} {y!r} {z!r}" for k, (x, y, z) in enumerate(start.tolist())]
+    return "\n".join(lines) + "\n"
+
+
+def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[int], with_means: bool) -> str:
+    """LAMMPS's input: the jar moves by A (cos wt - 1), A sin wt from step 0 on, for each number of steps in `runs`.
+
+    with_means: write the means of MEANS over every revolution of the last run to MEANS_FILE.
+    """
+    radius = setup.diameter_m / 2
+    pair = law_text(setup.contact, radius, settings, 2.0, with_means)
+    wall = law_text(setup.contact, radius, settings, 1.0, with_means)
+    lines = [
+        "units si",
+        "atom_style sphere",
+        "boundary f f f",
+        "newton off",
+        "comm_modify vel yes",
+        "read_data balls.data",
+        "pair_style granular",
+        f"pair_coeff * * {pair}",
+        f"neighbor {settings.skin_m!r} bin",
+        f"timestep {step_s!r}",
+        f"variable A equal {setup.amplitude_m!r}",
+        f"variable w equal {setup.angular_frequency!r}",
+        "variable dx equal v_A*(cos(v_w*step*dt)-1)",
+        "variable dy equal v_A*sin(v_w*step*dt)",
+        "fix gravity all gravity 9.81 vector 0 0 -1",
+        "fix motion all nve/sphere",
+        f"region jar {setup.jar.region} side in move v_dx v_dy NULL units box",
+        f"fix wall all wall/gran/region granular {wall} region jar",
+        "thermo_style custom step cpu",
+        f"thermo {max(runs)}",
+        *[f"run {steps}" for steps in runs[:-1]],
+        *(means_lines(setup, step_s) if with_means else []),
+        f"run {runs[-1]}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def means_lines(setup: Setup, step_s: float) -> list[str]:
+    """Input lines that average energies, powers and contacts over each revolution of the box.
+
+    Wall power is F . V, of the force on all balls (pair forces cancel, and gravity is across V) and the jar's
+    velocity; identity: M A w^2 (cos wt, sin wt) . <v>, its mean by parts over whole revolutions.
+    """
+    low, high = setup.jar.vessel.bounds.tolist()
+    radius = setup.diameter_m / 2
+    shift = {"x": "-v_dx", "y": "-v_dy", "z": ""}
+    touching = [
+        term
+        for k, axis in enumerate("xyz")
+        for term in (
+            f"({axis}{shift[axis]}<{low[k] + radius!r})",
+            f"({axis}{shift[axis]}>{high[k] - radius!r})",
+        )
+    ]
+    revolution = round(2 * math.pi / setup.angular_frequency / step_s)
+    if revolution % SAMPLE_EVERY:
+        raise SimulationError(f"{revolution} steps a revolution: a multiple of {SAMPLE_EVERY} is wanted for means")
+    return [
+        "compute translation all ke",
+        "compute spin all erotate/sphere",
+        "compute touch all contact/atom",
+        "compute pairs all reduce ave c_touch",
+        f"variable walls atom {'+'.join(touching)}",
+        "compute walls all reduce ave v_walls",
+        "variable ballcontacts equal c_pairs",
+        "variable wallcontacts equal c_walls",
+        "variable wallpower equal v_A*v_w*(fcm(all,y)*cos(v_w*step*dt)-fcm(all,x)*sin(v_w*step*dt))",
+        "variable identity equal mass(all)*v_A*v_w^2*(vcm(all,x)*cos(v_w*step*dt)+vcm(all,y)*sin(v_w*step*dt))",
+        f"fix means all ave/time {SAMPLE_EVERY} {revolution // SAMPLE_EVERY} {revolution} "
+        f"{' '.join(MEANS.values())} file {MEANS_FILE}",
+    ]
+
+
+@dataclass(frozen=True)
+class LammpsLog:
+    """What the log of a run says of its last loop."""
+
+    version: str
+    loop_s: float
+    steps: int
+    balls: int
+    processor_share: float  # of the loop's wall time [-]
+
+    def timing(self) -> Timing:
+        """The loop as a timing."""
+        return Timing(self.steps, self.balls, self.loop_s, self.loop_s * self.processor_share)
+
+
+LOOP = re.compile(r"^Loop time of (\S+) on 1 procs for (\d+) steps with (\d+) atoms", re.MULTILINE)
+SHARE = re.compile(r"^(\S+)% CPU use", re.MULTILINE)
+VERSION = re.compile(r"^LAMMPS \((.+)\)", re.MULTILINE)
+
+
+def read_log(text: str) -> LammpsLog:
+    """Read a log; raises SimulationError with LAMMPS's own error where no loop came to its end or balls were lost."""
+    loops, shares, version = LOOP.findall(text), SHARE.findall(text), VERSION.search(text)
+    if "ERROR" in text or not loops or not shares or not version:
+        errors = [line for line in text.splitlines() if line.startswith("ERROR")]
+        raise SimulationError(f"LAMMPS: {errors[0] if errors else 'the log ends before the run does'}")
+    loop_s, steps, balls = loops[-1]
+    return LammpsLog(version[1], float(loop_s), int(steps), int(balls), float(shares[-1]) / 100)
+
+
+class Lammps:
+    """The LAMMPS of an environment: `folder/bin/lmp`."""
+
+    def __init__(self, folder: str | Path, settings: LammpsConfig) -> None:
+        self.folder, self.settings = Path(folder).resolve(), settings
+        if not (self.folder / "bin" / "lmp").is_file():
+            raise SimulationError(f"{folder}: there is no LAMMPS in this environment; `make bench` installs it")
+
+    def run(self, place: Path, text: str, data: str) -> LammpsLog:
+        """Run an input on one core in the folder `place`. Raises SimulationError where LAMMPS fails."""
+        place.mkdir(parents=True, exist_ok=True)
+        (place / "in.lammps").write_text(text)
+        (place / "balls.data").write_text(data)
+        environment = {**os.environ, "LD_LIBRARY_PATH": str(self.folder / "lib"), "OMP_NUM_THREADS": "1"}
+        command = [str(self.folder / "bin" / "lmp"), "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
+        done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
+        log = place / "log.lammps"
+        if not log.is_file():
+            words = (done.stderr or done.stdout).strip().splitlines()
+            raise SimulationError(f"LAMMPS does not start: {words[-1] if words else f'exit code {done.returncode}'}")
+        return read_log(log.read_text())
+
+    def time(self, place: Path, setup: Setup, start: np.ndarray, steps: int, step_s: float) -> LammpsLog:
+        """Time `steps` of the driven motion from `start`, with no output on the way."""
+        return self.run(place, input_text(setup, self.settings, step_s, [steps], False), data_text(setup, start))
+
+    def means(self, place: Path, setup: Setup, start: np.ndarray, runs: list[int], step_s: float) -> dict[str, float]:
+        """Means of MEANS over the last of some runs, of whole revolutions each."""
+        log = self.run(place, input_text(setup, self.settings, step_s, runs, True), data_text(setup, start))
+        if log.balls != setup.balls:
+            raise SimulationError(f"LAMMPS has lost {setup.balls - log.balls} balls in {setup.name}")
+        rows = np.atleast_2d(np.loadtxt(place / MEANS_FILE))[:, 1:]
+        return dict(zip(MEANS, rows.mean(axis=0).tolist(), strict=True))

@@ -1,0 +1,121 @@
+"""Means of the same motion from both codes: an independent check of the physics, in a box that both express exactly.
+
+Trajectories of two codes part within tenths of a second, so only means can agree. Each code runs from the same starts;
+the standard error of a mean is that over the starts, which are independent.
+"""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from millprint.bench.cases import SAMPLES, Setup, box_jar, make_setup, settle
+from millprint.bench.lammps import MEANS, Lammps
+from millprint.bench.vessels import in_vessel
+from millprint.config.bench import BenchConfig, PhysicsConfig, PhysicsLaw
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.dem.run import run_case
+from millprint.files import read_json
+from millprint.job import progress
+
+# Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
+COLUMNS = (
+    "law",
+    "quantity",
+    "millprint",
+    "millprint_se",
+    "lammps",
+    "lammps_se",
+    "difference_pct",
+    "standard_errors",
+    "runs",
+    "differs",
+)
+
+
+def our_means(setup: Setup, physics: PhysicsConfig, seed: int, place: Path) -> dict[str, float]:
+    """The means of MEANS from a run of millprint, written to the folder `place`."""
+    times = {"settle_s": setup.settle_s, "discard_s": physics.discard_s, "window_s": physics.window_s}
+    revolution = 60 / setup.speed_rpm
+    case = setup.case(seed, **times, snapshot_interval_s=revolution / SAMPLES)
+    with in_vessel(setup.jar.vessel):
+        run_case(case, setup.mill, setup.contact, setup.settings(), place / "run.h5", place / "summary.json")
+    return read_means(place / "run.h5", place / "summary.json", setup)
+
+
+def read_means(run: Path, summary: Path, setup: Setup) -> dict[str, float]:
+    """The means of MEANS from the files of a run with snapshots; the last, a revolution's first, is left out."""
+    with h5py.File(run) as file:
+        ledger = {name: file["ledger"][name][:-1] for name in ("kinetic_translation_J", "kinetic_spin_J")}
+        snapshots = file["snapshots"]
+        time_s, velocity = snapshots["time_s"][:-1], snapshots["velocity_m_s"][:-1]
+        contacts = snapshots["contact_second"][: snapshots["contact_offset"][len(time_s)]]
+    counted = read_json(summary)
+    w = setup.angular_frequency
+    direction = np.stack([np.cos(w * time_s), np.sin(w * time_s)], axis=1)
+    along = (velocity[:, :, :2].sum(axis=1) * direction).sum(axis=1).mean()
+    per_ball = 1 / (len(time_s) * setup.balls)
+    return {
+        "kinetic_translation_J": float(ledger["kinetic_translation_J"].mean()),
+        "kinetic_spin_J": float(ledger["kinetic_spin_J"].mean()),
+        "wall_power_W": counted["power_W"]["wall"],
+        "identity_power_W": float(counted["ball_mass_kg"] * setup.amplitude_m * w**2 * along),
+        "ball_contacts": float(2 * per_ball * (contacts >= 0).sum()),
+        "wall_contacts": float(per_ball * (contacts < 0).sum()),
+    }
+
+
+def driven_steps(setup: Setup, physics: PhysicsConfig) -> tuple[list[int], float]:
+    """Steps to discard and to average over, whole revolutions of each, and the step [s]."""
+    times = {"discard_s": physics.discard_s, "window_s": physics.window_s}
+    simulation = setup.simulation(setup.case(0, settle_s=setup.settle_s, **times))
+    revolution = SAMPLES * simulation.sample_every
+    return [math.ceil(length * setup.speed_rpm / 60) * revolution for length in times.values()], simulation.step
+
+
+def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
+    """Rows of COLUMNS for one law, from the means (runs, quantities) of either code.
+
+    standard_errors: the difference over the root of the sum of both squared standard errors.
+    """
+    rows = []
+    for name in MEANS:
+        a, b = ours[name], theirs[name]
+        errors = a.sem(), b.sem()
+        difference = b.mean() - a.mean()
+        values = (
+            law.name, name, a.mean(), errors[0], b.mean(), errors[1], 100 * difference / a.mean(),
+            difference / math.hypot(*errors), len(a), law.differs,
+        )  # fmt: skip
+        rows.append(dict(zip(COLUMNS, values, strict=True)))
+    return pd.DataFrame(rows)
+
+
+def compare_physics(
+    config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path, cores: int
+) -> pd.DataFrame:
+    """Means of both codes under every law; LAMMPS runs on `cores` cores, millprint beside it. Timings are no matter."""
+    physics, jar = config.physics, box_jar(config)
+    seeds = range(physics.seeds)
+    tables = []
+    with ThreadPoolExecutor(cores) as pool, progress(len(physics.laws) * physics.seeds, "physics", "run") as bar:
+        waiting = []
+        for law in physics.laws:
+            setup = make_setup(config, mill, law.contact(contact), jar, physics.balls, physics.ball_diameter_mm)
+            runs, step_s = driven_steps(setup, physics)
+            starts = [settle(setup, seed) for seed in seeds]
+            folders = [place / f"{law.name}_lammps_{seed}" for seed in seeds]
+            theirs = [pool.submit(lammps.means, folders[k], setup, starts[k], runs, step_s) for k in seeds]
+            waiting.append((law, setup, theirs))
+        for law, setup, futures in waiting:
+            ours = [our_means(setup, physics, seed, place / f"{law.name}_millprint_{seed}") for seed in seeds]
+            theirs = []
+            for future in futures:
+                theirs.append(future.result())
+                bar.update(1)
+            tables.append(compare_law(law, pd.DataFrame(ours), pd.DataFrame(theirs)))
+    return pd.concat(tables, ignore_index=True)

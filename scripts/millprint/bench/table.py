@@ -1,0 +1,32 @@
+"""The bench's tables on the terminal."""
+
+import pandas as pd
+
+NAMES = {"steps_per_s": "steps/s", "ns_per_ball_step": "ns a ball-step", "ratio_to_us": "ratio to us"}
+
+
+def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
+    """The timings, with the range of the repetitions and the processor time of a ball-step."""
+    shown = table.merge(spread, on=["case", "code"])
+    shown["range"] = [f"{low:.1f} to {high:.1f}" for low, high in zip(shown.least_ns, shown.largest_ns, strict=True)]
+    shown = shown.drop(columns=["least_ns", "largest_ns"]).rename(columns=NAMES)
+    shown["processor ns"] = shown.pop("processor_ns").map("{:.1f}".format)
+    formats = {"steps/s": "{:,.0f}".format, "ns a ball-step": "{:.1f}".format, "ratio to us": "{:.1f}".format}
+    return shown.to_string(index=False, formatters=formats)
+
+
+def physics_text(table: pd.DataFrame) -> str:
+    """The means of both codes, law by law, with what the laws differ in."""
+    parts = []
+    for (law, differs), rows in table.groupby(["law", "differs"], sort=False):
+        shown = pd.DataFrame(
+            {
+                "quantity": rows["quantity"],
+                "millprint": [f"{v:.4g} +- {e:.2g}" for v, e in zip(rows.millprint, rows.millprint_se, strict=True)],
+                "LAMMPS": [f"{v:.4g} +- {e:.2g}" for v, e in zip(rows.lammps, rows.lammps_se, strict=True)],
+                "difference %": rows["difference_pct"].map("{:+.1f}".format),
+                "standard errors": rows["standard_errors"].map("{:+.1f}".format),
+            }
+        )
+        parts.append(f"law {law}: differs {differs}\n{shown.to_string(index=False)}")
+    return "\n\n".join(parts)

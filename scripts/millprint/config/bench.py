@@ -1,0 +1,88 @@
+"""What `make bench` runs (config/bench.yaml): timings against LAMMPS, and means of the same motion from both codes."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.contact import ContactConfig
+from millprint.config.section import Name, NonNegative, Positive, Section
+
+Count = Annotated[int, Field(ge=1)]
+
+
+class BenchCylinder(Section):
+    """An upright cylinder, floor at z = 0."""
+
+    radius_mm: Positive = Field(description="radius of the cylinder [mm]")
+    height_mm: Positive = Field(description="inner height [mm]")
+    facets: Annotated[int, Field(ge=3)] = Field(description="flat facets around it in millprint [-]")
+
+
+class BenchCase(Section):
+    """Balls of one size, timed in the mill's own jar and in the cylinder."""
+
+    balls: Count = Field(description="number of balls [-]")
+    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
+    driven_s: Positive = Field(description="time of the mill's motion that is timed [s]")
+
+    @property
+    def name(self) -> str:
+        """The case without its jar, such as `24x10mm`."""
+        return f"{self.balls}x{self.ball_diameter_mm:g}mm"
+
+
+class LammpsConfig(Section):
+    """What LAMMPS needs beyond the case."""
+
+    skin_m: Positive = Field(description="neighbour skin [m]")
+    rolling_stiffness_n_m: Positive = Field(description="spring of the rolling model `sds` [N/m]")
+    rolling_damping_ns_m: NonNegative = Field(description="dashpot of the rolling model `sds` [N s/m]")
+
+
+class PhysicsLaw(Section):
+    """The contact set with some coefficients changed."""
+
+    name: Name = Field(description="name of the law in the table")
+    restitution: float | None = Field(default=None, gt=0, le=1, description="in place of the contact set's [-]")
+    rolling_friction: NonNegative | None = Field(default=None, description="in place of the contact set's [-]")
+    differs: str = Field(description="in what the two codes' laws still differ")
+
+    def contact(self, base: ContactConfig) -> ContactConfig:
+        """The contact set of this law."""
+        changes = {key: getattr(self, key) for key in ("restitution", "rolling_friction")}
+        return base.model_copy(update={key: value for key, value in changes.items() if value is not None})
+
+
+class PhysicsConfig(Section):
+    """The comparison of means in a box."""
+
+    box_mm: tuple[Positive, Positive, Positive] = Field(description="inner length, width and height [mm]")
+    balls: Count = Field(description="number of balls [-]")
+    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
+    seeds: Annotated[int, Field(ge=2)] = Field(description="runs of each code, from as many starts [-]")
+    discard_s: NonNegative = Field(description="time of motion left out of the means [s]")
+    window_s: Positive = Field(description="time of motion averaged over [s]")
+    laws: list[PhysicsLaw] = Field(min_length=1, description="contact laws to compare")
+
+
+class BenchConfig(Section):
+    """The timed cases, the comparison of means, and how they are run."""
+
+    mill: Name = Field(description="mill whose jar is timed and whose motion every case has: a file in config/mills")
+    contact: Name = Field(description="contact set: a file in config/contacts")
+    speed_rpm: Positive = Field(description="speed of the mill [rpm]")
+    time_step_s: Positive = Field(description="integration step, made a little smaller to divide a revolution [s]")
+    settle_s: Positive = Field(description="time for the balls to come to rest before the shared start [s]")
+    repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
+    cylinder: BenchCylinder
+    cases: list[BenchCase] = Field(min_length=1, description="the timed cases")
+    lammps: LammpsConfig
+    physics: PhysicsConfig
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> "BenchConfig":
+        for names in ([case.name for case in self.cases], [law.name for law in self.physics.laws]):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f"{twice[0]} appears twice; each case and each law is named once")
+        return self

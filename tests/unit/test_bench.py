@@ -1,0 +1,280 @@
+"""The bench: LAMMPS's input says what the configuration says, its log is read, and the tables mean what they say."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.bench import compare, physics
+from millprint.bench.cases import (
+    Setup,
+    Timing,
+    at_rest,
+    box_jar,
+    count_steps,
+    cylinder_jar,
+    make_setup,
+    settle,
+    start_from,
+)
+from millprint.bench.compare import COLUMNS, Entry, spread, summarise, time_case
+from millprint.bench.lammps import MEANS, Lammps, data_text, input_text, read_log
+from millprint.bench.table import physics_text, timing_text
+from millprint.bench.vessels import box, cylinder
+from millprint.config.bench import BenchConfig
+from millprint.config.contact import ContactConfig
+from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.errors import ConfigError, SimulationError
+
+ROOT = Path(__file__).parents[2]
+LOG = (ROOT / "tests/data/lammps.log").read_text()
+
+
+@pytest.fixture(scope="module")
+def config() -> BenchConfig:
+    return check_model(read_yaml(ROOT / "config/bench.yaml"), BenchConfig, "config/bench.yaml")
+
+
+@pytest.fixture(scope="module")
+def mill() -> MillConfig:
+    return load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
+
+
+@pytest.fixture(scope="module")
+def contact() -> ContactConfig:
+    return load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
+
+
+@pytest.fixture(scope="module")
+def setup(config, mill, contact) -> Setup:
+    return make_setup(config, mill, contact, cylinder_jar(config), 24, 10.0)
+
+
+def words(text: str, command: str) -> list[str]:
+    """The words after the one line of an input that begins with `command`."""
+    lines = [line for line in text.splitlines() if line.startswith(command + " ")]
+    assert len(lines) == 1
+    return lines[0].removeprefix(command).split()
+
+
+def after(line: list[str], *keys: str) -> list[float]:
+    """The numbers that follow some words in a line, up to the next word that is no number."""
+    k = next(k for k in range(len(line)) if line[k : k + len(keys)] == list(keys)) + len(keys)
+    numbers = []
+    for word in line[k:]:
+        try:
+            numbers.append(float(word))
+        except ValueError:
+            break
+    return numbers
+
+
+def test_vessels_have_the_volume_of_their_solid():
+    assert box(0.06, 0.05, 0.04).volume_m3 == pytest.approx(0.06 * 0.05 * 0.04)
+    jar = cylinder(0.027, 0.0546, 96)
+    assert len(jar.facets) == 98
+    # A regular polygon within the circle.
+    assert jar.volume_m3 == pytest.approx(0.0546 * 48 * 0.027**2 * math.sin(2 * math.pi / 96))
+
+
+def test_input_holds_the_configuration_in_si(config, contact, setup):
+    text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
+    assert text.splitlines()[0] == "units si"
+    pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
+    for line in (pair, wall):
+        assert after(line, "hertz/material") == [contact.young_modulus_gpa * 1e9, 0.30, 0.235]
+        assert line[line.index("damping") + 1] == "coeff_restitution"
+        assert line[line.index("mindlin") + 1] == "NULL"
+        assert "twisting" not in line
+    assert after(pair, "mindlin", "NULL")[1] == contact.static_friction
+    stiffness, damping = config.lammps.rolling_stiffness_n_m, config.lammps.rolling_damping_ns_m
+    # LAMMPS's lever is the reduced radius: half the ball's between balls, the ball's own at a wall.
+    assert after(pair, "rolling", "sds") == [stiffness, damping, 2 * contact.rolling_friction]
+    assert after(wall, "rolling", "sds") == [stiffness, damping, contact.rolling_friction]
+    assert words(text, "timestep") == ["9.4e-07"]
+    assert float(words(text, "variable A equal")[0]) == pytest.approx(0.017)
+    assert float(words(text, "variable w equal")[0]) == pytest.approx(20 * math.pi)
+    assert float(words(text, "neighbor")[0]) == 5e-4
+    assert words(text, "region jar")[:7] == ["cylinder", "z", "0", "0", "0.027", "0", "0.0546"]
+    assert words(text, "run") == ["1000"]
+    assert "ave/time" not in text
+
+
+def test_tangential_damping_is_ours(config, contact, setup):
+    """Eqs 3.4 to 3.12: both dampings are the same multiple of sqrt(S m*), S_n = 2 E* a and S_t = 8 G* a."""
+    modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+    effective = modulus / (2 * (1 - poisson**2))
+    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
+    ratio = after(words(input_text(setup, config.lammps, 1e-6, [1], False), "pair_coeff"), "mindlin", "NULL")[0]
+    assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
+
+
+def test_a_law_without_rolling_friction_has_no_rolling_model(config, setup, contact):
+    smooth = replace(setup, contact=contact.model_copy(update={"rolling_friction": 0.0}))
+    text = input_text(smooth, config.lammps, 1e-6, [1], True)
+    assert "rolling" not in text
+    assert "twisting" not in text
+
+
+def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, contact):
+    setup = make_setup(config, mill, contact, box_jar(config), 24, 10.0)
+    length, width, height = (side / 1e3 for side in config.physics.box_mm)
+    text = input_text(setup, config.lammps, 1e-6, [300_000, 500_000], with_means=True)
+    assert after(words(text, "region jar"), "block") == pytest.approx(
+        [-length / 2, length / 2, -width / 2, width / 2, 0, height]
+    )
+    every, number, revolution = (int(word) for word in words(text, "fix means")[2:5])
+    assert every * number == revolution == 100_000
+    assert words(text, "fix means")[5 : 5 + len(MEANS)] == list(MEANS.values())
+    # Centres nearer to a wall than a radius touch it.
+    walls = words(text, "variable walls atom")[0]
+    assert f"(x-v_dx<{-length / 2 + 0.005!r})" in walls
+    assert f"(z>{height - 0.005!r})" in walls
+    runs = [line for line in text.splitlines() if line.startswith("run ")]
+    assert runs == ["run 300000", "run 500000"]
+    assert text.index("run 300000") < text.index("fix means") < text.index("run 500000")
+    with pytest.raises(SimulationError, match="a multiple of 20 is wanted"):
+        input_text(setup, config.lammps, 0.1 / 1001, [1], with_means=True)
+
+
+def test_data_file_holds_every_ball_inside_the_domain(setup):
+    start = np.array([[0.01, -0.002, 0.005], [0.0, 0.012, 0.0051]])
+    lines = data_text(setup, start).splitlines()
+    assert "2 atoms" in lines
+    atoms = np.array([line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]], dtype=float)
+    assert np.array_equal(atoms[:, 0], [1, 2])
+    assert np.array_equal(atoms[:, 2:4], [[0.01, 7700.0]] * 2)
+    assert np.array_equal(atoms[:, 4:], start)
+    bounds = {line.split()[2]: line.split()[:2] for line in lines if line.endswith("hi")}
+    low, high = (np.array([float(bounds[f"{axis}lo"][k]) for axis in "xyz"]) for k in (0, 1))
+    # The jar moves from 0 to -2 A along x and between -A and A along y.
+    assert low[0] < -0.027 - 0.034
+    assert high[1] > 0.027 + 0.017
+
+
+def test_log_of_the_last_loop_is_read():
+    log = read_log(LOG)
+    assert log.version == "22 Jul 2025 - Update 4"
+    assert (log.loop_s, log.steps, log.balls) == (1.2512, 100_000, 52)
+    timing = log.timing()
+    assert timing.ns_per_ball_step == pytest.approx(1.2512 / 100_000 / 52 * 1e9)
+    assert timing.processor_s == pytest.approx(0.988 * 1.2512)
+
+
+def test_a_log_without_an_end_is_an_error():
+    with pytest.raises(SimulationError, match="ends before the run does"):
+        read_log(LOG[: LOG.index("Loop time")])
+    with pytest.raises(SimulationError, match="ERROR: Lost atoms"):
+        read_log(LOG + "ERROR: Lost atoms: original 24 current 23 (src/thermo.cpp:494)\n")
+
+
+def test_an_environment_without_lammps_is_refused(tmp_path, config):
+    with pytest.raises(SimulationError, match="no LAMMPS in this environment"):
+        Lammps(tmp_path, config.lammps)
+
+
+def test_a_program_that_fails_is_reported_in_its_own_words(tmp_path, config, setup):
+    program = tmp_path / "bin" / "lmp"
+    program.parent.mkdir()
+    program.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
+    program.chmod(0o755)
+    with pytest.raises(SimulationError, match="does not start: libmpi"):
+        Lammps(tmp_path, config.lammps).time(tmp_path / "run", setup, np.zeros((1, 3)), 10, 1e-6)
+
+
+def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact):
+    with pytest.raises(ConfigError, match=r"motion\.kind = 'rest'"):
+        make_setup(config, at_rest(mill), contact, cylinder_jar(config), 24, 10.0)
+
+
+def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):
+    quick = replace(setup, settle_s=0.02)
+    start = settle(quick, seed=1)
+    assert np.hypot(start[:, 0], start[:, 1]).max() < 0.022
+    simulation = start_from(quick, start, 0.01)
+    assert simulation.count == 24
+    assert np.allclose(simulation.balls.position - start, [0.017, 0, 0])
+    simulation.run("bench test")
+    assert simulation.wall_clock_s > 0
+    # The driven motion, one step at rest, one sample that ends it.
+    assert count_steps(simulation) == pytest.approx(0.01 / simulation.step, rel=0.06)
+    assert simulation.step <= config.time_step_s
+
+
+class FakeLammps:
+    """Takes three times our time, whatever that is said to be."""
+
+    def time(self, place, setup, start, steps, step_s):
+        return SimpleNamespace(timing=lambda: Timing(steps, setup.balls, 3e-7 * steps * setup.balls, 0.0))
+
+
+def test_repetitions_are_interleaved(monkeypatch, setup):
+    monkeypatch.setattr(compare, "time_millprint", lambda setup, start, driven: Timing(10, 24, 1e-7 * 240, 0.0))
+    entries = [Entry(setup, code, np.zeros((24, 3)), 0.1, 10, 1e-6) for code in ("millprint", "LAMMPS")]
+    bar = SimpleNamespace(update=lambda cost: None)
+    frame = time_case(entries, 3, FakeLammps(), Path("unused"), bar)
+    assert list(frame["code"]) == ["millprint", "LAMMPS"] * 3
+    assert list(frame["wall"][:2]) == ["facets (98)", "moving region"]
+    assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
+
+
+# Half a core: something else ran.
+SHARE = {"wall_s": 2.0, "processor_s": 1.0}
+
+
+def repetitions() -> pd.DataFrame:
+    def rows(case, code, balls, times):
+        return [
+            {"case": case, "balls": balls, "code": code, "wall": "w", "ns_per_ball_step": time, **SHARE}
+            for time in times
+        ]
+
+    return pd.DataFrame(
+        rows("emax_24x10mm", "millprint", 24, [10, 90, 20])
+        + rows("cylinder_24x10mm", "millprint", 24, [40, 50, 45])
+        + rows("cylinder_24x10mm", "LAMMPS", 24, [900, 200, 360])
+    )
+
+
+def test_ratio_is_theirs_over_ours_on_the_same_case():
+    table = summarise(repetitions())
+    assert tuple(table.columns) == COLUMNS
+    assert list(table["ns_per_ball_step"]) == [20, 45, 360]
+    assert list(table["ratio_to_us"]) == [1, 1, 8]
+    assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
+    text = timing_text(table, spread(repetitions()))
+    assert "200.0 to 900.0" in text
+    assert list(spread(repetitions())["processor_ns"]) == [10, 22.5, 180]
+    assert "180.0" in text
+
+
+def test_physics_table_counts_standard_errors(config):
+    law = config.physics.laws[0]
+    ours = pd.DataFrame({name: [1.0, 2.0, 3.0] for name in MEANS})
+    theirs = pd.DataFrame({name: [4.0, 5.0, 6.0] for name in MEANS})
+    table = physics.compare_law(law, ours, theirs)
+    assert tuple(table.columns) == physics.COLUMNS
+    assert list(table["quantity"]) == list(MEANS)
+    error = math.sqrt(1 / 3)
+    assert table["millprint_se"].to_numpy() == pytest.approx(error)
+    assert table["difference_pct"].to_numpy() == pytest.approx(150)
+    assert table["standard_errors"].to_numpy() == pytest.approx(3 / math.hypot(error, error))
+    assert law.differs in physics_text(table)
+
+
+def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
+    """The power by the identity and that of the ledger are two routes to one number."""
+    quick = config.physics.model_copy(update={"discard_s": 0.2, "window_s": 0.3})
+    setup = make_setup(config, mill, contact, box_jar(config), 12, 10.0)
+    setup = replace(setup, settle_s=0.05, time_step_s=4e-6)
+    means = physics.our_means(setup, quick, 0, tmp_path)
+    assert set(means) == set(MEANS)
+    assert means["identity_power_W"] == pytest.approx(means["wall_power_W"], rel=0.2)
+    # Twelve balls of 4 g at about the jar's speed of 1.07 m/s.
+    assert 0.2 < means["kinetic_translation_J"] / (12 * 0.00403 * 1.068**2 / 2) < 3
+    assert means["wall_contacts"] > 0
