@@ -146,6 +146,12 @@ def set_path(content: dict, path: str, value: object, source: str) -> None:
     place[last] = value
 
 
+def _label(key: str, value: object, values: list) -> str:
+    """A swept value in a test's name; a whole mapping by its place in the sweep."""
+    shown = f"#{values.index(value)}" if isinstance(value, dict) else value
+    return f"{key.removeprefix('material.')}={shown}"
+
+
 def load_cases(path: Path) -> Iterator[tuple[str, ContactCase]]:
     """Every point of the sweep of a file, as (label, case). Raises ConfigError for whatever does not hold."""
     content = read_yaml(path)
@@ -156,5 +162,5 @@ def load_cases(path: Path) -> Iterator[tuple[str, ContactCase]]:
         point = deepcopy(content)
         for key, value in zip(base.sweep, values, strict=True):
             set_path(point, key, value, str(path))
-        label = "-".join(f"{key.rsplit('.', 1)[-1]}={value}" for key, value in zip(base.sweep, values, strict=True))
+        label = "-".join(_label(key, value, base.sweep[key]) for key, value in zip(base.sweep, values, strict=True))
         yield label or "once", check_model(point, ContactCase, str(path))

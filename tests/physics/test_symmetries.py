@@ -51,6 +51,18 @@ def test_a_vessel_in_uniform_motion_is_a_vessel_at_rest(still):
     assert_same(moving, still, UPRIGHT, drift=speed)
 
 
+def test_the_ledger_of_a_vessel_in_uniform_motion_closes_with_the_work_of_its_walls():
+    """In a frame where the walls move they do work, normal and tangential, and dissipation is what it is at rest."""
+    works = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]
+    rest, moving = (world(drift=drift).run(0.03, sample_every=100) for drift in (STILL, np.array([1.5, -0.7, 0.2])))
+    energy = rest["kinetic_J"].iloc[0]
+    assert np.abs(rest["wall_work_J"]).max() == 0
+    assert np.abs(moving["wall_work_J"]).max() > 0.1 * energy
+    assert (moving[works] - rest[works]).abs().to_numpy().max() < 1e-9 * energy
+    for series in (rest, moving):
+        assert np.abs(series["imbalance_J"]).max() < 2e-4 * energy
+
+
 def test_a_set_up_turned_as_a_whole_turns_the_result(still):
     turned = world(frame=TURNED)
     turned.run(0.03)
