@@ -1,13 +1,15 @@
 """Small worlds for the physics tests: a few balls in a plain vessel, driven from Python."""
 
 import numpy as np
+import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.dem import state
 from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance
+from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
 from millprint.dem.simulation import make_table
-from millprint.mill.motion import REST, Motion
+from millprint.mill.motion import HARMONIC, REST, Motion
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import build_walls
 
@@ -24,22 +26,36 @@ CALIBRATED = ContactConfig(
 AT_REST = Motion(REST, np.zeros((1, 7)), 0.0)
 
 
-def prism(outline: np.ndarray, height: float) -> Vessel:
-    """The upright prism over a counter-clockwise outline (k, 2) [m], from z = 0 to `height` [m]."""
+def uniform(velocity: np.ndarray) -> Motion:
+    """Motion at constant velocity (3,) [m/s], as the first moments of a very slow and wide swing."""
+    slow = 1e-6
+    return Motion(HARMONIC, np.array([[slow, 0, 0, 0, *(velocity / slow)]]), slow)
+
+
+def prism(outline: np.ndarray, height: float, turn: np.ndarray | None = None) -> Vessel:
+    """The upright prism over a counter-clockwise outline (k, 2) [m], from z = 0 to `height` [m].
+
+    turn: rotation (3, 3) of the whole about the origin.
+    """
     low = np.column_stack([outline, np.zeros(len(outline))])
     high = low + np.array([0.0, 0.0, height])
+    if turn is not None:
+        low, high = low @ turn.T, high @ turn.T
     sides = [[np.array([high[k], high[k - 1], low[k - 1], low[k]])[::-1]] for k in range(len(outline))]
     return Vessel([Facet.from_loops(loops) for loops in [*sides, [low], [high[::-1]]]])
 
 
-def box(width: float = 0.2, depth: float = 0.2, height: float = 0.2) -> Vessel:
-    """A box centred on the origin in plan, floor at z = 0 [m]."""
+def box(width: float = 0.2, depth: float = 0.2, height: float = 0.2, turn: np.ndarray | None = None) -> Vessel:
+    """A box centred on the origin in plan, floor at z = 0 [m]; turn: rotation (3, 3) of the whole about the origin."""
     x, y = width / 2, depth / 2
-    return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), height)
+    return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), height, turn)
 
 
 class World:
-    """Balls of given radii in a vessel; positions, velocities, spins are (n, 3), in SI."""
+    """Balls of given radii in a vessel; positions, velocities, spins are (n, 3), in SI.
+
+    Options: vessel, step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m].
+    """
 
     def __init__(self, position, velocity=None, spin=None, radius=5e-3, contact=CALIBRATED, **options) -> None:
         position = np.atleast_2d(np.asarray(position, dtype=float))
@@ -52,13 +68,18 @@ class World:
             if value is not None:
                 self.balls.rate[:, columns] = self.balls.rate_now[:, columns] = value
         self.candidates = state.make_candidates(len(position), per_ball=40)
-        self.contacts = state.make_contacts(self.candidates.partner.size)
+        self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, 0.2)
         self.walls = build_walls([self.vessel], radii.max(), skin / 2, 0.2 * radii.max(), options.get("pitch", 0.01))
         motion = options.get("motion", AT_REST)
         self.clock = state.make_clock(self.balls, [motion], self.step, skin, options.get("gravity", 0.0))
         self.totals = np.zeros(state.TOTALS)
         self.counters = state.make_counters()
+
+    @property
+    def contacts(self) -> pd.DataFrame:
+        """The contacts that ended in the last run (millprint.dem.collisions.COLUMNS)."""
+        return collision_table(*self.collisions)
 
     def run(self, seconds: float, sample_every: int = 0):
         """Advance by a time [s]; returns the table of collisions, and the ledger if samples are asked for."""
@@ -72,8 +93,8 @@ class World:
             np.zeros(3), np.zeros((1, 1, 5)), np.zeros((2, state.TOTALS)), np.zeros(2),
         )  # fmt: skip
         advance(
-            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
-            table, recorder, begin + steps - 1 + (1 if sample_every else 0),
+            self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
+            self.counters, table, recorder, begin + steps - 1 + (1 if sample_every else 0),
         )  # fmt: skip
         assert self.counters[state.STATUS] == state.RUNNING
         rows = int(self.counters[state.RECORDS])

@@ -2,9 +2,11 @@
 
 Choices that the equations leave open, each tested in tests/physics:
 
-- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and while sliding the spring is reset to the capped
-  force over K_t. F_n is here the elastic normal force K_n delta. Its impulse over an impact is exactly m (1 + e) v,
-  so that sliding gives mu (1 + e) m v; the damped force would not, because it turns tensile before the contact ends.
+- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and the spring alone is held to mu F_n / K_t. To set it
+  to the capped force over K_t would charge it with the dashpot's share: a contact begins with a dashpot's force above
+  the cap, so its spring would be drawn to the limit by a slip that never was, and give that energy back. F_n is here
+  the elastic normal force K_n delta. Its impulse over an impact is exactly m (1 + e) v, so that sliding gives
+  mu (1 + e) m v; the damped force would not, because it turns tensile before the contact ends.
 - The normal force is not clipped where it is tensile: that would turn a restitution of 0.30 into 0.40.
 - The tangential spring is turned into the current tangent plane with its length kept.
 - Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
@@ -103,25 +105,21 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     # The trapezoidal rule: with velocities at the end of a step alone the spring would damp in proportion to the step.
     spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
     viscous = law[CT] * quarter
-    force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     cap = law[MU] * elastic
+    pull = stiffness * math.sqrt(dot(spring, spring))
+    spring = scale(cap / pull if pull > cap else 1.0, spring)
+    force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     size = math.sqrt(dot(force, force) + TINY)
     turning = math.sqrt(dot(spin, spin) + TINY)
-    # Three quotients by one division, which is what takes the processor longest.
-    inverse = 1.0 / (stiffness * size * turning)
+    # Two quotients by one division, which is what takes the processor longest.
+    inverse = 1.0 / (size * turning)
     slides = size > cap
-    force = scale(cap * inverse * stiffness * turning if slides else 1.0, force)
-    softness = -inverse * size * turning
-    spring = (
-        softness * force[0] if slides else spring[0],
-        softness * force[1] if slides else spring[1],
-        softness * force[2] if slides else spring[2],
-    )
+    force = scale(cap * inverse * turning if slides else 1.0, force)
     sticking_power = 0.0 if slides else viscous * dot(slip, slip)
     tangential_power = -dot(force, slip)
 
     # Torque over angular velocity [N m s].
-    resistance = law[MU_ROLLING] * elastic * arm * inverse * stiffness * size
+    resistance = law[MU_ROLLING] * elastic * arm * inverse * size
     resistance = resistance if resistance < law[STOP] else law[STOP]
     torque = scale(-resistance, spin)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)

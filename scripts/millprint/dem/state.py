@@ -183,9 +183,11 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
     return Laws(np.array(pair), np.array(wall))
 
 
-def make_clock(balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float = 9.81) -> Clock:
-    """A clock for the motions of the bodies, the vessel first, with gravity downwards [m/s2]."""
-    down = np.array([0.0, 0.0, -gravity])
+def make_clock(
+    balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float | np.ndarray = 9.81
+) -> Clock:
+    """A clock for the motions of the bodies, the vessel first; gravity [m/s2] as a vector, or downwards."""
+    down = np.array(gravity, dtype=float) if np.ndim(gravity) else np.array([0.0, 0.0, -gravity])
     return Clock(
         step=float(step),
         gravity=down,
