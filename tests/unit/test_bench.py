@@ -24,7 +24,6 @@ from millprint.bench.cases import (
 from millprint.bench.compare import COLUMNS, Entry, spread, summarise, time_case
 from millprint.bench.lammps import MEANS, Lammps, data_text, input_text, read_log
 from millprint.bench.table import physics_text, timing_text
-from millprint.bench.vessels import box, cylinder
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
@@ -52,7 +51,7 @@ def contact() -> ContactConfig:
 
 @pytest.fixture(scope="module")
 def setup(config, mill, contact) -> Setup:
-    return make_setup(config, mill, contact, cylinder_jar(config), 24, 10.0)
+    return make_setup(config, contact, cylinder_jar(config, mill), 24, 10.0)
 
 
 def words(text: str, command: str) -> list[str]:
@@ -72,14 +71,6 @@ def after(line: list[str], *keys: str) -> list[float]:
         except ValueError:
             break
     return numbers
-
-
-def test_vessels_have_the_volume_of_their_solid():
-    assert box(0.06, 0.05, 0.04).volume_m3 == pytest.approx(0.06 * 0.05 * 0.04)
-    jar = cylinder(0.027, 0.0546, 96)
-    assert len(jar.facets) == 98
-    # A regular polygon within the circle.
-    assert jar.volume_m3 == pytest.approx(0.0546 * 48 * 0.027**2 * math.sin(2 * math.pi / 96))
 
 
 def test_input_holds_the_configuration_in_si(config, contact, setup):
@@ -122,8 +113,9 @@ def test_a_law_without_rolling_friction_has_no_rolling_model(config, setup, cont
 
 
 def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, contact):
-    setup = make_setup(config, mill, contact, box_jar(config), 24, 10.0)
-    length, width, height = (side / 1e3 for side in config.physics.box_mm)
+    setup = make_setup(config, contact, box_jar(config, mill), 24, 10.0)
+    shape = config.physics.box
+    length, width, height = shape.x_mm / 1e3, shape.y_mm / 1e3, shape.z_mm / 1e3
     text = input_text(setup, config.lammps, 1e-6, [300_000, 500_000], with_means=True)
     assert after(words(text, "region jar"), "block") == pytest.approx(
         [-length / 2, length / 2, -width / 2, width / 2, 0, height]
@@ -189,7 +181,7 @@ def test_a_program_that_fails_is_reported_in_its_own_words(tmp_path, config, set
 
 def test_a_mill_that_does_not_move_on_a_circle_is_refused(config, mill, contact):
     with pytest.raises(ConfigError, match=r"motion\.kind = 'rest'"):
-        make_setup(config, at_rest(mill), contact, cylinder_jar(config), 24, 10.0)
+        make_setup(config, contact, cylinder_jar(config, at_rest(mill)), 24, 10.0)
 
 
 def test_both_codes_run_the_same_start_and_number_of_steps(config, mill, contact, setup):
@@ -270,7 +262,7 @@ def test_physics_table_counts_standard_errors(config):
 def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
     """The power by the identity and that of the ledger are two routes to one number."""
     quick = config.physics.model_copy(update={"discard_s": 0.2, "window_s": 0.3})
-    setup = make_setup(config, mill, contact, box_jar(config), 12, 10.0)
+    setup = make_setup(config, contact, box_jar(config, mill), 12, 10.0)
     setup = replace(setup, settle_s=0.05, time_step_s=4e-6)
     means = physics.our_means(setup, quick, 0, tmp_path)
     assert set(means) == set(MEANS)

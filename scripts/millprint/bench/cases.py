@@ -1,10 +1,10 @@
 """One case of the bench: a jar, its balls, and millprint's own simulations of it."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from millprint.bench.vessels import box, cylinder, in_vessel
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import CircleMotion, MillConfig
@@ -22,11 +22,16 @@ ONE_STEP_S = 1e-12
 
 @dataclass(frozen=True)
 class Jar:
-    """A vessel and how LAMMPS would write it; `region` is empty where it cannot."""
+    """A jar as a mill, and how LAMMPS would write it; `region` is empty where it cannot."""
 
     name: str
-    vessel: Vessel
+    mill: MillConfig
     region: str = ""
+
+    @cached_property
+    def vessel(self) -> Vessel:
+        """Its walls in millprint."""
+        return build_vessel(self.mill)
 
 
 @dataclass(frozen=True)
@@ -34,13 +39,17 @@ class Setup:
     """Everything that defines the motion of one jar of balls in either code."""
 
     jar: Jar
-    mill: MillConfig
     contact: ContactConfig
     balls: int
     diameter_m: float
     speed_rpm: float
     time_step_s: float
     settle_s: float
+
+    @property
+    def mill(self) -> MillConfig:
+        """The jar's mill."""
+        return self.jar.mill
 
     @property
     def name(self) -> str:
@@ -83,38 +92,36 @@ class Setup:
 
     def simulation(self, case: Case) -> Simulation:
         """millprint's simulation of a case in this jar."""
-        with in_vessel(self.jar.vessel):
-            return Simulation(case, self.mill, self.contact, self.settings())
+        return Simulation(case, self.mill, self.contact, self.settings())
 
 
 def emax_jar(mill: MillConfig) -> Jar:
     """The mill's own jar."""
-    return Jar(mill.name, build_vessel(mill))
+    return Jar(mill.name, mill)
 
 
-def cylinder_jar(config: BenchConfig) -> Jar:
-    """The cylinder, smooth in LAMMPS."""
-    radius, height = config.cylinder.radius_mm / 1e3, config.cylinder.height_mm / 1e3
-    return Jar("cylinder", cylinder(radius, height, config.cylinder.facets), f"cylinder z 0 0 {radius!r} 0 {height!r}")
+def cylinder_jar(config: BenchConfig, mill: MillConfig) -> Jar:
+    """The mill with the cylinder, upright, in its jar's place; smooth in LAMMPS."""
+    shape = config.cylinder
+    region = f"cylinder z 0 0 {shape.radius_mm / 1e3!r} 0 {shape.height_mm / 1e3!r}"
+    return Jar("cylinder", mill.model_copy(update={"geometry": shape}), region)
 
 
-def box_jar(config: BenchConfig) -> Jar:
-    """The box, whose six walls are the same in both codes."""
-    length, width, height = (side / 1e3 for side in config.physics.box_mm)
-    x, y = length / 2, width / 2
-    return Jar("box", box(length, width, height), f"block {-x!r} {x!r} {-y!r} {y!r} 0 {height!r}")
+def box_jar(config: BenchConfig, mill: MillConfig) -> Jar:
+    """The mill with the box, whose six walls are the same in both codes, in its jar's place."""
+    shape = config.physics.box
+    x, y, height = shape.x_mm / 2e3, shape.y_mm / 2e3, shape.z_mm / 1e3
+    return Jar("box", mill.model_copy(update={"geometry": shape}), f"block {-x!r} {x!r} {-y!r} {y!r} 0 {height!r}")
 
 
-def make_setup(
-    config: BenchConfig, mill: MillConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float
-) -> Setup:
+def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float) -> Setup:
     """The setup of some balls in a jar; raises ConfigError for a mill whose motion is no circle."""
-    if not isinstance(mill.motion, CircleMotion):
+    if not isinstance(jar.mill.motion, CircleMotion):
         raise ConfigError(
-            f"config/mills/{mill.name}.yaml: motion.kind = {mill.motion.kind!r}: the bench needs a circle"
+            f"config/mills/{jar.mill.name}.yaml: motion.kind = {jar.mill.motion.kind!r}: the bench needs a circle"
         )
     diameter = diameter_mm / 1e3
-    return Setup(jar, mill, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
+    return Setup(jar, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
 
 
 def at_rest(mill: MillConfig) -> MillConfig:
@@ -124,7 +131,7 @@ def at_rest(mill: MillConfig) -> MillConfig:
 
 def settle(setup: Setup, seed: int) -> np.ndarray:
     """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame."""
-    still = replace(setup, mill=at_rest(setup.mill))
+    still = replace(setup, jar=replace(setup.jar, mill=at_rest(setup.mill)))
     # A jar at rest takes its samples as fractions of the window: one a step, not to shorten the step.
     window = SAMPLES * setup.time_step_s
     simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))

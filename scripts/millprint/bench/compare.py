@@ -68,13 +68,11 @@ class Entry:
         return log.timing()
 
 
-def entries_of(
-    config: BenchConfig, mill: MillConfig, contact: ContactConfig, case: BenchCase, jars: list[Jar]
-) -> list[Entry]:
+def entries_of(config: BenchConfig, contact: ContactConfig, case: BenchCase, jars: list[Jar]) -> list[Entry]:
     """Every code on every jar of a case; LAMMPS only where it can express the jar. Settles the balls first."""
     made = []
     for jar in jars:
-        setup = make_setup(config, mill, contact, jar, case.balls, case.ball_diameter_mm)
+        setup = make_setup(config, contact, jar, case.balls, case.ball_diameter_mm)
         start = settle(setup, seed=0)
         simulation = start_from(setup, start, case.driven_s)
         steps = count_steps(simulation)
@@ -112,8 +110,8 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
 
 def time_all(config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path):
     """Repetitions of every case of the bench, as one frame."""
-    jars = [emax_jar(mill), cylinder_jar(config)]
-    cases = [entries_of(config, mill, contact, case, jars) for case in config.cases]
+    jars = [emax_jar(mill), cylinder_jar(config, mill)]
+    cases = [entries_of(config, contact, case, jars) for case in config.cases]
     total = config.repetitions * sum(entry.cost for entries in cases for entry in entries)
     with progress(total, "timings", "s", bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]") as bar:
         frames = [time_case(entries, config.repetitions, lammps, place, bar) for entries in cases]

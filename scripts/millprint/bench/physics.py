@@ -14,7 +14,6 @@ import pandas as pd
 
 from millprint.bench.cases import SAMPLES, Setup, box_jar, make_setup, settle
 from millprint.bench.lammps import MEANS, Lammps
-from millprint.bench.vessels import in_vessel
 from millprint.config.bench import BenchConfig, PhysicsConfig, PhysicsLaw
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -42,8 +41,7 @@ def our_means(setup: Setup, physics: PhysicsConfig, seed: int, place: Path) -> d
     times = {"settle_s": setup.settle_s, "discard_s": physics.discard_s, "window_s": physics.window_s}
     revolution = 60 / setup.speed_rpm
     case = setup.case(seed, **times, snapshot_interval_s=revolution / SAMPLES)
-    with in_vessel(setup.jar.vessel):
-        run_case(case, setup.mill, setup.contact, setup.settings(), place / "run.h5", place / "summary.json")
+    run_case(case, setup.mill, setup.contact, setup.settings(), place / "run.h5", place / "summary.json")
     return read_means(place / "run.h5", place / "summary.json", setup)
 
 
@@ -99,13 +97,13 @@ def compare_physics(
     config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path, cores: int
 ) -> pd.DataFrame:
     """Means of both codes under every law; LAMMPS runs on `cores` cores, millprint beside it. Timings are no matter."""
-    physics, jar = config.physics, box_jar(config)
+    physics, jar = config.physics, box_jar(config, mill)
     seeds = range(physics.seeds)
     tables = []
     with ThreadPoolExecutor(cores) as pool, progress(len(physics.laws) * physics.seeds, "physics", "run") as bar:
         waiting = []
         for law in physics.laws:
-            setup = make_setup(config, mill, law.contact(contact), jar, physics.balls, physics.ball_diameter_mm)
+            setup = make_setup(config, law.contact(contact), jar, physics.balls, physics.ball_diameter_mm)
             runs, step_s = driven_steps(setup, physics)
             starts = [settle(setup, seed) for seed in seeds]
             folders = [place / f"{law.name}_lammps_{seed}" for seed in seeds]

@@ -5,17 +5,10 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.contact import ContactConfig
+from millprint.config.geometry import BoxGeometry, CylinderGeometry
 from millprint.config.section import Name, NonNegative, Positive, Section
 
 Count = Annotated[int, Field(ge=1)]
-
-
-class BenchCylinder(Section):
-    """An upright cylinder, floor at z = 0."""
-
-    radius_mm: Positive = Field(description="radius of the cylinder [mm]")
-    height_mm: Positive = Field(description="inner height [mm]")
-    facets: Annotated[int, Field(ge=3)] = Field(description="flat facets around it in millprint [-]")
 
 
 class BenchCase(Section):
@@ -56,7 +49,7 @@ class PhysicsLaw(Section):
 class PhysicsConfig(Section):
     """The comparison of means in a box."""
 
-    box_mm: tuple[Positive, Positive, Positive] = Field(description="inner length, width and height [mm]")
+    box: BoxGeometry
     balls: Count = Field(description="number of balls [-]")
     ball_diameter_mm: Positive = Field(description="their diameter [mm]")
     seeds: Annotated[int, Field(ge=2)] = Field(description="runs of each code, from as many starts [-]")
@@ -74,7 +67,7 @@ class BenchConfig(Section):
     time_step_s: Positive = Field(description="integration step, made a little smaller to divide a revolution [s]")
     settle_s: Positive = Field(description="time for the balls to come to rest before the shared start [s]")
     repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
-    cylinder: BenchCylinder
+    cylinder: CylinderGeometry
     cases: list[BenchCase] = Field(min_length=1, description="the timed cases")
     lammps: LammpsConfig
     physics: PhysicsConfig
