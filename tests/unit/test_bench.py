@@ -21,14 +21,25 @@ from millprint.bench.cases import (
     settle,
     start_from,
 )
-from millprint.bench.compare import COLUMNS, Entry, spread, summarise, time_case
+from millprint.bench.compare import (
+    COLUMNS,
+    Entry,
+    lammps_over_jar,
+    large_over_small,
+    spread,
+    summarise,
+    time_case,
+)
 from millprint.bench.lammps import MEANS, Lammps, data_text, input_text, read_log
-from millprint.bench.table import physics_text, timing_text
+from millprint.bench.large import large_setup, large_start, scaled_mill
+from millprint.bench.table import across_text, physics_text, timing_text
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
+from millprint.dem.packing import pack
 from millprint.errors import ConfigError, SimulationError
+from millprint.mill.vessel import build_vessel
 
 ROOT = Path(__file__).parents[2]
 LOG = (ROOT / "tests/data/lammps.log").read_text()
@@ -73,20 +84,44 @@ def after(line: list[str], *keys: str) -> list[float]:
     return numbers
 
 
-def test_input_holds_the_configuration_in_si(config, contact, setup):
+def test_timed_input_is_the_one_that_users_write(config, setup):
+    """The words of LAMMPS's own examples of a mill, as the issue names them, between balls and at the wall."""
     text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
-    assert text.splitlines()[0] == "units si"
+    law = (
+        "hertz/material 2050000000 0.3 0.235 tangential mindlin NULL 1.0 0.3 rolling sds 10000.0 0.5 0.045 "
+        "damping tsuji"
+    )
     pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
+    for line in (pair, wall):
+        # Gigapascals in pascals, to rounding.
+        modulus = line.index("hertz/material") + 1
+        line[modulus] = f"{float(line[modulus]):.12g}"
+    assert " ".join(pair) == f"* * {law}"
+    assert f"granular {law} region" in " ".join(wall)
+
+
+def test_compared_input_holds_our_law_in_si(config, contact, setup):
+    text = input_text(setup, config.lammps, 1e-6, [1000], with_means=True)
+    pair, wall = words(text, "pair_coeff"), words(text, "fix wall")
+    law = config.lammps.compared
+    stiffness, damping, rolling = law.rolling_stiffness_n_m, law.rolling_damping_ns_m, contact.rolling_friction
+    radius = setup.diameter_m / 2
     for line in (pair, wall):
         assert after(line, "hertz/material") == [contact.young_modulus_gpa * 1e9, 0.30, 0.235]
         assert line[line.index("damping") + 1] == "coeff_restitution"
         assert line[line.index("mindlin") + 1] == "NULL"
-        assert "twisting" not in line
+        # About the normal the lever is the ball's radius.
+        twisting = [stiffness * radius**2, damping * radius**2, rolling * radius]
+        assert after(line, "twisting", "sds") == pytest.approx(twisting)
     assert after(pair, "mindlin", "NULL")[1] == contact.static_friction
-    stiffness, damping = config.lammps.rolling_stiffness_n_m, config.lammps.rolling_damping_ns_m
     # LAMMPS's lever is the reduced radius: half the ball's between balls, the ball's own at a wall.
-    assert after(pair, "rolling", "sds") == [stiffness, damping, 2 * contact.rolling_friction]
-    assert after(wall, "rolling", "sds") == [stiffness, damping, contact.rolling_friction]
+    assert after(pair, "rolling", "sds") == [stiffness, damping, 2 * rolling]
+    assert after(wall, "rolling", "sds") == [stiffness, damping, rolling]
+
+
+def test_input_holds_the_case_in_si(config, setup):
+    text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
+    assert text.splitlines()[0] == "units si"
     assert words(text, "timestep") == ["9.4e-07"]
     assert float(words(text, "variable A equal")[0]) == pytest.approx(0.017)
     assert float(words(text, "variable w equal")[0]) == pytest.approx(20 * math.pi)
@@ -101,7 +136,7 @@ def test_tangential_damping_is_ours(config, contact, setup):
     modulus, poisson = contact.young_modulus_gpa * 1e9, contact.poisson_ratio
     effective = modulus / (2 * (1 - poisson**2))
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
-    ratio = after(words(input_text(setup, config.lammps, 1e-6, [1], False), "pair_coeff"), "mindlin", "NULL")[0]
+    ratio = after(words(input_text(setup, config.lammps, 1e-6, [20], True), "pair_coeff"), "mindlin", "NULL")[0]
     assert ratio == pytest.approx(math.sqrt(8 * shear / (2 * effective)))
 
 
@@ -211,25 +246,30 @@ def test_repetitions_are_interleaved(monkeypatch, setup):
     bar = SimpleNamespace(update=lambda cost: None)
     frame = time_case(entries, 3, FakeLammps(), Path("unused"), bar)
     assert list(frame["code"]) == ["millprint", "LAMMPS"] * 3
-    assert list(frame["wall"][:2]) == ["facets (98)", "moving region"]
+    assert list(frame["wall"][:2]) == ["facets (50)", "moving region"]
     assert frame["ns_per_ball_step"].to_numpy() == pytest.approx([100, 300] * 3)
-
-
-# Half a core: something else ran.
-SHARE = {"wall_s": 2.0, "processor_s": 1.0}
 
 
 def repetitions() -> pd.DataFrame:
     def rows(case, code, balls, times):
-        return [
-            {"case": case, "balls": balls, "code": code, "wall": "w", "ns_per_ball_step": time, **SHARE}
-            for time in times
-        ]
+        return pd.DataFrame(
+            {
+                "case": case,
+                "balls": balls,
+                "code": code,
+                "wall": "w",
+                "ns_per_ball_step": times,
+                # Half a core: something else ran.
+                "processor_ns_per_ball_step": [time / 2 for time in times],
+            }
+        )
 
-    return pd.DataFrame(
-        rows("emax_24x10mm", "millprint", 24, [10, 90, 20])
-        + rows("cylinder_24x10mm", "millprint", 24, [40, 50, 45])
-        + rows("cylinder_24x10mm", "LAMMPS", 24, [900, 200, 360])
+    return pd.concat(
+        [
+            rows("emax_24x10mm", "millprint", 24, [10, 90, 20]),
+            rows("cylinder_24x10mm", "millprint", 24, [40, 50, 45]),
+            rows("cylinder_24x10mm", "LAMMPS", 24, [900, 200, 360]),
+        ]
     )
 
 
@@ -243,6 +283,84 @@ def test_ratio_is_theirs_over_ours_on_the_same_case():
     assert "200.0 to 900.0" in text
     assert list(spread(repetitions())["processor_ns"]) == [10, 22.5, 180]
     assert "180.0" in text
+
+
+def test_rows_of_different_jars_are_compared_by_name(config):
+    table = summarise(repetitions())
+    small, large = table.iloc[0], table.iloc[0].copy()
+    large["case"], large["ns_per_ball_step"] = "emax_large_300x10mm", 26.0
+    table = pd.concat([table, large.to_frame().T, small.to_frame().T.assign(case="emax_24x10mm", code="other")])
+    case = config.cases[0]
+    one = config.model_copy(
+        update={"cases": [case], "large": config.large.model_copy(update={"compared_with": case.name})}
+    )
+    assert lammps_over_jar(table, one, "emax") == {"24x10mm": 18.0}
+    assert large_over_small(table, one, "emax") == ("emax_large_300x10mm", "emax_24x10mm", pytest.approx(1.3))
+    text = across_text(lammps_over_jar(table, one, "emax"), "emax", large_over_small(table, one, "emax"))
+    assert "LAMMPS in the cylinder over millprint in the emax jar" in text
+    assert "24x10mm 18.0" in text
+    assert text.endswith("emax_large_300x10mm over one of emax_24x10mm: 1.30")
+
+
+def test_large_jar_has_the_fill_of_the_case_that_it_is_compared_with(config, mill, contact):
+    """Lengths grow by the cube root of the ratio of the balls; angles, counts of facets and the motion stay."""
+    setup = large_setup(config, mill, contact)
+    small = config.case_named(config.large.compared_with)
+    ratio = 20_000 / small.balls
+    assert setup.name == "emax_large_20000x5mm"
+    assert setup.jar.vessel.volume_m3 == pytest.approx(ratio * build_vessel(mill).volume_m3, rel=1e-9)
+    assert len(setup.jar.vessel.facets) == len(build_vessel(mill).facets)
+    assert setup.amplitude_m == 0.017
+    assert setup.case(0, settle_s=0, discard_s=0, window_s=1).fill_ratio == pytest.approx(
+        small.balls * math.pi / 6 * 0.005**3 / 125e-6
+    )
+    assert setup.settle_s == config.large.settle_s
+
+
+def test_a_jar_scales_with_what_stands_in_it(mill):
+    post = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
+    doubled = scaled_mill(post, 8.0)
+    assert doubled.geometry.post.radius_mm == pytest.approx(2 * post.geometry.post.radius_mm)
+    assert doubled.geometry.post.facets == post.geometry.post.facets
+    assert doubled.volume_ml == 8 * post.volume_ml
+    box = {"kind": "box", "x_mm": 50, "y_mm": 50, "z_mm": 50}
+    with pytest.raises(ConfigError, match=r"geometry\.kind = 'box': the bench's large case needs a stadium"):
+        scaled_mill(MillConfig.model_validate({**mill.model_dump(), "geometry": box}), 8.0)
+
+
+def test_large_start_is_a_bed_in_the_lower_part_of_the_jar(config, mill, contact):
+    few = config.large.model_copy(update={"balls": 3000, "settle_s": 0.002})
+    setup = large_setup(config.model_copy(update={"large": few}), mill, contact)
+    start = large_start(setup)
+    height = setup.jar.vessel.bounds[1, 2]
+    loose = pack(setup.jar.vessel, setup.diameter_m, 3000, 0, setup.jar.vessel.volume_m3)
+    assert start.shape == (3000, 3)
+    assert start[:, 2].max() < 0.75 * height < loose[:, 2].max()
+
+
+def test_quick_bench_runs_the_same_cases_shorter(config):
+    quick = config.quickened()
+    assert [case.name for case in quick.cases] == [case.name for case in config.cases]
+    assert quick.cases[0].driven_s == config.quick.time_share * config.cases[0].driven_s
+    assert quick.large.driven_s == config.quick.time_share * config.large.driven_s
+    assert quick.physics.window_s == config.quick.time_share * config.physics.window_s
+    assert (quick.repetitions, quick.physics.seeds) == (config.quick.repetitions, config.quick.seeds)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value", "message"),
+    [
+        ("cylinder", "axis", "x", "must have axis = z"),
+        ("cylinder", "fillet_radius_mm", 2.0, "must have axis = z and fillet_radius_mm = 0"),
+        ("cylinder", "centre_mm", [0, 0, 1], r"cylinder\.centre_mm: must be left out"),
+        ("large", "compared_with", "7x1mm", "'7x1mm': must be one of the cases, 24x10mm, 191x5mm, 764x5mm"),
+    ],
+)
+def test_a_bench_that_cannot_be_compared_is_refused(section, key, value, message):
+    values = read_yaml(ROOT / "config/bench.yaml")
+    values[section][key] = value
+    with pytest.raises(ConfigError, match=message):
+        check_model(values, BenchConfig, "config/bench.yaml")
 
 
 def test_physics_table_counts_standard_errors(config):

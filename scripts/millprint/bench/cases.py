@@ -129,12 +129,17 @@ def at_rest(mill: MillConfig) -> MillConfig:
     return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
 
 
-def settle(setup: Setup, seed: int) -> np.ndarray:
-    """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame."""
+def settle(setup: Setup, seed: int, packed: np.ndarray | None = None) -> np.ndarray:
+    """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame.
+
+    packed: positions (n, 3) [m] in that frame to begin from, in place of the seed's packing.
+    """
     still = replace(setup, jar=replace(setup.jar, mill=at_rest(setup.mill)))
     # A jar at rest takes its samples as fractions of the window: one a step, not to shorten the step.
     window = SAMPLES * setup.time_step_s
     simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))
+    if packed is not None:
+        simulation.balls.position[:] = packed + simulation.motion.position(0.0)
     simulation.run(f"{setup.name}: settle")
     return simulation.balls.position.copy()
 

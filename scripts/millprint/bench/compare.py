@@ -1,6 +1,8 @@
 """Timings of both codes, interleaved: each repetition runs every code of a case once, so that all see the same machine.
 
-The measure is the same for both: wall time of the loop over the steps, set-up, compilation and output left out.
+The measure is the same for both: wall time of the loop over the steps, set-up, compilation and output left out. Tables
+give its median over the repetitions: a burst of other work on the machine hits few of them, while the least time would
+favour the code whose runs are short enough to fall between two bursts.
 """
 
 import logging
@@ -23,6 +25,7 @@ from millprint.bench.cases import (
     time_millprint,
 )
 from millprint.bench.lammps import Lammps
+from millprint.bench.large import large_setup, large_start
 from millprint.config.bench import BenchCase, BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -73,12 +76,15 @@ def entries_of(config: BenchConfig, contact: ContactConfig, case: BenchCase, jar
     made = []
     for jar in jars:
         setup = make_setup(config, contact, jar, case.balls, case.ball_diameter_mm)
-        start = settle(setup, seed=0)
-        simulation = start_from(setup, start, case.driven_s)
-        steps = count_steps(simulation)
-        codes = [OURS, LAMMPS] if jar.region else [OURS]
-        made += [Entry(setup, code, start, case.driven_s, steps, simulation.step) for code in codes]
+        made += entries_from(setup, settle(setup, seed=0), case.driven_s)
     return made
+
+
+def entries_from(setup: Setup, start: np.ndarray, driven_s: float) -> list[Entry]:
+    """Every code that can express the jar, from `start` (n, 3) [m]."""
+    simulation = start_from(setup, start, driven_s)
+    codes = [OURS, LAMMPS] if setup.jar.region else [OURS]
+    return [Entry(setup, code, start, driven_s, count_steps(simulation), simulation.step) for code in codes]
 
 
 def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Path, bar) -> pd.DataFrame:
@@ -98,6 +104,7 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
                     "wall_s": timing.wall_s,
                     "processor_s": timing.processor_s,
                     "ns_per_ball_step": timing.ns_per_ball_step,
+                    "processor_ns_per_ball_step": timing.processor_s / timing.steps / timing.balls * 1e9,
                 }
             )
             logger.info(
@@ -109,13 +116,17 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
 
 
 def time_all(config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path):
-    """Repetitions of every case of the bench, as one frame."""
+    """Repetitions of every case of the bench, as one frame; from_median_pct is how far each is from its median [%]."""
     jars = [emax_jar(mill), cylinder_jar(config, mill)]
-    cases = [entries_of(config, contact, case, jars) for case in config.cases]
-    total = config.repetitions * sum(entry.cost for entries in cases for entry in entries)
+    cases = [(entries_of(config, contact, case, jars), config.repetitions) for case in config.cases]
+    setup = large_setup(config, mill, contact)
+    cases.append((entries_from(setup, large_start(setup), config.large.driven_s), config.large.repetitions))
+    total = sum(repetitions * entry.cost for entries, repetitions in cases for entry in entries)
     with progress(total, "timings", "s", bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]") as bar:
-        frames = [time_case(entries, config.repetitions, lammps, place, bar) for entries in cases]
-    return pd.concat(frames, ignore_index=True)
+        frames = [time_case(entries, repetitions, lammps, place, bar) for entries, repetitions in cases]
+    table = pd.concat(frames, ignore_index=True)
+    medians = table.groupby(["case", "code"])["ns_per_ball_step"].transform("median")
+    return table.assign(from_median_pct=100 * (table["ns_per_ball_step"] / medians - 1))
 
 
 def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
@@ -136,7 +147,21 @@ def spread(repetitions: pd.DataFrame) -> pd.DataFrame:
 
     Processor time well below wall time says that something else ran on the machine and that wall times are too long.
     """
-    processor = repetitions["ns_per_ball_step"] * repetitions["processor_s"] / repetitions["wall_s"]
-    groups = repetitions.assign(processor_ns=processor).groupby(["case", "code"], sort=False)
+    groups = repetitions.groupby(["case", "code"], sort=False)
     columns = {"least_ns": ("ns_per_ball_step", "min"), "largest_ns": ("ns_per_ball_step", "max")}
-    return groups.agg(**columns, processor_ns=("processor_ns", "median")).reset_index()
+    return groups.agg(**columns, processor_ns=("processor_ns_per_ball_step", "median")).reset_index()
+
+
+def lammps_over_jar(timings: pd.DataFrame, config: BenchConfig, jar: str) -> dict[str, float]:
+    """By case, ns a ball-step of LAMMPS in the cylinder over that of millprint in a jar that LAMMPS cannot express."""
+    times = timings.set_index(["case", "code"])["ns_per_ball_step"]
+    names = [case.name for case in config.cases]
+    return {name: float(times[f"cylinder_{name}", LAMMPS] / times[f"{jar}_{name}", OURS]) for name in names}
+
+
+def large_over_small(timings: pd.DataFrame, config: BenchConfig, jar: str) -> tuple[str, str, float]:
+    """The large case, the one that it is compared with, and its ns a ball-step over the latter's."""
+    times = timings[timings["code"] == OURS].set_index("case")["ns_per_ball_step"]
+    large = next(case for case in times.index if case.startswith(f"{jar}_large_"))
+    small = f"{jar}_{config.large.compared_with}"
+    return large, small, float(times[large] / times[small])

@@ -2,15 +2,17 @@
 
 The contact law is ours as far as LAMMPS has the words (`pair_style granular`):
 
-- `hertz/material` with `damping coeff_restitution` is our normal force, damping included. (`damping tsuji` is not: in
-  the wheel of envs/bench.lock a restitution of 0.30 comes out as 0.44.)
+- `hertz/material` with `damping coeff_restitution` is our normal force, damping included. `damping tsuji` is not: in
+  the wheel of envs/bench.lock a restitution of 0.30 comes out as 0.44.
 - `tangential mindlin NULL x mu` is our spring; x makes its damping that of Eq. 3.9, see `tangential_damping_ratio`.
   The Coulomb cap differs: LAMMPS caps at mu times the size of the damped normal force, millprint at mu times the
   elastic one.
 - `rolling sds` resists rolling by a spring, dashpot and slider whose lever is the reduced radius; our lever is the
   ball's radius, so a pair of equal balls has twice the coefficient. Our torque acts against the whole relative spin,
-  about the normal too: `twisting sds` is added where the physics is compared, and left out where speed is, which
-  spares LAMMPS its cost.
+  about the normal too, which takes `twisting sds`.
+
+Means are compared with all of that (`lammps.compared` in config/bench.yaml). What is timed is the plainer input that
+its users write (`lammps.timed`): x = 1, the coefficient as it is, no twisting, `damping tsuji`, which costs it less.
 """
 
 import math
@@ -23,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.bench.cases import Setup, Timing
-from millprint.config.bench import LammpsConfig
+from millprint.config.bench import LammpsConfig, LammpsLaw
 from millprint.config.contact import ContactConfig
 from millprint.errors import SimulationError
 
@@ -48,19 +50,22 @@ def tangential_damping_ratio(poisson: float) -> float:
     return math.sqrt(2 * (1 - poisson) / (2 - poisson))
 
 
-def law_text(contact: ContactConfig, radius: float, settings: LammpsConfig, lever: float, with_twisting: bool) -> str:
+def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float) -> str:
     """The contact law for equal balls of a radius [m]; lever: that radius over the reduced one [-]."""
+    sliding, rolling = 1.0, contact.rolling_friction
+    if law.matched:
+        sliding, rolling = tangential_damping_ratio(contact.poisson_ratio), contact.rolling_friction * lever
     words = [
         f"hertz/material {contact.young_modulus_gpa * 1e9!r} {contact.restitution!r} {contact.poisson_ratio!r}",
-        f"tangential mindlin NULL {tangential_damping_ratio(contact.poisson_ratio)!r} {contact.static_friction!r}",
+        f"tangential mindlin NULL {sliding!r} {contact.static_friction!r}",
     ]
-    stiffness, damping = settings.rolling_stiffness_n_m, settings.rolling_damping_ns_m
+    stiffness, damping = law.rolling_stiffness_n_m, law.rolling_damping_ns_m
     if contact.rolling_friction:
-        words.append(f"rolling sds {stiffness!r} {damping!r} {contact.rolling_friction * lever!r}")
-        if with_twisting:
+        words.append(f"rolling sds {stiffness!r} {damping!r} {rolling!r}")
+        if law.matched:
             arm = radius**2
             words.append(f"twisting sds {stiffness * arm!r} {damping * arm!r} {contact.rolling_friction * radius!r}")
-    return " ".join([*words, "damping coeff_restitution"])
+    return " ".join([*words, f"damping {law.damping}"])
 
 
 def data_text(setup: Setup, start: np.ndarray) -> str:
@@ -78,11 +83,12 @@ def data_text(setup: Setup, start: np.ndarray) -> str:
 def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[int], with_means: bool) -> str:
     """LAMMPS's input: the jar moves by A (cos wt - 1), A sin wt from step 0 on, for each number of steps in `runs`.
 
-    with_means: write the means of MEANS over every revolution of the last run to MEANS_FILE.
+    with_means: write the means of MEANS over every revolution of the last run to MEANS_FILE, under the law that
+    means are compared with.
     """
     radius = setup.diameter_m / 2
-    pair = law_text(setup.contact, radius, settings, 2.0, with_means)
-    wall = law_text(setup.contact, radius, settings, 1.0, with_means)
+    law = settings.compared if with_means else settings.timed
+    pair, wall = (law_text(setup.contact, radius, law, lever) for lever in (2.0, 1.0))
     lines = [
         "units si",
         "atom_style sphere",

@@ -15,6 +15,15 @@ def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
     return shown.to_string(index=False, formatters=formats)
 
 
+def across_text(over_jar: dict[str, float], jar: str, large: tuple[str, str, float]) -> str:
+    """What compares rows of different jars, and so stands in no column."""
+    ratios = ", ".join(f"{case} {ratio:.1f}" for case, ratio in over_jar.items())
+    return (
+        f"LAMMPS in the cylinder over millprint in the {jar} jar, which LAMMPS cannot express: {ratios}\n"
+        f"a ball-step of {large[0]} over one of {large[1]}: {large[2]:.2f}"
+    )
+
+
 def physics_text(table: pd.DataFrame) -> str:
     """The means of both codes, law by law, with what the laws differ in."""
     parts = []

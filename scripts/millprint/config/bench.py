@@ -1,6 +1,6 @@
 """What `make bench` runs (config/bench.yaml): timings against LAMMPS, and means of the same motion from both codes."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -24,12 +24,36 @@ class BenchCase(Section):
         return f"{self.balls}x{self.ball_diameter_mm:g}mm"
 
 
+class LargeCase(Section):
+    """Many balls in the mill's jar scaled up to the fill ratio of one of the cases; millprint alone runs it."""
+
+    balls: Count = Field(description="number of balls [-]")
+    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
+    compared_with: str = Field(
+        description="the case whose fill ratio it has and to whose cost a ball-step its own is compared, as 764x5mm"
+    )
+    settle_s: Positive = Field(description="time to come to rest, from a dense start [s]")
+    driven_s: Positive = Field(description="time of the mill's motion that is timed [s]")
+    repetitions: Count = Field(description="repetitions of the timing [-]")
+
+
+class LammpsLaw(Section):
+    """How LAMMPS is told the contact law."""
+
+    damping: Literal["tsuji", "coeff_restitution"] = Field(description="its damping model")
+    rolling_stiffness_n_m: Positive = Field(description="spring of the rolling model `sds` [N/m]")
+    rolling_damping_ns_m: NonNegative = Field(description="dashpot of the rolling model `sds` [N s/m]")
+    matched: bool = Field(
+        description="with millprint's tangential damping and lever of rolling, and friction about the normal"
+    )
+
+
 class LammpsConfig(Section):
     """What LAMMPS needs beyond the case."""
 
     skin_m: Positive = Field(description="neighbour skin [m]")
-    rolling_stiffness_n_m: Positive = Field(description="spring of the rolling model `sds` [N/m]")
-    rolling_damping_ns_m: NonNegative = Field(description="dashpot of the rolling model `sds` [N s/m]")
+    timed: LammpsLaw
+    compared: LammpsLaw
 
 
 class PhysicsLaw(Section):
@@ -58,6 +82,14 @@ class PhysicsConfig(Section):
     laws: list[PhysicsLaw] = Field(min_length=1, description="contact laws to compare")
 
 
+class QuickConfig(Section):
+    """What the quick bench runs in place of the whole one."""
+
+    time_share: Positive = Field(le=1, description="share of every time of motion that is run [-]")
+    repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
+    seeds: Annotated[int, Field(ge=2)] = Field(description="runs of each code in the comparison of means [-]")
+
+
 class BenchConfig(Section):
     """The timed cases, the comparison of means, and how they are run."""
 
@@ -69,8 +101,28 @@ class BenchConfig(Section):
     repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
     cylinder: CylinderGeometry
     cases: list[BenchCase] = Field(min_length=1, description="the timed cases")
+    large: LargeCase
     lammps: LammpsConfig
     physics: PhysicsConfig
+    quick: QuickConfig
+
+    def case_named(self, name: str) -> BenchCase:
+        """The timed case of a name such as `764x5mm`."""
+        return next(case for case in self.cases if case.name == name)
+
+    def quickened(self) -> "BenchConfig":
+        """The quick bench: the same cases, with less of each."""
+        share, large, physics = self.quick.time_share, self.large, self.physics
+        times = {"settle_s": large.settle_s * share, "driven_s": large.driven_s * share}
+        means = {"discard_s": physics.discard_s * share, "window_s": physics.window_s * share}
+        return self.model_copy(
+            update={
+                "repetitions": self.quick.repetitions,
+                "cases": [case.model_copy(update={"driven_s": case.driven_s * share}) for case in self.cases],
+                "large": large.model_copy(update=times),
+                "physics": physics.model_copy(update={"seeds": self.quick.seeds, **means}),
+            }
+        )
 
     @model_validator(mode="after")
     def _names_differ(self) -> "BenchConfig":
@@ -78,4 +130,24 @@ class BenchConfig(Section):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise ValueError(f"{twice[0]} appears twice; each case and each law is named once")
+        return self
+
+    @model_validator(mode="after")
+    def _large_has_its_case(self) -> "BenchConfig":
+        names = [case.name for case in self.cases]
+        if self.large.compared_with not in names:
+            raise ValueError(
+                f"large.compared_with = {self.large.compared_with!r}: must be one of the cases, {', '.join(names)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _jars_are_those_of_lammps(self) -> "BenchConfig":
+        """LAMMPS is told an upright cylinder without fillets, and a box, both on z = 0."""
+        cylinder = self.cylinder
+        if cylinder.axis != "z" or cylinder.fillet_radius_mm:
+            raise ValueError("cylinder: must have axis = z and fillet_radius_mm = 0, as LAMMPS's has")
+        for name, shape in (("cylinder", cylinder), ("physics.box", self.physics.box)):
+            if shape.centre_mm is not None:
+                raise ValueError(f"{name}.centre_mm: must be left out, so that the jar stands where LAMMPS's does")
         return self

@@ -1,0 +1,63 @@
+"""The mill scaled up at the same fill ratio: what a ball-step costs where the state no longer fits into a core's cache.
+
+The jar grows in every length, balls and motion stay. Millprint alone runs it.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from millprint.bench.cases import Jar, Setup, make_setup, settle
+from millprint.config.bench import BenchConfig
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.dem.packing import pack
+from millprint.errors import ConfigError
+from millprint.mill.vessel import build_vessel
+
+# Share of its room that the start fills [-]: that of balls at rest, so that they need not fall far to be so.
+START_DENSITY = 0.55
+
+
+def scaled_lengths(values: dict[str, Any], scale: float) -> dict[str, Any]:
+    """A geometry's keys with every length multiplied, those of parts inside it too."""
+    scaled = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            scaled[key] = scaled_lengths(value, scale)
+        elif key.endswith("_mm") and value is not None:
+            scaled[key] = (np.array(value) * scale).tolist()
+        else:
+            scaled[key] = value
+    return scaled
+
+
+def scaled_mill(mill: MillConfig, factor: float) -> MillConfig:
+    """The mill with a jar of `factor` times the volume [-]. Raises ConfigError for a jar without a height."""
+    if not hasattr(mill.geometry, "height_mm"):
+        raise ConfigError(
+            f"config/mills/{mill.name}.yaml: geometry.kind = {mill.geometry.kind!r}: the bench's large case needs a "
+            "stadium or a cylinder"
+        )
+    geometry = type(mill.geometry).model_validate(scaled_lengths(mill.geometry.model_dump(), factor ** (1 / 3)))
+    return mill.model_copy(update={"geometry": geometry, "volume_ml": mill.volume_ml * factor})
+
+
+def large_setup(config: BenchConfig, mill: MillConfig, contact: ContactConfig) -> Setup:
+    """The large case: the jar's volume grows as the balls' does from the case that it is compared with."""
+    large, small = config.large, config.case_named(config.large.compared_with)
+    factor = large.balls * large.ball_diameter_mm**3 / (small.balls * small.ball_diameter_mm**3)
+    jar = Jar(f"{mill.name}_large", scaled_mill(mill, factor))
+    setup = make_setup(config, contact, jar, large.balls, large.ball_diameter_mm)
+    return replace(setup, settle_s=large.settle_s)
+
+
+def large_start(setup: Setup) -> np.ndarray:
+    """Positions (n, 3) [m] of balls at rest, packed into the lower part of the jar and settled from there."""
+    geometry, vessel = setup.mill.geometry, setup.jar.vessel
+    density = setup.balls * np.pi / 6 * setup.diameter_m**3 / vessel.volume_m3
+    lower = geometry.model_copy(update={"height_mm": geometry.height_mm * min(1.0, density / START_DENSITY)})
+    part = build_vessel(setup.mill.model_copy(update={"geometry": lower}))
+    packed = pack(part, setup.diameter_m, setup.balls, 0, part.volume_m3)
+    return settle(setup, seed=0, packed=packed)
