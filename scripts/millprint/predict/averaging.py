@@ -8,11 +8,11 @@ import pandas as pd
 from scipy.special import logsumexp, ndtr
 
 from millprint.config.averaging import INPUTS, AveragingConfig
+from millprint.predict.catalogue import AVERAGED
 from millprint.predict.inputs import InputScaling, describe, smallest_spreads
 from millprint.predict.links import LINKS, to_conversion
 from millprint.predict.structured import Process, fit_process, terms_of
 
-AVERAGED = "averaged_gpr"
 # Nodes and weights of a normal distribution's mean (Gauss and Hermite).
 NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)
 NODE_WEIGHTS = NODE_WEIGHTS / NODE_WEIGHTS.sum()
@@ -110,9 +110,7 @@ class AveragedModel:
     def predict(self, rows: pd.DataFrame) -> np.ndarray:
         """Mean yields (n,) [%] for rows with the six conditions."""
         inputs = describe(rows).to_numpy()
-        shares = [
-            weight * member.expected(inputs) for member, weight in zip(self.members, self.weights, strict=True)
-        ]
+        shares = [weight * member.expected(inputs) for member, weight in zip(self.members, self.weights, strict=True)]
         return 100 * np.sum(shares, axis=0)
 
     def quantiles(self, rows: pd.DataFrame, levels: np.ndarray) -> np.ndarray:

@@ -175,16 +175,12 @@ class Process:
         return self.target - (inverse @ self.target) / np.diag(inverse), 1 / np.sqrt(np.diag(inverse))
 
 
-def fit_process(
-    inputs: np.ndarray, target: np.ndarray, terms: Terms, priors: Priors
-) -> tuple[Process, float]:
+def fit_process(inputs: np.ndarray, target: np.ndarray, terms: Terms, priors: Priors) -> tuple[Process, float]:
     """The process at the maximum of the posterior, climbed from the prior's medians, and its log evidence."""
     prior = prior_of(terms, priors)
     pairs = Pairs.of(inputs, inputs)
     bounds = list(zip(prior[0] - REACH * prior[1], prior[0] + REACH * prior[1], strict=True))
     arguments = (terms, pairs, target, prior)
-    found = minimize(
-        negative_log_posterior, prior[0], args=arguments, jac=True, method="L-BFGS-B", bounds=bounds
-    )
+    found = minimize(negative_log_posterior, prior[0], args=arguments, jac=True, method="L-BFGS-B", bounds=bounds)
     evidence = log_evidence(found.x, float(found.fun), *arguments)
     return Process(terms, found.x, inputs, target), evidence
