@@ -14,7 +14,9 @@ from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.preflight import fingerprint_faults
+from millprint.fingerprint.regimes import read_regimes
 from millprint.mill.vessel import Vessel, build_vessel
+from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables
 
 
@@ -48,6 +50,9 @@ def check_tables(config: WorkflowConfig, source: str) -> None:
     read_wear(config.data.wear)
     read_literature(config.doe.literature)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
+    regimes = read_regimes(config.data.regimes)
+    if config.yields.proposals.curves == "published":
+        check_region(config.yields.proposals.region, regimes, source)
 
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, source: str) -> None:

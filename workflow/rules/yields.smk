@@ -291,9 +291,7 @@ rule explain_yield_models:
 rule plot_yield_models:
     input:
         predictions=rules.evaluate_yield_models.output.predictions,
-        honest=rules.evaluate_yield_models.output.honest,
         shap=rules.explain_yield_models.output.values,
-        claims=CONFIG.data.claims,
     output:
         predictions_svg=report(
             f"{YIELD_FIGURES}/predictions.svg",
@@ -316,13 +314,6 @@ rule plot_yield_models:
             labels={"figure": "5.4", "shows": "SHAP values of the two-step tree models"},
         ),
         shap_png=f"{YIELD_FIGURES}/shap.png",
-        evaluation_svg=report(
-            f"{YIELD_FIGURES}/evaluation.svg",
-            caption="../report/yield_evaluation.rst",
-            category="Chapter 5",
-            labels={"figure": "Table 5.6", "shows": "locked split against leave-one-out"},
-        ),
-        evaluation_png=f"{YIELD_FIGURES}/evaluation.png",
     log:
         f"{LOGS}/yields/plot_yield_models.log",
     localrule: True
@@ -331,9 +322,66 @@ rule plot_yield_models:
     params:
         library=library("plot_yield_models.py"),
     message:
-        "Drawing predictions, intervals, SHAP values and the evaluation of the yield models"
+        "Drawing predictions, intervals and SHAP values of the yield models"
     script:
         "../../scripts/plot_yield_models.py"
+
+
+rule plot_yield_trust:
+    input:
+        honest=rules.evaluate_yield_models.output.honest,
+        coverage=rules.evaluate_yield_models.output.coverage,
+        retrospective=rules.search_retrospectively.output.retrospective,
+        proposals=rules.propose_experiments.output.proposals,
+        regimes=rules.leave_regimes_out.output.summary,
+        claims=CONFIG.data.claims,
+    output:
+        evaluation_svg=report(
+            f"{YIELD_FIGURES}/evaluation.svg",
+            caption="../report/yield_evaluation.rst",
+            category="Chapter 5",
+            labels={"figure": "Table 5.6", "shows": "locked split against honest schemes"},
+        ),
+        evaluation_png=f"{YIELD_FIGURES}/evaluation.png",
+        coverage_svg=report(
+            f"{YIELD_FIGURES}/coverage.svg",
+            caption="../report/yield_coverage.rst",
+            category="Chapter 5",
+            labels={"figure": "coverage", "shows": "predictive intervals of left-out runs"},
+        ),
+        coverage_png=f"{YIELD_FIGURES}/coverage.png",
+        retrospective_svg=report(
+            f"{YIELD_FIGURES}/retrospective.svg",
+            caption="../report/yield_retrospective.rst",
+            category="Chapter 5",
+            labels={"figure": "retrospective", "shows": "runs to the best run"},
+        ),
+        retrospective_png=f"{YIELD_FIGURES}/retrospective.png",
+        proposals_svg=report(
+            f"{YIELD_FIGURES}/proposals.svg",
+            caption="../report/yield_proposals.rst",
+            category="Chapter 5",
+            labels={"figure": "next experiments", "shows": "what to run next"},
+        ),
+        proposals_png=f"{YIELD_FIGURES}/proposals.png",
+        regimes_svg=report(
+            f"{YIELD_FIGURES}/regimes.svg",
+            caption="../report/yield_regimes.rst",
+            category="Chapter 5",
+            labels={"figure": "regimes", "shows": "error at unseen fill ratios"},
+        ),
+        regimes_png=f"{YIELD_FIGURES}/regimes.png",
+    log:
+        f"{LOGS}/yields/plot_yield_trust.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_yield_trust.py"),
+    message:
+        "Drawing the honest evaluation, coverage, regimes and the next experiments"
+    script:
+        "../../scripts/plot_yield_trust.py"
 
 
 YIELD_OUTPUTS = [
@@ -345,4 +393,5 @@ YIELD_OUTPUTS = [
     rules.predict_yields.output.predicted,
     *rules.explain_yield_models.output,
     *rules.plot_yield_models.output,
+    *rules.plot_yield_trust.output,
 ]

@@ -14,7 +14,16 @@ CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"
 
 def read_regimes(path: str) -> pd.DataFrame:
     """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
-    numbers = ["fill_ratio", "balls", *CURVES.values(), "bpr", "time_h", "borate_mass_g", "yield_percent"]
+    numbers = [
+        "fill_ratio",
+        "balls",
+        *CURVES.values(),
+        "bpr",
+        "molar_ratio",
+        "time_h",
+        "borate_mass_g",
+        "yield_percent",
+    ]
     table = read_table(path, numeric=numbers, text=["case", "mode"])
     for column in numbers:
         if (table[column] <= 0).any():

@@ -1,4 +1,11 @@
-"""Everything that was tried for a better model, each by leave-one-out with whatever it chooses chosen in the fold."""
+"""Everything that was tried for a better model, each by leave-one-out with whatever it chooses chosen in the fold.
+
+Within a run nothing is chosen by these figures. The library itself was not made blind, though: before it was fixed,
+some 130 kernels were looked at by leave-one-out, and once fixed it was looked at four times (as it is but for straight
+lines, with other mechanical inputs, with hyper-parameters integrated out, with straight lines added), each time with
+0.86 to 0.89 for the average. So the best member's figure flatters it, and that of a rule is fair but for what that
+looking put into the library.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
