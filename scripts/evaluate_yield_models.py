@@ -1,18 +1,16 @@
-"""Judges the trained models: the locked split, held-out predictions, runs outside the domain, and the open choices."""
+"""Judges the trained models: the locked split, held-out predictions, and runs outside the domain."""
 
 import pandas as pd
 
-from millprint.config.yields import TrainingConfig, YieldConfig
+from millprint.config.yields import YieldConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.archive import load_averaged
-from millprint.predict.choices import compare_choices
 from millprint.predict.evaluation import time_variance
 from millprint.predict.honest import ENCLOSED, PREDICTED
 from millprint.predict.judge import judge, judge_intervals, split_luck
 from millprint.predict.metrics import YieldWeights
-from millprint.predict.model import YieldModel
 from millprint.predict.report import hyperparameters, locked_metrics, predictions
 from millprint.predict.store import load_model, stored_search
 from millprint.predict.tables import read_rows
@@ -29,18 +27,6 @@ def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.Data
     for path, model in zip(paths, models, strict=True):
         table = read_table(path, numeric=[name for name in columns if name not in text], text=text)
         tables.append(table.assign(model=model.algorithm, strategy=model.strategy))
-    return pd.concat(tables, ignore_index=True)
-
-
-def compare(
-    models: list[YieldModel], train: pd.DataFrame, test: pd.DataFrame, settings: TrainingConfig, weigh: YieldWeights
-) -> pd.DataFrame:
-    """What each open choice does to each model."""
-    tables = []
-    with progress(len(models), "comparing choices", "model") as bar:
-        for model in models:
-            tables.append(compare_choices(model, train, test, settings.choices, settings.seed, weigh))
-            bar.update()
     return pd.concat(tables, ignore_index=True)
 
 
@@ -65,7 +51,6 @@ def main(inputs, output, settings: YieldConfig) -> None:
     write_table(judge_intervals(enclosed, budget.level), output.coverage)
     write_table(split_luck(held_out, weigh, budget.level), output.split_luck)
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)
-    write_table(compare(printed, train, test, training, weigh), output.choices)
 
 
 if "snakemake" in globals():

@@ -3,7 +3,8 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import YieldConfig
+from millprint.config.averaging import AveragingConfig
+from millprint.config.yields import HonestConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.job import job, progress
 from millprint.predict.honest import outer_folds, predict_held_out
@@ -11,14 +12,23 @@ from millprint.predict.learners import make_learner
 from millprint.predict.tables import read_rows
 
 
-def main(train: str, test: str, output, model: str, strategy: str, settings: YieldConfig) -> None:
+def main(
+    train: str,
+    test: str,
+    output,
+    model: str,
+    strategy: str,
+    training: TrainingConfig,
+    honest: HonestConfig,
+    averaging: AveragingConfig,
+) -> None:
     """Write held-out predictions and their intervals for every scheme."""
     parts = [read_rows(train).assign(role="train"), read_rows(test).assign(role="test")]
     rows = pd.concat(parts, ignore_index=True)
-    learn = make_learner(model, strategy, settings.training, settings.honest, settings.averaging)
-    folds = outer_folds(rows, settings.honest)
+    learn = make_learner(model, strategy, training, honest, averaging)
+    folds = outer_folds(rows, honest)
     with threadpool_limits(1), progress(len(folds), f"holding out {model} {strategy}", "fold") as bar:
-        predicted, enclosed = predict_held_out(learn, rows, folds, settings.honest.nominal, bar.update)
+        predicted, enclosed = predict_held_out(learn, rows, folds, honest.nominal, bar.update)
     write_table(predicted, output.predictions)
     write_table(enclosed, output.intervals)
 
@@ -31,5 +41,7 @@ if "snakemake" in globals():
             snakemake.output,
             snakemake.wildcards.model,
             snakemake.wildcards.strategy,
-            YieldConfig(**snakemake.params.settings),
+            TrainingConfig(**snakemake.params.training),
+            HonestConfig(**snakemake.params.honest),
+            AveragingConfig(**snakemake.params.averaging),
         )

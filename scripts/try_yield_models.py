@@ -3,7 +3,8 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import YieldConfig
+from millprint.config.averaging import AveragingConfig
+from millprint.config.yields import TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job, progress
@@ -12,16 +13,20 @@ from millprint.predict.tables import read_rows
 from millprint.predict.tried import tabulate_trials, try_everything
 
 
-def main(parts: list[str], tried_path: str, settings: YieldConfig) -> None:
+def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
     """Write a row for each thing tried."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    training = settings.training
     with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
-        trials = try_everything(rows, settings.averaging, training.seed, bar.update)
+        trials = try_everything(rows, averaging, training.seed, bar.update)
     weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
     write_table(tabulate_trials(trials, rows[YIELD].to_numpy(float), weigh), tried_path)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "try yield models"):
-        main(list(snakemake.input), snakemake.output.tried, YieldConfig(**snakemake.params.settings))
+        main(
+            list(snakemake.input),
+            snakemake.output.tried,
+            TrainingConfig(**snakemake.params.training),
+            AveragingConfig(**snakemake.params.averaging),
+        )

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import f_oneway
 
+import compare_yield_choices
 import evaluate_yield_models
 import explain_yield_models
 import hold_out_yields
@@ -24,7 +25,8 @@ import try_yield_models
 from millprint.claims.chapter5 import findings
 from millprint.claims.compare import verdict
 from millprint.files import read_table
-from millprint.predict.catalogue import EVERY_MODEL, MODELS
+from millprint.predict.catalogue import EVERY_MODEL, MODELS, SEARCHED_AGAIN
+from millprint.predict.choices import otherwise
 from millprint.predict.honest import LOCKED_AGAIN
 from millprint.predict.regimes import Machine
 from tests.conftest import ROOT
@@ -44,7 +46,6 @@ TABLES = [
     "out_of_domain",
     "hyperparameters",
     "time_variance",
-    "choices",
 ]
 # The final metrics: what the test yields are for. Predictions hold the test yields beside what was predicted.
 FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
@@ -98,7 +99,7 @@ def run_chapter(results: Path, screening: Path) -> Path:
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
         held_out[model] = tuple(map(str, paths))
         outputs = SimpleNamespace(predictions=paths[0], intervals=paths[1])
-        hold_out_yields.main(train, test, outputs, model, strategy, config)
+        hold_out_yields.main(train, test, outputs, model, strategy, config.training, config.honest, config.averaging)
     used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"]]
     evaluate_yield_models.main(
         SimpleNamespace(
@@ -112,6 +113,13 @@ def run_chapter(results: Path, screening: Path) -> Path:
         SimpleNamespace(**{name: folder / f"{name}.tsv" for name in TABLES}),
         config,
     )
+    otherwise_models = []
+    for model, strategy, choice in SEARCHED_AGAIN:
+        otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
+        changed = otherwise(config.training, choice)
+        train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
+    compared = SimpleNamespace(train=train, test=test, models=models, otherwise=otherwise_models)
+    compare_yield_choices.main(compared, folder / "choices.tsv", config.training)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     follow_up(folder, [train, test], config)
@@ -126,7 +134,7 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     propose_experiments.main(parts, str(REGIMES), None, proposals, MACHINE, 125e-6, config)
     searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
     search_retrospectively.main(parts, searched, config)
-    try_yield_models.main(parts, str(folder / "tried.tsv"), config)
+    try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
         predict_yields.main(model, config.prediction.conditions, out, config, 0.95, False)
@@ -191,8 +199,8 @@ def test_another_split_and_another_seed_go_through(tmp_path):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
     assert (tmp_path / "first.json").read_bytes() != (tmp_path / "other.json").read_bytes()
     outputs = SimpleNamespace(predictions=tmp_path / "held.tsv", intervals=tmp_path / "intervals.tsv")
-    shifted = config.model_copy(update={"honest": config.honest.model_copy(update={"seed": 7})})
-    hold_out_yields.main(train, test, outputs, "linear", "primary", shifted)
+    shifted = config.honest.model_copy(update={"seed": 7})
+    hold_out_yields.main(train, test, outputs, "linear", "primary", config.training, shifted, config.averaging)
     held = read_table(outputs.predictions, text=["scheme", "case"])
     assert (held["scheme"] == LOCKED_AGAIN).sum() == 7
 
@@ -234,7 +242,9 @@ def test_tables_have_the_columns_that_others_read(chapter):
     choices = read_table(chapter / "choices.tsv")
     taken = choices[choices["choice"] == "as taken"].reset_index(drop=True)
     np.testing.assert_allclose(taken["rmse"], locked["rmse"].iloc[:9], rtol=1e-6)
-    assert {"linear_features", "length_scales", "time_model", "max_features", "seed"} <= set(choices["choice"])
+    named = {"linear_features", "length_scales", "time_model", "max_features", "seed"}
+    assert named | {"search_seed", "residual_weights"} <= set(choices["choice"])
+    assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
     tried = read_table(chapter / "tried.tsv", text=["kind", "name", "chosen"])
     average = tried[tried["name"].str.contains("weighted by evidence")].iloc[0]
     left_out = honest.query("model == 'averaged_gpr' and scheme == 'leave_one_out' and metric == 'r2'").iloc[0]

@@ -1,6 +1,7 @@
 """Chapter 5: yield models on milling conditions and mechanical descriptors."""
 
-from millprint.predict.catalogue import EVERY_MODEL, MODELS
+from millprint.predict.catalogue import EVERY_MODEL, MODELS, SEARCHED_AGAIN
+from millprint.predict.choices import otherwise
 
 YIELDS = f"{RESULTS}/yield"
 YIELD_FIGURES = f"{YIELDS}/figures"
@@ -21,7 +22,6 @@ YIELD_TABLES = [
     "out_of_domain",
     "hyperparameters",
     "time_variance",
-    "choices",
 ]
 
 
@@ -71,6 +71,50 @@ rule train_yield_model:
         "../../scripts/train_yield_model.py"
 
 
+use rule train_yield_model as train_yield_model_otherwise with:
+    output:
+        model=f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json",
+    log:
+        f"{LOGS}/yields/train_{{model}}_{{strategy}}_{{choice}}.log",
+    benchmark:
+        f"{BENCHMARKS}/yields/train_{{model}}_{{strategy}}_{{choice}}.tsv"
+    wildcard_constraints:
+        model="linear|gpr|rf|svr|xgb",
+        strategy="primary|two_step",
+        choice="search_seed|residual_weights",
+    params:
+        training=lambda wildcards: otherwise(CONFIG.yields.training, wildcards.choice).model_dump(mode="json"),
+        search=yield_settings("search"),
+        library=library("train_yield_model.py"),
+    message:
+        "Training {wildcards.model} {wildcards.strategy} with another choice of {wildcards.choice}"
+
+
+rule compare_yield_choices:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        models=every_model(rules.train_yield_model.output.model, MODELS),
+        otherwise=[
+            rules.train_yield_model_otherwise.output.model.format(model=model, strategy=strategy, choice=choice)
+            for model, strategy, choice in SEARCHED_AGAIN
+        ],
+    output:
+        choices=f"{YIELDS}/choices.tsv",
+    log:
+        f"{LOGS}/yields/compare_yield_choices.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        training=yield_settings("training"),
+        library=library("compare_yield_choices.py"),
+    message:
+        "Comparing what the thesis leaves open"
+    script:
+        "../../scripts/compare_yield_choices.py"
+
+
 rule train_averaged_model:
     input:
         lambda wildcards: [
@@ -114,7 +158,9 @@ rule hold_out_yields:
         "../../envs/millprint.yaml"
     threads: 1
     params:
-        settings=settings("yields"),
+        training=yield_settings("training"),
+        honest=yield_settings("honest"),
+        averaging=yield_settings("averaging"),
         library=library("hold_out_yields.py"),
     message:
         "Predicting every run by {wildcards.model} {wildcards.strategy} models that have not seen it"
@@ -163,7 +209,8 @@ rule try_yield_models:
         "../../envs/millprint.yaml"
     threads: 1
     params:
-        settings=settings("yields"),
+        training=yield_settings("training"),
+        averaging=yield_settings("averaging"),
         library=library("try_yield_models.py"),
     message:
         "Leave-one-out of everything that was tried for a better yield model"
@@ -386,6 +433,7 @@ rule plot_yield_trust:
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
+    rules.compare_yield_choices.output.choices,
     rules.try_yield_models.output.tried,
     *rules.leave_regimes_out.output,
     rules.propose_experiments.output.proposals,

@@ -6,3 +6,8 @@ MODELS = (
 )
 AVERAGED = "averaged_gpr"
 EVERY_MODEL = (*MODELS, (AVERAGED, "primary"))
+# Choices whose other value needs a search of its own, and the models that they bear on.
+SEARCHED_AGAIN = (
+    *((model, strategy, "search_seed") for model, strategy in MODELS if model != "linear"),
+    *((model, strategy, "residual_weights") for model, strategy in MODELS if strategy == "two_step"),
+)

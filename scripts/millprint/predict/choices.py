@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from millprint.config.yields import Choices
+from millprint.config.yields import Choices, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.features import CONDITIONS, FEATURES
 from millprint.predict.metrics import YieldWeights, metrics
@@ -76,3 +76,24 @@ def compare_choices(
         values = metrics(truth, refitted.predict(test), weigh)
         rows.append({**about, "choice": other.choice, "value": other.value, **values})
     return pd.DataFrame(rows)
+
+
+def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
+    """The settings with another value of a choice that a search depends on: search_seed or residual_weights."""
+    if choice == "search_seed":
+        return settings.model_copy(update={"seed": settings.seed + 1})
+    other = "residual" if settings.choices.residual_weights == "yield" else "yield"
+    return settings.model_copy(update={"choices": settings.choices.model_copy(update={"residual_weights": other})})
+
+
+def describe_search(
+    model: YieldModel, test: pd.DataFrame, choice: str, settings: TrainingConfig, weigh: YieldWeights
+) -> pd.DataFrame:
+    """The row of compare_choices for a model that was searched anew with `otherwise(settings, choice)`."""
+    changed = otherwise(settings, choice)
+    value = f"{changed.choices.residual_weights}, searched anew"
+    if choice == "search_seed":
+        value = f"seed {changed.seed} for folds, search and fit"
+    truth = test[YIELD].to_numpy(float)
+    about = {"model": model.algorithm, "strategy": model.strategy, "choice": choice, "value": value}
+    return pd.DataFrame([{**about, **metrics(truth, model.predict(test), weigh)}])
