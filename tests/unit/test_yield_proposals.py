@@ -190,6 +190,23 @@ def test_regime_rows_are_those_of_table_5_7():
     assert rows.loc["power.normal", "regime"] == "fill 0.17"
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("\t94", "\t140", "column yield_percent, case power.tangential = 140: at most 100"),
+        ("\t94", "\tmuch", "column yield_percent, row 4 = 'much'"),
+        ("speed.normal", "power.normal", "column case = power.normal appears twice"),
+        ("molar_ratio", "ratio", "column molar_ratio is missing"),
+    ],
+)
+def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, told):
+    table = tmp_path / "regimes.tsv"
+    table.write_text(REGIMES.read_text().replace(old, new))
+    with pytest.raises(ConfigError) as caught:
+        read_regimes(str(table))
+    assert told in str(caught.value) and "\n" not in str(caught.value)
+
+
 def test_without_regime_keeps_the_energy_and_hides_the_share():
     rows = pd.concat([all_runs(), regime_rows(read_regimes(str(REGIMES)), MACHINE)], ignore_index=True)
     hidden = without_regime(rows)

@@ -29,6 +29,12 @@ def read_regimes(path: str) -> pd.DataFrame:
         if (table[column] <= 0).any():
             row = int((table[column] <= 0).idxmax())
             raise ConfigError(f"{path}: column {column}, row {row + 1} = {table[column].iloc[row]:g}: must be over 0")
+    if (table["yield_percent"] > 100).any():
+        row = table[table["yield_percent"] > 100].iloc[0]
+        raise ConfigError(f"{path}: column yield_percent, case {row['case']} = {row['yield_percent']:g}: at most 100")
+    if table["case"].duplicated().any():
+        twice = table.loc[table["case"].duplicated(), "case"].iloc[0]
+        raise ConfigError(f"{path}: column case = {twice} appears twice: each case needs a name of its own")
     unknown = ~table["mode"].isin(MODES)
     if unknown.any():
         row = int(unknown.idxmax())
