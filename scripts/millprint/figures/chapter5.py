@@ -44,7 +44,15 @@ def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
         axis.plot([0, 100], [0, 100], color="#999999", linewidth=0.8)
         for strategy, (title, colour, marker) in STRATEGIES.items():
             rows = test[(test["model"] == model) & (test["strategy"] == strategy)]
-            axis.plot(rows["yield_percent"], rows["predicted_percent"], marker, color=colour, label=title)
+            filled = colour if strategy == "primary" else "none"  # one does not hide the other
+            axis.plot(
+                rows["yield_percent"],
+                rows["predicted_percent"],
+                marker,
+                color=colour,
+                markerfacecolor=filled,
+                label=title,
+            )
         axis.set_title(TITLES[model], fontsize=8)
         axis.set(xlim=(0, 100), ylim=(0, 100))
     figure.supxlabel("measured yield [%]", fontsize=8)
