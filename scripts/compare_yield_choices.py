@@ -16,15 +16,15 @@ from millprint.predict.tables import read_rows
 def main(inputs, choices_path: str, settings: TrainingConfig) -> None:
     """Write a row for each model as taken and for each alternative; inputs.otherwise in the order of SEARCHED_AGAIN."""
     weigh = YieldWeights(settings.high_yield_percent, settings.high_yield_weight)
-    train, test = read_rows(inputs.train), read_rows(inputs.test)
+    train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
     tables = []
     with threadpool_limits(1), progress(len(inputs.models), "comparing choices", "model") as bar:
         for path in inputs.models:
             model = load_model(path)
-            tables.append(compare_choices(model, train, test, settings.choices, settings.seed, weigh))
+            tables.append(compare_choices(model, train, test, outside, settings.choices, settings.seed, weigh))
             for (*kind, choice), other in zip(SEARCHED_AGAIN, inputs.otherwise, strict=True):
                 if kind == [model.algorithm, model.strategy]:
-                    tables.append(describe_search(load_model(other), test, choice, settings, weigh))
+                    tables.append(describe_search(load_model(other), test, outside, choice, settings, weigh))
             bar.update()
     write_table(pd.concat(tables, ignore_index=True), choices_path)
 

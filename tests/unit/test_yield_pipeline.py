@@ -118,7 +118,9 @@ def run_chapter(results: Path, screening: Path) -> Path:
         otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
         changed = otherwise(config.training, choice)
         train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
-    compared = SimpleNamespace(train=train, test=test, models=models, otherwise=otherwise_models)
+    compared = SimpleNamespace(
+        train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
+    )
     compare_yield_choices.main(compared, folder / "choices.tsv", config.training)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
@@ -242,6 +244,8 @@ def test_tables_have_the_columns_that_others_read(chapter):
     choices = read_table(chapter / "choices.tsv")
     taken = choices[choices["choice"] == "as taken"].reset_index(drop=True)
     np.testing.assert_allclose(taken["rmse"], locked["rmse"].iloc[:9], rtol=1e-6)
+    outside = read_table(chapter / "out_of_domain.tsv", text=["case"]).query("case == '27'").iloc[:9]
+    np.testing.assert_allclose(taken["case_27_percent"], outside["predicted_percent"], rtol=1e-6)
     named = {"linear_features", "length_scales", "time_model", "max_features", "seed"}
     assert named | {"search_seed", "residual_weights"} <= set(choices["choice"])
     assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))

@@ -99,6 +99,7 @@ rule compare_yield_choices:
             rules.train_yield_model_otherwise.output.model.format(model=model, strategy=strategy, choice=choice)
             for model, strategy, choice in SEARCHED_AGAIN
         ],
+        outside=CONFIG.yields.out_of_domain,
     output:
         choices=f"{YIELDS}/choices.tsv",
     log:

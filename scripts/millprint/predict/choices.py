@@ -46,22 +46,31 @@ def alternatives(algorithm: str, strategy: str, choices: Choices) -> list[Altern
     return found
 
 
+def _judged(model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, weigh: YieldWeights) -> dict:
+    """Metrics on the test rows, and what the model says of each run outside the domain [%]."""
+    beyond = zip(outside["case"], model.predict(outside), strict=True)
+    return metrics(test[YIELD].to_numpy(float), model.predict(test), weigh) | {
+        f"case_{case}_percent": float(predicted) for case, predicted in beyond
+    }
+
+
 def compare_choices(
     model: YieldModel,
     train: pd.DataFrame,
     test: pd.DataFrame,
+    outside: pd.DataFrame,
     choices: Choices,
     seed: int,
     weigh: YieldWeights,
 ) -> pd.DataFrame:
     """Metrics on the test rows for the model as taken and for each alternative, with the hyper-parameters as found.
 
-    Columns: model, strategy, choice, value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2].
+    Columns: model, strategy, choice, value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and
+    case_CASE_percent for each row of `outside`.
     """
     parameters = [step.parameters for step in model.steps]
-    truth = test[YIELD].to_numpy(float)
     about = {"model": model.algorithm, "strategy": model.strategy}
-    rows = [{**about, "choice": TAKEN, "value": "", **metrics(truth, model.predict(test), weigh)}]
+    rows = [{**about, "choice": TAKEN, "value": "", **_judged(model, test, outside, weigh)}]
     for other in alternatives(model.algorithm, model.strategy, choices):
         changed = Choices(**{**choices.model_dump(), **other.changes})
         refitted = fit_model(
@@ -73,7 +82,7 @@ def compare_choices(
             changed,
             seed + other.seed_shift,
         )
-        values = metrics(truth, refitted.predict(test), weigh)
+        values = _judged(refitted, test, outside, weigh)
         rows.append({**about, "choice": other.choice, "value": other.value, **values})
     return pd.DataFrame(rows)
 
@@ -87,13 +96,17 @@ def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
 
 
 def describe_search(
-    model: YieldModel, test: pd.DataFrame, choice: str, settings: TrainingConfig, weigh: YieldWeights
+    model: YieldModel,
+    test: pd.DataFrame,
+    outside: pd.DataFrame,
+    choice: str,
+    settings: TrainingConfig,
+    weigh: YieldWeights,
 ) -> pd.DataFrame:
     """The row of compare_choices for a model that was searched anew with `otherwise(settings, choice)`."""
     changed = otherwise(settings, choice)
     value = f"{changed.choices.residual_weights}, searched anew"
     if choice == "search_seed":
         value = f"seed {changed.seed} for folds, search and fit"
-    truth = test[YIELD].to_numpy(float)
     about = {"model": model.algorithm, "strategy": model.strategy, "choice": choice, "value": value}
-    return pd.DataFrame([{**about, **metrics(truth, model.predict(test), weigh)}])
+    return pd.DataFrame([{**about, **_judged(model, test, outside, weigh)}])
