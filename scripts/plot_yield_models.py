@@ -1,6 +1,6 @@
-"""Figures 5.2 to 5.4, and the metrics of the locked split beside those of leave-one-out."""
+"""Figures 5.2 to 5.4."""
 
-from millprint.figures.chapter5 import plot_attributions, plot_evaluation, plot_intervals, plot_test_predictions
+from millprint.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
@@ -14,9 +14,6 @@ def main(inputs, output) -> None:
     save(plot_intervals(predictions), output.intervals_svg, output.intervals_png)
     attributions = read_table(inputs.shap, numeric=["feature_value", "shap_pp"], text=[*text, "feature"])
     save(plot_attributions(attributions), output.shap_svg, output.shap_png)
-    claims = read_table(inputs.claims, text=["id", "value"])
-    honest = read_table(inputs.honest, numeric=["value"], text=["model", "strategy", "scheme", "metric"])
-    save(plot_evaluation(honest, claims), output.evaluation_svg, output.evaluation_png)
 
 
 if "snakemake" in globals():

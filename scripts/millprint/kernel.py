@@ -6,6 +6,7 @@ calls. So the cache lives in a folder named after the contents of every kernel f
 
 import hashlib
 import os
+import re
 import shutil
 from functools import partial
 from pathlib import Path
@@ -17,8 +18,11 @@ CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
 
 
 def kernel_files() -> list[Path]:
-    """Every library file that may hold a kernel."""
-    return sorted([Path(__file__), *PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py")])
+    """Every library file that holds kernels, or numbers that are compiled into them."""
+    files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py")]
+    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inlined|array_maker)\b")
+    kernels = [file for file in files if makers.search(file.read_text())]
+    return sorted({Path(__file__), PACKAGE / "dem" / "state.py", *kernels})
 
 
 def kernel_digest() -> str:

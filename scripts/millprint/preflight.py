@@ -14,8 +14,10 @@ from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.preflight import fingerprint_faults
+from millprint.fingerprint.regimes import read_regimes
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel
+from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables
 
 
@@ -66,6 +68,9 @@ def check_tables(config: WorkflowConfig, source: str) -> None:
     read_literature(config.doe.literature)
     read_reported_yields(config.doe.literature_yields)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
+    regimes = read_regimes(config.data.regimes)
+    if config.yields.proposals.curves == "published":
+        check_region(config.yields.proposals.region, regimes, source)
 
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, source: str) -> None:

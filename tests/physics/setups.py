@@ -5,10 +5,10 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.dem import state
-from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance
+from millprint.dem.advance import SAMPLE_COLUMNS, advance
 from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
-from millprint.dem.simulation import make_table
+from millprint.dem.recording import make_recorder, make_table
 from millprint.mill.motion import HARMONIC, REST, Motion
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import build_walls
@@ -87,11 +87,8 @@ class World:
         begin = int(self.counters[state.STEP])
         rows = steps // sample_every + 2 if sample_every else 0
         table = make_table(100_000)
-        recorder = Recorder(
-            begin, sample_every, 0, 0, np.zeros((rows, len(SAMPLE_COLUMNS))),
-            np.zeros((0, 1, 12)), np.zeros((0, 10)), np.zeros((0, 2), dtype=np.int64),
-            np.zeros(3), np.zeros((1, 1, 5)), np.zeros((2, state.TOTALS)), np.zeros(2),
-        )  # fmt: skip
+        recorder = make_recorder(np.zeros((2, 2)), 1.0, 0, 0, begin, (sample_every, 0, 0), 0)
+        recorder = recorder._replace(sample=np.zeros((rows, len(SAMPLE_COLUMNS))))
         advance(
             self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
             self.counters, table, recorder, begin + steps - 1 + (1 if sample_every else 0),

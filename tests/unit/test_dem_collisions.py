@@ -13,7 +13,7 @@ from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.collisions import COLUMNS, collision_statistics, collision_table, merge_contacts, sort_by_pair
+from millprint.dem.collisions import COLUMNS, RANGE, collision_statistics, collision_table, merge_contacts, sort_by_pair
 from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.run import run_case
 from millprint.errors import SimulationError
@@ -241,10 +241,12 @@ def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path):
         assert "first" not in group
         for name in COLUMNS[3:11]:
             values = table[name][:]
-            assert group[f"{name}_histogram_counts"][:].sum() == (values > 0).sum()
+            # The table is in single precision, which knows nothing below 1e-45.
+            assert (values > 0).sum() <= group[f"{name}_histogram_counts"][:].sum() <= len(values)
             # Edges are kept in double precision, the table in single.
             edges = group[f"{name}_histogram_edges"][:]
-            assert edges[[0, -1]] == pytest.approx([values[values > 0].min(), values.max()], rel=1e-6)
+            assert edges[-1] == pytest.approx(values.max(), rel=1e-6)
+            assert RANGE * values.max() * 0.999 < edges[0] <= values[values > 0].min() * 1.001
     assert small["collisions"] == read_json(files / "summary.json")["collisions"]
 
 

@@ -7,9 +7,8 @@ import pytest
 
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.dem.state import make_clock
 from millprint.kernel import kernel
-from millprint.mill.motion import build_motion, write_pose
+from millprint.mill.motion import build_motion, stack_motions, write_poses
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 TIME = np.linspace(0, 0.4, 201)
@@ -38,17 +37,17 @@ def test_motion_2_is_equation_6_35():
 
 
 @kernel()
-def pose_at(clock, time):
-    write_pose(clock.kind, clock.harmonics, time, clock.pose)
+def poses_at(motions, time):
+    write_poses(motions, time)
 
 
 def test_the_kernel_moves_as_the_object_says():
     for made in (motion("emax"), motion("emax_motion1"), motion("emax").at_rest()):
-        clock = make_clock(made, 1e-6, 1e-3)
+        motions = stack_motions([made])
         for time in (0.0, 0.0123, 0.3):
-            pose_at(clock, time)
-            assert clock.pose[:3] == pytest.approx(made.position(time), abs=1e-15)
-            assert clock.pose[3:6] == pytest.approx(made.velocity(time), abs=1e-13)
+            poses_at(motions, time)
+            assert motions.pose[0, :3] == pytest.approx(made.position(time), abs=1e-15)
+            assert motions.pose[0, 3:6] == pytest.approx(made.velocity(time), abs=1e-13)
 
 
 def test_before_the_start_the_vessel_rests_where_the_motion_begins():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from millprint.predict.evaluation import bootstrap_metrics, coverage, time_variance
+from millprint.predict.evaluation import bootstrap_metrics, half_width, time_variance
 from millprint.predict.metrics import YieldWeights, metrics, weighted_mse
 
 WEIGH = YieldWeights(70, 2.0)
@@ -47,13 +47,16 @@ def test_bootstrap_leaves_out_resamples_without_spread():
     assert np.isfinite(table[["value", "lower", "upper"]].to_numpy()).all()
 
 
-def test_normal_errors_are_covered_as_often_as_promised():
-    generator = np.random.default_rng(7)
-    deviation = generator.uniform(2, 8, 20000)
-    predicted = np.full(20000, 50.0)
-    table = coverage(predicted + deviation * generator.standard_normal(20000), predicted, deviation, [0.5, 0.8, 0.95])
-    np.testing.assert_allclose(table["covered"], table["nominal"], atol=0.01)
-    assert table["width_pp"].iloc[2] == pytest.approx(2 * 1.959964 * deviation.mean())
+def test_half_width_is_that_of_a_normal():
+    errors = np.random.default_rng(7).standard_normal(20000)
+    for level in (0.5, 0.8, 0.95):
+        assert np.mean(np.abs(errors) <= half_width(np.ones(20000), level)) == pytest.approx(level, abs=0.01)
+
+
+def test_repeats_are_averaged_within_each_resample():
+    truth, error = np.tile(np.linspace(10, 90, 12), (2, 1)), np.array([[3.0], [5.0]])
+    table = bootstrap_metrics(truth, truth + error, WEIGH, 300, 0.95, seed=1).set_index("metric")
+    assert table.loc["mae", ["value", "lower", "upper"]].tolist() == pytest.approx([4, 4, 4])
 
 
 def test_time_explains_what_its_levels_explain():

@@ -8,24 +8,64 @@ import pandas as pd
 import pytest
 from scipy.stats import f_oneway
 
+import compare_yield_choices
 import evaluate_yield_models
 import explain_yield_models
-import leave_one_out
+import hold_out_yields
+import leave_regimes_out
 import plot_yield_models
+import plot_yield_trust
+import predict_yields
+import propose_experiments
+import search_retrospectively
 import split_screening
+import train_averaged_model
 import train_yield_model
+import try_yield_models
 from millprint.claims.chapter5 import findings
 from millprint.claims.compare import verdict
 from millprint.files import read_table
-from millprint.predict.catalogue import MODELS
-from millprint.predict.honest import leave_one_out as predict_left_out
+from millprint.predict.catalogue import EVERY_MODEL, MODELS, SEARCHED_AGAIN
+from millprint.predict.choices import otherwise
+from millprint.predict.honest import LOCKED_AGAIN
+from millprint.predict.regimes import Machine
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.yield_settings import SPLIT, parts, settings
 
 CLAIMS = ROOT / "config/data/claims.tsv"
-TABLES = ["locked", "honest", "coverage", "predictions", "out_of_domain", "hyperparameters", "time_variance", "choices"]
+REGIMES = ROOT / "config/data/regimes.tsv"
+MACHINE = Machine(reference_speed=10.0, density=7700.0, amplitude=0.017, diameter=0.01)
+TABLES = [
+    "locked",
+    "honest",
+    "coverage",
+    "split_luck",
+    "predictions",
+    "out_of_domain",
+    "hyperparameters",
+    "time_variance",
+]
+# The final metrics: what the test yields are for. Predictions hold the test yields beside what was predicted.
+FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
+# What is made of every run by its nature: evaluations over all of them, and what follows once that is done.
+ALL_RUNS = {
+    "honest.tsv",
+    "coverage.tsv",
+    "split_luck.tsv",
+    "time_variance.tsv",
+    "tried.tsv",
+    *(f"held_out/{model}{part}.tsv" for model in ("linear", "averaged_gpr") for part in ("", "_intervals")),
+    "regimes.tsv",
+    "regimes_summary.tsv",
+    "retrospective.tsv",
+    "retrospective_summary.tsv",
+    "models/averaged_gpr_final.json",
+    "averaging_final.tsv",
+    "predicted_final.tsv",
+    "next_experiments.tsv",
+}
 TEST_CASES = ["9", "14", "10", "22", "1", "12"]
 # One number a case: the yields of the test rows, made wrong.
 POISON = {"9": 3, "14": 99, "10": 88, "22": 1, "1": 97, "12": 5}
@@ -43,7 +83,7 @@ def poisoned(path: Path) -> Path:
 
 
 def run_chapter(results: Path, screening: Path) -> Path:
-    """Everything of chapter 5 at a small budget; leave-one-out is not repeated for each model, to save time."""
+    """Everything of chapter 5 at a small budget; held-out predictions of two models stand for all, to save time."""
     config, folder = settings(), results / "yield"
     train, test = str(folder / "train.tsv"), str(folder / "test.tsv")
     split_screening.main(str(screening), str(SPLIT), train, test, doe_settings())
@@ -51,16 +91,55 @@ def run_chapter(results: Path, screening: Path) -> Path:
     for model, strategy in MODELS:
         models.append(str(folder / f"models/{model}_{strategy}.json"))
         train_yield_model.main(train, models[-1], model, strategy, config.training, config.search)
-    left_out = str(folder / "leave_one_out.tsv")
-    leave_one_out.main([train, test], left_out, "linear", "primary", config.training, config.honest)
+    for name, files in (("primary", [train]), ("final", [train, test])):
+        stored = str(folder / f"models/averaged_gpr_{name}.json")
+        train_averaged_model.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
+    held_out = {}
+    for model, strategy in (("linear", "primary"), ("averaged_gpr", "primary")):
+        paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
+        held_out[model] = tuple(map(str, paths))
+        outputs = SimpleNamespace(predictions=paths[0], intervals=paths[1])
+        hold_out_yields.main(train, test, outputs, model, strategy, config.training, config.honest, config.averaging)
+    used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"]]
     evaluate_yield_models.main(
-        SimpleNamespace(train=train, test=test, models=models, held_out=[left_out] * len(models)),
+        SimpleNamespace(
+            train=train,
+            test=test,
+            models=models,
+            averaged=str(folder / "models/averaged_gpr_primary.json"),
+            held_out=[predictions for predictions, _ in used],
+            intervals=[intervals for _, intervals in used],
+        ),
         SimpleNamespace(**{name: folder / f"{name}.tsv" for name in TABLES}),
         config,
     )
+    otherwise_models = []
+    for model, strategy, choice in SEARCHED_AGAIN:
+        otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
+        changed = otherwise(config.training, choice)
+        train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
+    compared = SimpleNamespace(
+        train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
+    )
+    compare_yield_choices.main(compared, folder / "choices.tsv", config.training)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
+    follow_up(folder, [train, test], config)
     return folder
+
+
+def follow_up(folder: Path, parts: list[str], config) -> None:
+    """What comes after the evaluation: other regimes, the next experiments, predictions for new conditions."""
+    regimes = SimpleNamespace(regimes=folder / "regimes.tsv", summary=folder / "regimes_summary.tsv")
+    leave_regimes_out.main(parts, str(REGIMES), regimes, MACHINE, config)
+    proposals = str(folder / "next_experiments.tsv")
+    propose_experiments.main(parts, str(REGIMES), None, proposals, MACHINE, 125e-6, config)
+    searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
+    search_retrospectively.main(parts, searched, config)
+    try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
+    for name in ("primary", "final"):
+        model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
+        predict_yields.main(model, config.prediction.conditions, out, config, 0.95, False)
 
 
 @pytest.fixture(scope="module")
@@ -76,16 +155,56 @@ def poisoned_chapter(tmp_path_factory) -> Path:
 
 
 def test_poisoned_test_yields_change_nothing_but_the_final_metrics(chapter, poisoned_chapter):
-    same = ["train.tsv", "hyperparameters.tsv", "out_of_domain.tsv", "shap.tsv", "shap_ranking.tsv"]
-    for name in [*same, *(f"models/{model}_{strategy}.json" for model, strategy in MODELS)]:
+    files = {str(path.relative_to(chapter)) for path in chapter.rglob("*") if path.is_file()}
+    assert files == {str(path.relative_to(poisoned_chapter)) for path in poisoned_chapter.rglob("*") if path.is_file()}
+    assert files >= ALL_RUNS and files >= FINAL_METRICS
+    same = files - ALL_RUNS - FINAL_METRICS
+    assert {f"models/{model}_{strategy}.json" for model, strategy in EVERY_MODEL} <= same
+    assert {"hyperparameters.tsv", "out_of_domain.tsv", "shap.tsv", "averaging_primary.tsv"} <= same
+    for name in same:
         assert (chapter / name).read_bytes() == (poisoned_chapter / name).read_bytes(), name
     clean, other = (read_table(folder / "predictions.tsv", text=["case"]) for folder in (chapter, poisoned_chapter))
-    assert clean["predicted_percent"].equals(other["predicted_percent"])
-    assert clean["deviation_pp"].equals(other["deviation_pp"])
+    for column in ("predicted_percent", "deviation_pp", "lower_percent", "upper_percent"):
+        assert clean[column].equals(other[column])
     changed = clean["yield_percent"] != other["yield_percent"]
     assert set(clean.loc[changed, "case"]) == set(TEST_CASES)
     locked, wrong = (read_table(folder / "locked.tsv") for folder in (chapter, poisoned_chapter))
     assert (locked["rmse"] != wrong["rmse"]).all()
+
+
+def test_poisoned_test_yields_do_not_change_what_is_predicted_for_them(chapter, poisoned_chapter):
+    """The locked split at the reduced budget is part of a file of held-out predictions: there too."""
+    for model in ("linear", "averaged_gpr"):
+        clean, other = (
+            read_table(folder / f"held_out/{model}.tsv", text=["scheme", "case"]).query(f"scheme == '{LOCKED_AGAIN}'")
+            for folder in (chapter, poisoned_chapter)
+        )
+        assert clean["predicted_percent"].equals(other["predicted_percent"])
+        assert not clean["yield_percent"].equals(other["yield_percent"])
+
+
+def test_a_second_run_is_the_same_to_the_last_bit(chapter, tmp_path_factory):
+    again = run_chapter(tmp_path_factory.mktemp("again"), SCREENING)
+    for path in chapter.rglob("*.*"):
+        assert path.read_bytes() == (again / path.relative_to(chapter)).read_bytes(), path.name
+
+
+def test_another_split_and_another_seed_go_through(tmp_path):
+    split = pd.read_csv(SPLIT, sep="\t", comment="#", dtype=str)
+    split["role"] = ["test" if number % 4 == 0 else "train" for number in range(len(split))]
+    path, config = tmp_path / "split.tsv", settings()
+    split.to_csv(path, sep="\t", index=False)
+    train, test = str(tmp_path / "train.tsv"), str(tmp_path / "test.tsv")
+    split_screening.main(str(SCREENING), str(path), train, test, doe_settings())
+    other = config.training.model_copy(update={"seed": 7})
+    for seed, training in (("first", config.training), ("other", other)):
+        train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
+    assert (tmp_path / "first.json").read_bytes() != (tmp_path / "other.json").read_bytes()
+    outputs = SimpleNamespace(predictions=tmp_path / "held.tsv", intervals=tmp_path / "intervals.tsv")
+    shifted = config.honest.model_copy(update={"seed": 7})
+    hold_out_yields.main(train, test, outputs, "linear", "primary", config.training, shifted, config.averaging)
+    held = read_table(outputs.predictions, text=["scheme", "case"])
+    assert (held["scheme"] == LOCKED_AGAIN).sum() == 7
 
 
 def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
@@ -109,39 +228,44 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
 def test_tables_have_the_columns_that_others_read(chapter):
     locked = read_table(chapter / "locked.tsv")
     assert list(locked)[:7] == ["model", "strategy", "rmse", "mae", "mape", "r2", "wmse"]
-    assert len(locked) == 9
+    assert list(zip(locked["model"], locked["strategy"], strict=True)) == list(EVERY_MODEL)
     honest = read_table(chapter / "honest.tsv")
     assert list(honest) == ["model", "strategy", "scheme", "metric", "value", "lower", "upper"]
-    assert set(honest["scheme"]) == {"locked", "leave_one_out"} and len(honest) == 2 * 9 * 5
+    schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split", "permutation"}
+    assert set(honest["scheme"]) == schemes and len(honest) == len(schemes) * 10 * 5
     assert (honest["lower"] <= honest["upper"]).all()
     merged = honest[(honest["scheme"] == "locked") & (honest["metric"] == "rmse")].merge(locked)
     np.testing.assert_allclose(merged["value"], merged["rmse"], rtol=1e-6)
+    coverage = read_table(chapter / "coverage.tsv")
+    assert set(coverage["method"]) == {"cv_plus", "mixture"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
+    assert coverage["covered"].between(coverage["lower"], coverage["upper"]).all()
+    luck = read_table(chapter / "split_luck.tsv")
+    assert len(luck) == 10 * 5 and luck["worse_splits"].between(0, 1).all()
     choices = read_table(chapter / "choices.tsv")
     taken = choices[choices["choice"] == "as taken"].reset_index(drop=True)
-    np.testing.assert_allclose(taken["rmse"], locked["rmse"], rtol=1e-6)
-    assert {"linear_features", "length_scales", "time_model", "max_features", "seed"} <= set(choices["choice"])
+    np.testing.assert_allclose(taken["rmse"], locked["rmse"].iloc[:9], rtol=1e-6)
+    outside = read_table(chapter / "out_of_domain.tsv", text=["case"]).query("case == '27'").iloc[:9]
+    np.testing.assert_allclose(taken["case_27_percent"], outside["predicted_percent"], rtol=1e-6)
+    named = {"linear_features", "length_scales", "time_model", "max_features", "seed"}
+    assert named | {"search_seed", "residual_weights"} <= set(choices["choice"])
+    assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
+    tried = read_table(chapter / "tried.tsv", text=["kind", "name", "chosen"])
+    average = tried[tried["name"].str.contains("weighted by evidence")].iloc[0]
+    left_out = honest.query("model == 'averaged_gpr' and scheme == 'leave_one_out' and metric == 'r2'").iloc[0]
+    assert average["r2"] == pytest.approx(left_out["value"], rel=1e-5) and average["chosen"] == "in the fold"
 
 
-def test_figures_are_drawn(chapter):
-    figures = {
-        f"{name}_{kind}": chapter / f"{name}.{kind}"
-        for name in ("predictions", "intervals", "shap", "evaluation")
-        for kind in ("svg", "png")
-    }
-    inputs = {name: chapter / f"{name}.tsv" for name in ("predictions", "honest", "shap")}
-    plot_yield_models.main(SimpleNamespace(**inputs, claims=CLAIMS), SimpleNamespace(**figures))
-    for path in figures.values():
+def drawn(names: list[str], folder: Path) -> SimpleNamespace:
+    return SimpleNamespace(**{f"{name}_{kind}": folder / f"{name}.{kind}" for name in names for kind in ("svg", "png")})
+
+
+def test_figures_are_drawn(chapter, tmp_path):
+    plotted = drawn(["predictions", "intervals", "shap"], tmp_path)
+    tables = {name: chapter / f"{name}.tsv" for name in ("predictions", "shap")}
+    plot_yield_models.main(SimpleNamespace(**tables), plotted)
+    trusted = drawn(["evaluation", "coverage", "retrospective", "proposals", "regimes"], tmp_path)
+    tables = {name: chapter / f"{name}.tsv" for name in ("honest", "coverage", "retrospective")}
+    more = {"proposals": chapter / "next_experiments.tsv", "regimes": chapter / "regimes_summary.tsv"}
+    plot_yield_trust.main(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
+    for path in (*vars(plotted).values(), *vars(trusted).values()):
         assert path.stat().st_size > 5000
-
-
-def test_a_left_out_run_does_not_know_its_own_yield():
-    train, _ = parts()
-    rows, config = train.head(8), settings()
-    wrong = rows.copy()
-    wrong.loc[3, "yield_percent"] = 99.0
-    clean, other = (
-        predict_left_out("gpr", "two_step", table, config.training, config.honest) for table in (rows, wrong)
-    )
-    assert clean["predicted_percent"][3] == other["predicted_percent"][3]
-    assert clean["deviation_pp"][3] == other["deviation_pp"][3]
-    assert (clean["predicted_percent"].drop(3) != other["predicted_percent"].drop(3)).all()

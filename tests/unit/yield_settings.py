@@ -11,12 +11,26 @@ from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 
 SPLIT = ROOT / "config/data/split.tsv"
+# Few members, so that a fit takes milliseconds.
+SMALL_LIBRARY = {
+    "links": ["identity", "avrami"],
+    "structures": ["product"],
+    "scales": {
+        "bpr": ["linear"],
+        "molar_ratio": ["linear"],
+        "time_h": ["log"],
+        "power_per_ball_mW": ["log"],
+        "tangential_share": ["linear"],
+    },
+}
+SMALL_HONEST = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "permutations": 2, "conformal_folds": 3}
 SMALL = {"evaluations": {"gpr": 2, "rf": 2, "svr": 2, "xgb": 2}, "folds": 3, "repeats": 1}
 
 
 def thesis_yields() -> dict:
     """The section `yields` of config/config.yaml."""
     section = yaml.safe_load((ROOT / "config/config.yaml").read_text())["yields"]
+    section["prediction"]["conditions"] = str(ROOT / section["prediction"]["conditions"])
     return section | {"out_of_domain": str(ROOT / section["out_of_domain"])}
 
 
@@ -27,8 +41,16 @@ def settings(**choices) -> YieldConfig:
     section["training"]["spaces"]["xgb"]["n_estimators"] = [5, 10]
     section["training"]["choices"] |= choices
     section["search"] = SMALL
-    section["honest"] |= {**SMALL, "resamples": 200}
+    section["honest"] |= {**SMALL, **SMALL_HONEST, "resamples": 200}
+    section["averaging"] |= SMALL_LIBRARY
+    section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
+    section["retrospective"] |= {"starts": 2, "links": ["identity"]}
     return check_model(section, YieldConfig, "config.yaml")
+
+
+def all_runs() -> pd.DataFrame:
+    """The 27 screening runs in the order of the split."""
+    return pd.concat(parts(), ignore_index=True)
 
 
 def parts() -> tuple[pd.DataFrame, pd.DataFrame]:

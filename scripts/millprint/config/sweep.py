@@ -36,6 +36,9 @@ class DemConfig(Section):
     collision_rows_max: Annotated[int, Field(ge=0)] = Field(
         default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
     )
+    restart_interval_s: NonNegative = Field(
+        default=60.0, description="wall time between restart files, from which a stopped run goes on [s]"
+    )
     closure_max: Fraction = Field(
         default=0.002, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
     )
@@ -67,6 +70,13 @@ class SweepConfig(Section):
     settle_s: Positive | None = Field(default=None, description="in place of dem.settle_s [s]")
     discard_s: NonNegative | None = Field(default=None, description="in place of dem.discard_s [s]")
     window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
+    power_error_max: Fraction | None = Field(
+        default=None,
+        description="the window goes on until the standard errors of normal and tangential power are below this [-]",
+    )
+    window_max_s: Positive | None = Field(
+        default=None, description="longest window where power_error_max asks for more than window_s [s]"
+    )
     snapshot_interval_s: Positive | None = Field(
         default=None, description="time between recorded snapshots of every ball; none are recorded if left out [s]"
     )
@@ -98,6 +108,8 @@ class Case(Section):
     settle_s: float
     discard_s: float
     window_s: float
+    power_error_max: float | None = None
+    window_max_s: float | None = None
     snapshot_interval_s: float | None = None
 
     @property
@@ -141,6 +153,8 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             rayleigh_fraction=sweep.rayleigh_fraction,
             rayleigh_fraction_max=sweep.rayleigh_fraction_max,
             closure_max=sweep.closure_max,
+            power_error_max=sweep.power_error_max,
+            window_max_s=sweep.window_max_s,
             snapshot_interval_s=sweep.snapshot_interval_s,
             **times,
         )

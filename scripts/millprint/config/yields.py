@@ -4,6 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from millprint.config.averaging import AveragingConfig
+from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.section import Fraction, NonNegative, Positive, Section
 
 Algorithm = Literal["linear", "gpr", "rf", "svr", "xgb"]
@@ -93,11 +95,16 @@ class SearchConfig(Section):
 
 
 class HonestConfig(SearchConfig):
-    """Leave-one-out over all runs, with the search repeated inside every fold."""
+    """Evaluation over all runs, with scaling, search and fit repeated inside every outer fold."""
 
+    outer_folds: Annotated[int, Field(ge=2)] = Field(description="folds of the nested cross-validation")
+    outer_repeats: Count = Field(description="repeats of the nested cross-validation, each shuffled anew")
+    random_splits: Count = Field(description="random splits of the size of the locked one")
+    permutations: Count = Field(description="shuffles of the yields among the runs, each cross-validated once")
+    conformal_folds: Annotated[int, Field(ge=2)] = Field(description="folds of the CV+ predictive intervals")
     resamples: Count = Field(description="bootstrap resamples behind each interval")
     level: Fraction = Field(description="level of the bootstrap intervals [-]")
-    seed: Seed = Field(description="of the bootstrap")
+    seed: Seed = Field(description="of the outer folds, the shuffles and the bootstrap")
     nominal: list[Fraction] = Field(min_length=1, description="levels at which predictive intervals are checked [-]")
 
 
@@ -138,3 +145,7 @@ class YieldConfig(Section):
     training: TrainingConfig
     search: SearchConfig
     honest: HonestConfig
+    averaging: AveragingConfig
+    proposals: ProposalConfig
+    retrospective: RetrospectiveConfig
+    prediction: PredictionConfig

@@ -48,7 +48,8 @@ class Recorder(NamedTuple):
     occupancy_every: int
     sample: np.ndarray  # (m, columns)
     snapshot: np.ndarray  # (m, n, 12) position, velocity, spin, contact force
-    snapshot_body: np.ndarray  # (m, 10) time, body position and velocity, normal and tangential work, contacts so far
+    snapshot_pose: np.ndarray  # (m, bodies, 18) see mill.motion
+    snapshot_work: np.ndarray  # (m, 4) time, normal and tangential work, contacts so far in the buffer
     snapshot_contact: np.ndarray  # (contacts, 2)
     grid: np.ndarray  # (3,) low x [m], low y [m], cells a metre
     occupancy: np.ndarray  # (columns, rows, 5) count, sums of the velocity, sum of its square, all relative to the body
@@ -111,7 +112,7 @@ def write_open(candidates, first, i, counters, recorder):
 
 @kernel()
 def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
-    """State of every ball now, the body's motion, the work so far, and the open contacts."""
+    """State of every ball and pose of every body now, the work so far, and the open contacts."""
     m = counters[state.SNAPSHOTS]
     counters[state.SNAPSHOTS] += 1
     for i in range(balls.species.size):
@@ -125,14 +126,15 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
         write_open(candidates, candidates.first, i, counters, recorder)
         for body in range(candidates.first_wall.shape[0]):
             write_open(candidates, candidates.first_wall[body], i, counters, recorder)
-    body = recorder.snapshot_body[m]
-    body[0] = time
-    for c in range(6):
-        body[1 + c] = clock.motions.pose[0, c]
-    body[7] = totals[state.TOTAL_NORMAL]
+    for body in range(clock.load.shape[0]):
+        for c in range(clock.motions.pose.shape[1]):
+            recorder.snapshot_pose[m, body, c] = clock.motions.pose[body, c]
+    work = recorder.snapshot_work[m]
+    work[0] = time
+    work[1] = totals[state.TOTAL_NORMAL]
     # Dissipated: the work less what the tangential springs still hold.
-    body[8] = totals[state.TOTAL_TANGENTIAL] - totals[state.ELASTIC_TANGENTIAL]
-    body[9] = counters[state.SNAPSHOT_CONTACTS]
+    work[2] = totals[state.TOTAL_TANGENTIAL] - totals[state.ELASTIC_TANGENTIAL]
+    work[3] = counters[state.SNAPSHOT_CONTACTS]
 
 
 @kernel()

@@ -123,13 +123,21 @@ def collision_statistics(
     return [counted[rule.name] for rule in rules]
 
 
+# The smallest value that a histogram tells apart, over the largest.
+RANGE = 1e-12
+
+
 def histograms(table: pd.DataFrame, bins: int = 120) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Counts of every column of the table over logarithmic bins, as (edges, counts)."""
+    """Counts of every column of the table over logarithmic bins, as (edges, counts).
+
+    Values below RANGE of the largest, such as the damping of a contact that hardly slips, are in the first bin.
+    """
     made = {}
     for name in COLUMNS[3:11]:
         value = table[name].to_numpy()
         value = value[value > 0]
         if value.size:
-            edges = np.geomspace(value.min(), value.max() * (1 + 1e-12), bins + 1)
-            made[name] = (edges, np.histogram(value, edges)[0])
+            low = max(value.min(), RANGE * value.max())
+            edges = np.geomspace(low, value.max() * (1 + 1e-12), bins + 1)
+            made[name] = (edges, np.histogram(np.maximum(value, low), edges)[0])
     return made

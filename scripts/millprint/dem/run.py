@@ -1,6 +1,7 @@
 """One case from its description to its files."""
 
 import logging
+from pathlib import Path
 
 import numpy as np
 
@@ -11,14 +12,27 @@ from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
-from millprint.dem.summary import summarise
+from millprint.dem.summary import is_certain, summarise
 from millprint.files import write_json
 
 logger = logging.getLogger("millprint")
 
+# The restart file of a case that has not come to its end.
+RESTART = "restart.h5"
+
+
+def _enough(case: Case, dem: DemConfig):
+    """What tells whether a window is long enough for the powers to be known well; None where any is."""
+    if not case.power_error_max:
+        return None
+    samples, largest = dem.ledger_samples_per_revolution, case.power_error_max
+    return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest)
+
 
 def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, run_path, summary_path) -> dict:
     """Simulate a case, write run.h5 and summary.json, and return the summary.
+
+    A run that was stopped goes on from its restart file beside run.h5, which is removed at the end.
 
     Raises SimulationError for balls that do not fit, a ball that escapes or overlaps too much, a number that is not
     finite, a step over the Rayleigh fraction, or an energy balance that does not close; nothing is written then.
@@ -30,9 +44,10 @@ def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
         case.ball_diameter_mm,
         simulation.step,
         simulation.step / simulation.rayleigh_s,
-        len(simulation.vessel.facets),
+        sum(len(body.vessel.facets) for body in simulation.bodies),
     )
-    recording = simulation.run(case.path)
+    restart = Path(run_path).with_name(RESTART)
+    recording = simulation.run(case.path, restart, _enough(case, dem))
     series = ledger_series(np.concatenate(recording.samples))
     pieces = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
     table = collision_table(*pieces) if pieces else collision_table(*(np.empty(0, int),) * 3, np.empty((0, 9)))
@@ -46,4 +61,5 @@ def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
     )
     write_run(run_path, simulation, recording, series, table)
     write_json(summary, summary_path)
+    restart.unlink(missing_ok=True)
     return summary

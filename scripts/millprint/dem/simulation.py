@@ -1,8 +1,9 @@
-"""One simulation as an object that is driven from Python: buffers, chunks, progress, and errors in words."""
+"""One simulation as an object that is driven from Python: chunks, progress, restart, and errors in words."""
 
 import math
 import time
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
@@ -10,39 +11,25 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem import state
-from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table, advance, begin_window, end_window
+from millprint.dem.advance import Recorder, Table, advance, begin_window, end_window
 from millprint.dem.packing import pack
+from millprint.dem.recording import TABLE_ROWS, Recording, grid_edges, make_recorder, make_table, silent_recorder
+from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, wanted_step
 from millprint.errors import SimulationError
 from millprint.job import progress
-from millprint.mill.motion import build_motion
-from millprint.mill.vessel import Vessel, build_vessel
+from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
+from millprint.mill.motion import Motion
+from millprint.mill.vessel import Vessel
 from millprint.mill.walls import Walls, build_walls
 
 # Wall time that one call of the kernel should take [s]: short enough for a lively progress bar.
 CHUNK_S = 0.25
 ASSUMED_NS = 30
 
-# Rows of the table of collisions before it is emptied.
-TABLE_ROWS = 1 << 16
-
-
-@dataclass
-class Recording:
-    """What a window has recorded, in pieces."""
-
-    samples: list[np.ndarray] = field(default_factory=list)
-    contacts: list[tuple[np.ndarray, ...]] = field(default_factory=list)
-    snapshots: list[np.ndarray] = field(default_factory=list)
-    snapshot_bodies: list[np.ndarray] = field(default_factory=list)
-    snapshot_contacts: list[np.ndarray] = field(default_factory=list)
-    occupancy: np.ndarray | None = None
-    edges: tuple[np.ndarray, np.ndarray] | None = None
-    height_m: float = math.nan
-
 
 class Simulation:
-    """Balls in a moving vessel. Step 0 is where the mill starts; before it the vessel is at rest."""
+    """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest."""
 
     def __init__(self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> None:
         if case.young_modulus_gpa:
@@ -56,19 +43,22 @@ class Simulation:
             raise SimulationError(
                 f"fill ratio {case.fill_ratio:g} is less than one ball of {case.ball_diameter_mm:g} mm"
             )
-        self.motion = build_motion(mill, case.speed_rpm)
-        self.vessel: Vessel = build_vessel(mill)
+        self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
         self._choose_steps()
-        start = pack(self.vessel, self.diameter, self.count, case.seed, volume) + self.motion.position(0.0)
+        inserts = inserts_in_vessel(self.bodies)
+        start = pack(self.vessel, self.diameter, self.count, case.seed, volume, inserts=inserts)
         self.balls = state.make_balls(
-            start, np.zeros(self.count, dtype=np.int64), np.array([self.radius]), contact.density_kg_m3
+            self.bodies[0].to_laboratory(start, 0.0),
+            np.zeros(self.count, dtype=np.int64),
+            np.array([self.radius]),
+            contact.density_kg_m3,
         )
-        self.candidates = state.make_candidates(self.count)
+        self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max)
-        self.clock = state.make_clock(self.balls, [self.motion], self.step, dem.skin_m)
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, dem.skin_m)
         self.walls: Walls = build_walls(
-            [self.vessel],
+            [body.vessel for body in self.bodies],
             self.radius,
             dem.skin_m / 2,
             dem.overlap_max * self.radius,
@@ -78,6 +68,21 @@ class Simulation:
         self.counters = state.make_counters()
         self.wall_clock_s = 0.0
         self.processor_s = 0.0
+
+    @property
+    def vessel(self) -> Vessel:
+        """The vessel's walls."""
+        return self.bodies[0].vessel
+
+    @property
+    def motion(self) -> Motion:
+        """The vessel's motion."""
+        return self.bodies[0].motion
+
+    @property
+    def frequency_hz(self) -> float:
+        """Turns of the mill in a second: of the vessel, or of what turns in it; 0 for a mill at rest."""
+        return max(body.motion.frequency_hz for body in self.bodies)
 
     def _choose_steps(self) -> None:
         """The step: a whole number of them makes a snapshot interval or else an energy sample."""
@@ -91,7 +96,7 @@ class Simulation:
                 f"the time step of {longest:g} s is {longest / self.rayleigh_s:.3g} of the Rayleigh time; "
                 f"at most {allowed:g} ({allowed * self.rayleigh_s:.3g} s) is allowed"
             )
-        revolution = 1 / self.motion.frequency_hz if self.motion.frequency_hz else case.window_s
+        revolution = 1 / self.frequency_hz if self.frequency_hz else case.window_s
         sample = revolution / dem.ledger_samples_per_revolution
         self.snapshot_every = 0
         if case.snapshot_interval_s:
@@ -103,56 +108,72 @@ class Simulation:
         self.discard_steps = round(case.discard_s / self.step / self.sample_every) * self.sample_every
         samples = max(1, round(case.window_s / self.step / self.sample_every))
         self.window_steps = samples * self.sample_every
-        self.window_s = self.window_steps * self.step
         self.begin_s = self.discard_steps * self.step
 
-    def run(self, title: str) -> Recording:
-        """Settle, drive, discard, record. Raises SimulationError where the state stops making sense."""
-        total = self.settle_steps + self.discard_steps + self.window_steps + 1
-        recording = Recording()
-        self.counters[state.STEP] = -self.settle_steps
-        with progress(total, title, "s", unit_scale=self.step, bar_format=BAR) as bar:
-            self._advance(-1, self._recorder(None), no_table(), None, bar)
-            self.counters[state.CHECK_IN] = 0
-            self._advance(self.discard_steps - 1, self._recorder(None), no_table(), None, bar)
-            begin_window(self.contacts, self.totals, self.counters)
-            recorder, table = self._recorder(recording), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
-            self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
+    @property
+    def window_s(self) -> float:
+        """Length of the recorded window [s]."""
+        return self.window_steps * self.step
+
+    def run(
+        self, title: str, restart: str | Path | None = None, enough: Callable[[Recording], bool] | None = None
+    ) -> Recording:
+        """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
+
+        restart: a file that the state is written to from time to time, and that a run which was stopped goes on from;
+        enough: tells of a window that is over whether it is long enough; it is made longer by its own length until it
+        is, up to case.window_max_s.
+        """
+        recorder, table = self._recorder(), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
+        recording = Recording(
+            edges=grid_edges(self.vessel.bounds[:, :2], recorder), occupancy=recorder.occupancy, height=recorder.height
+        )
+        self.counters[state.STEP] = 0
+        if not (restart and read_restart(restart, self, recording)):
+            self.counters[state.STEP] = -self.settle_steps
+        self._restart, self._written = restart, time.monotonic()
+        first_window = self.window_steps
+        with progress(self._steps_in_all, title, "s", unit_scale=self.step, bar_format=BAR) as bar:
+            bar.update(int(self.counters[state.STEP]) + self.settle_steps)
+            self._drive_in(recording, bar)
+            # A restarted run may be in a window that had been made longer.
+            while self.counters[state.STEP] > self.discard_steps + self.window_steps + 1:
+                self.window_steps += first_window
+            while True:
+                self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
+                longer = self.window_steps + first_window
+                if not enough or longer * self.step > (self.case.window_max_s or 0.0) or enough(recording):
+                    break
+                self.window_steps = longer
+                bar.total = self._steps_in_all
         end_window(self.candidates, self.contacts, self.begin_s + self.window_s, self.counters, table)
-        self._drain(table, recorder, recording)
-        recording.occupancy = recorder.occupancy
-        recording.height_m = float(recorder.height[0] / recorder.height[1]) if recorder.height[1] else math.nan
+        recording.drain(table, recorder, self.counters)
         return recording
 
-    def _recorder(self, recording: Recording | None) -> Recorder:
-        """Buffers for a window, or for none."""
-        n = self.count
-        active = recording is not None
-        low, high = self.vessel.bounds[:, :2]
-        cell = self.dem.occupancy_cell_m
-        shape = np.ceil((high - low) / cell).astype(int)
-        if active:
-            recording.edges = tuple(low[axis] + cell * np.arange(shape[axis] + 1) for axis in range(2))
-        snapshots = 256 if active and self.snapshot_every else 0
-        samples = 512 if active else 0
-        return Recorder(
-            origin=self.discard_steps if active else np.iinfo(np.int64).max,
-            sample_every=self.sample_every if active else 0,
-            snapshot_every=self.snapshot_every if active else 0,
-            occupancy_every=max(1, round(self.dem.occupancy_interval_s / self.step)) if active else 0,
-            sample=np.zeros((samples, len(SAMPLE_COLUMNS))),
-            snapshot=np.zeros((snapshots, n, 12)),
-            snapshot_body=np.zeros((snapshots, 10)),
-            snapshot_contact=np.zeros(
-                (max(snapshots, 1) * (8 * n + 16) + self.candidates.partner.size, 2), dtype=np.int64
-            ),
-            grid=np.array([*low, 1 / cell]),
-            occupancy=np.zeros((*shape, 5)),
-            work=np.zeros((2, state.TOTALS)),
-            height=np.zeros(2),
-        )
+    @property
+    def _steps_in_all(self) -> int:
+        return self.settle_steps + self.discard_steps + self.window_steps + 1
 
-    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording, bar) -> None:
+    def _drive_in(self, recording: Recording, bar) -> None:
+        """Settle, start the mill, and run up to where the window begins; a restarted run may be past any of it."""
+        silent, none = silent_recorder(), make_table(0)
+        if self.counters[state.STEP] <= 0:
+            self._advance(-1, silent, none, recording, bar)
+            # The walls start with a jolt, which no look at the lists has foreseen.
+            self.counters[state.CHECK_IN] = 0
+        if self.counters[state.STEP] <= self.discard_steps:
+            self._advance(self.discard_steps - 1, silent, none, recording, bar)
+            begin_window(self.contacts, self.totals, self.counters)
+
+    def _recorder(self) -> Recorder:
+        """Buffers for the window."""
+        occupancy_every = max(1, round(self.dem.occupancy_interval_s / self.step))
+        return make_recorder(
+            self.vessel.bounds[:, :2], self.dem.occupancy_cell_m, self.count, len(self.bodies), self.discard_steps,
+            (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
+        )  # fmt: skip
+
+    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording: Recording, bar) -> None:
         """Call the kernel in chunks up to and including `last_step`."""
         chunk = max(64, int(CHUNK_S / (ASSUMED_NS * 1e-9 * self.count)))
         counters = self.counters
@@ -169,9 +190,15 @@ class Simulation:
                 self._lengthen_lists()
             elif counters[state.STATUS] != state.RUNNING:
                 raise SimulationError(self._trouble())
-            if recording is not None:
-                self._drain(table, recorder, recording)
+            recording.drain(table, recorder, counters)
+            self._write_restart_if_due(recording)
             bar.update(int(counters[state.STEP]) - before)
+
+    def _write_restart_if_due(self, recording: Recording) -> None:
+        """Write the restart file if the last one is old enough."""
+        if self._restart and time.monotonic() - self._written >= self.dem.restart_interval_s:
+            write_restart(self._restart, self, recording)
+            self._written = time.monotonic()
 
     def _lengthen_lists(self) -> None:
         """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
@@ -184,21 +211,6 @@ class Simulation:
         self.contacts.kept_history[:aside] = kept.kept_history[:aside]
         self.counters[state.STATUS] = state.RUNNING
         self.counters[state.CHECK_IN] = 0
-
-    def _drain(self, table: Table, recorder: Recorder, recording: Recording) -> None:
-        """Take what the buffers hold and empty them."""
-        counters = self.counters
-        rows, samples = counters[state.RECORDS], counters[state.SAMPLES]
-        snapshots, contacts = counters[state.SNAPSHOTS], counters[state.SNAPSHOT_CONTACTS]
-        if rows:
-            recording.contacts.append(tuple(column[:rows].copy() for column in table))
-        if samples:
-            recording.samples.append(recorder.sample[:samples].copy())
-        if snapshots:
-            recording.snapshots.append(recorder.snapshot[:snapshots].copy())
-            recording.snapshot_bodies.append(recorder.snapshot_body[:snapshots].copy())
-            recording.snapshot_contacts.append(recorder.snapshot_contact[:contacts].copy())
-        counters[[state.RECORDS, state.SAMPLES, state.SNAPSHOTS, state.SNAPSHOT_CONTACTS]] = 0
 
     def _trouble(self) -> str:
         """What went wrong, in words."""
@@ -218,14 +230,3 @@ class Simulation:
 
 # Progress in simulated seconds, with the time to go.
 BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} s simulated [{elapsed}<{remaining}]"
-
-
-def no_table() -> Table:
-    """A table of collisions that records nothing."""
-    return make_table(0)
-
-
-def make_table(rows: int) -> Table:
-    """An empty table of collisions with room for `rows`."""
-    whole = np.zeros(rows, dtype=np.int64)
-    return Table(whole, whole.copy(), np.zeros(rows, dtype=np.uint8), np.zeros((rows, 9)))

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from millprint.dem.collisions import histograms
-from millprint.dem.simulation import Recording, Simulation
+from millprint.dem.recording import Recording
+from millprint.dem.simulation import Simulation
 from millprint.files import whole_file
 from millprint.mill.vessel import Vessel
 
@@ -55,20 +56,31 @@ def _put_occupancy(group: h5py.Group, recording: Recording) -> None:
     group["granular_temperature"].attrs["units"] = "m2/s2"
 
 
-def _put_snapshots(group: h5py.Group, recording: Recording) -> None:
-    body = np.concatenate(recording.snapshot_bodies)
+def _put_poses(group: h5py.Group, pose: np.ndarray) -> None:
+    """Poses (m, 18) of a body; rotations and angular velocities only of one that turns."""
+    put(group, "body_position_m", pose[:, 0:3])
+    put(group, "body_velocity_m_s", pose[:, 3:6])
+    rotation = pose[:, 9:].reshape(-1, 3, 3)
+    if (rotation != np.eye(3)).any():
+        put(group, "body_rotation", rotation)
+        put(group, "body_spin_rad_s", pose[:, 6:9])
+
+
+def _put_snapshots(group: h5py.Group, simulation: Simulation, recording: Recording) -> None:
+    pose, work = np.concatenate(recording.poses), np.concatenate(recording.snapshot_works)
     per_ball = np.concatenate(recording.snapshots)
     contacts = np.concatenate(recording.snapshot_contacts)
     # Running numbers begin anew with each piece.
-    counts = np.concatenate([np.diff(piece[:, 9], prepend=0) for piece in recording.snapshot_bodies])
-    put(group, "time_s", body[:, 0])
-    put(group, "body_position_m", body[:, 1:4])
-    put(group, "body_velocity_m_s", body[:, 4:7])
+    counts = np.concatenate([np.diff(piece[:, 3], prepend=0) for piece in recording.snapshot_works])
+    put(group, "time_s", work[:, 0])
+    _put_poses(group, pose[:, 0])
+    for index, body in enumerate(simulation.bodies[1:], start=1):
+        _put_poses(group.create_group(f"inserts/{body.name}"), pose[:, index])
     for c, name in enumerate(("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")):
         put(group, name, per_ball[:, :, 3 * c : 3 * c + 3], narrow=True)
     # The first snapshot has nothing before it.
-    put(group, "normal_J", np.diff(body[:, 7], prepend=body[0, 7]))
-    put(group, "tangential_J", np.diff(body[:, 8], prepend=body[0, 8]))
+    put(group, "normal_J", np.diff(work[:, 1], prepend=work[0, 1]))
+    put(group, "tangential_J", np.diff(work[:, 2], prepend=work[0, 2]))
     put(group, "contact_offset", np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
     put(group, "contact_first", contacts[:, 0].astype(np.int32))
     put(group, "contact_second", contacts[:, 1].astype(np.int32))
@@ -98,9 +110,11 @@ def write_run(path, simulation: Simulation, recording: Recording, series: pd.Dat
         file.attrs["config"] = json.dumps(config, sort_keys=True)
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps(versions)
-        file.attrs["facets"] = len(simulation.vessel.facets)
+        file.attrs["facets"] = sum(len(body.vessel.facets) for body in simulation.bodies)
         file.attrs["ball_radius_m"] = simulation.radius
         put_geometry(file.create_group("geometry"), simulation.vessel)
+        for body in simulation.bodies[1:]:
+            put_geometry(file.create_group(f"geometry/inserts/{body.name}"), body.vessel)
         _put_frame(file.create_group("ledger"), series)
         group = file.create_group("collisions")
         group.attrs["begin_s"] = simulation.begin_s
@@ -115,4 +129,4 @@ def write_run(path, simulation: Simulation, recording: Recording, series: pd.Dat
             _put_frame(group, table, narrow=True)
         _put_occupancy(file.create_group("occupancy"), recording)
         if recording.snapshots:
-            _put_snapshots(file.create_group("snapshots"), recording)
+            _put_snapshots(file.create_group("snapshots"), simulation, recording)

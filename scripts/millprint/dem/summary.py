@@ -9,6 +9,10 @@ import pandas as pd
 from millprint.dem.collisions import collision_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
+from millprint.mill.bodies import ball_space_m3, travel_m
+
+# Blocks that a standard error is taken from, at least.
+FEWEST_BLOCKS = 8
 
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
@@ -25,6 +29,33 @@ def standard_error(energies: list[float], revolution_s: float) -> float | None:
     return float(np.std(energies, ddof=1) / math.sqrt(len(energies)) / revolution_s)
 
 
+def finite(value: float) -> float | None:
+    """A number for JSON, which knows no infinite ones."""
+    return value if math.isfinite(value) else None
+
+
+def relative_error(energies: list[float]) -> float:
+    """Standard error of a mean over its size, from correlated values, by blocking [-].
+
+    Neighbours are averaged again and again; the largest of the errors of the mean at the sizes of block that leave at
+    least eight is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461, 1989). inf for fewer than eight values.
+    """
+    values, errors = np.asarray(energies, dtype=float), [0.0]
+    if len(values) < FEWEST_BLOCKS or not values.mean():
+        return math.inf
+    mean = abs(values.mean())
+    while len(values) >= FEWEST_BLOCKS:
+        errors.append(float(values.std(ddof=1) / math.sqrt(len(values))))
+        values = values[: len(values) // 2 * 2].reshape(-1, 2).mean(axis=1)
+    return max(errors) / mean
+
+
+def is_certain(series: pd.DataFrame, samples: int, largest: float) -> bool:
+    """Whether the normal and the tangential power are known to a relative standard error of `largest`."""
+    energies = per_revolution(series, samples)
+    return all(relative_error(energies[name]) <= largest for name in ("normal_J", "tangential_J"))
+
+
 def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, height_m: float) -> dict:
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
@@ -34,7 +65,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     case, dem, contact = simulation.case, simulation.dem, simulation.contact
     ledger = ledger_summary(series)
     window = simulation.window_s
-    frequency = simulation.motion.frequency_hz
+    frequency = simulation.frequency_hz
     revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
     steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
     errors = {
@@ -54,8 +85,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "rolling_friction": contact.rolling_friction,
         "young_modulus_pa": contact.young_modulus_gpa * 1e9,
         "frequency_hz": frequency,
-        "amplitude_m": simulation.motion.amplitude_m,
-        "jar_volume_m3": simulation.vessel.volume_m3,
+        "amplitude_m": travel_m(simulation.bodies, case.speed_rpm),
+        "jar_volume_m3": ball_space_m3(simulation.bodies),
         "nominal_volume_m3": simulation.mill.volume_ml / 1e6,
         "time_step_s": simulation.step,
         "rayleigh_fraction": simulation.step / simulation.rayleigh_s,
@@ -71,6 +102,9 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
             "wall": ledger["wall_work"] / window,
         },
         "power_standard_error_W": errors,
+        "power_relative_error": {
+            name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in ("normal", "tangential")
+        },
         "per_revolution": revolutions,
         "collisions": collision_statistics(table, dem.counting_rules, simulation.begin_s, window, simulation.count),
         "median_contact_duration_s": float(table["duration_s"].median()) if len(table) else None,

@@ -8,9 +8,15 @@ from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
 
-TITLES = {"linear": "linear", "gpr": "GPR", "rf": "random forest", "svr": "SVR", "xgb": "XGBoost"}
+TITLES = {
+    "linear": "linear",
+    "gpr": "GPR",
+    "rf": "random forest",
+    "svr": "SVR",
+    "xgb": "XGBoost",
+    "averaged_gpr": "averaged GPR",
+}
 STRATEGIES = {"primary": ("primary", COLOURS[0], "o"), "two_step": ("two-step", COLOURS[1], "s")}
-SCHEMES = {"locked": ("locked split", COLOURS[1], "s"), "leave_one_out": ("leave-one-out", COLOURS[0], "o")}
 FEATURE_LABELS = {
     "bpr": "BPR",
     "molar_ratio": "molar ratio",
@@ -38,7 +44,15 @@ def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
         axis.plot([0, 100], [0, 100], color="#999999", linewidth=0.8)
         for strategy, (title, colour, marker) in STRATEGIES.items():
             rows = test[(test["model"] == model) & (test["strategy"] == strategy)]
-            axis.plot(rows["yield_percent"], rows["predicted_percent"], marker, color=colour, label=title)
+            filled = colour if strategy == "primary" else "none"  # one does not hide the other
+            axis.plot(
+                rows["yield_percent"],
+                rows["predicted_percent"],
+                marker,
+                color=colour,
+                markerfacecolor=filled,
+                label=title,
+            )
         axis.set_title(TITLES[model], fontsize=8)
         axis.set(xlim=(0, 100), ylim=(0, 100))
     figure.supxlabel("measured yield [%]", fontsize=8)
@@ -110,29 +124,4 @@ def plot_attributions(values: pd.DataFrame) -> Figure:
     bar = figure.colorbar(marks, ax=axes, ticks=[0, 1], aspect=30)
     bar.set_ticklabels(["low", "high"])
     bar.set_label("feature value")
-    return figure
-
-
-def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
-    """R2 of every model on the six locked test rows and by leave-one-out, with bootstrap intervals; printed as marks.
-
-    honest: model, strategy, scheme, metric, value, lower, upper; claims: id, value.
-    """
-    published = claims.set_index("id")["value"]
-    rows = honest[honest["metric"] == "r2"]
-    names = list(dict.fromkeys(zip(rows["model"], rows["strategy"], strict=True)))
-    figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 3.2))
-    height = np.arange(len(names))[::-1]
-    for shift, (scheme, (title, colour, marker)) in zip((0.15, -0.15), SCHEMES.items(), strict=True):
-        part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
-        errors = [part["value"] - part["lower"], part["upper"] - part["value"]]
-        axis.errorbar(
-            part["value"], height + shift, xerr=errors, fmt=marker, color=colour, capsize=2, linewidth=0.9, label=title
-        )
-    ids = [f"5.{model}.r2" if model == "linear" else f"5.{model}.{strategy}.r2" for model, strategy in names]
-    axis.plot([float(published[name]) for name in ids], height + 0.3, label="printed", **PUBLISHED)
-    axis.set_yticks(height, [f"{TITLES[model]}, {STRATEGIES[strategy][0]}" for model, strategy in names])
-    axis.axvline(0, color="#999999", linewidth=0.8, zorder=0)
-    axis.set(xlabel="$R^2$ [-], bars: bootstrap intervals", xlim=(-1, 1.05))
-    figure.legend(loc="outside upper center", ncols=3, fontsize=7)
     return figure

@@ -14,12 +14,27 @@ CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"
 
 def read_regimes(path: str) -> pd.DataFrame:
     """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
-    numbers = ["fill_ratio", "balls", *CURVES.values(), "bpr", "time_h", "borate_mass_g", "yield_percent"]
+    numbers = [
+        "fill_ratio",
+        "balls",
+        *CURVES.values(),
+        "bpr",
+        "molar_ratio",
+        "time_h",
+        "borate_mass_g",
+        "yield_percent",
+    ]
     table = read_table(path, numeric=numbers, text=["case", "mode"])
     for column in numbers:
         if (table[column] <= 0).any():
             row = int((table[column] <= 0).idxmax())
             raise ConfigError(f"{path}: column {column}, row {row + 1} = {table[column].iloc[row]:g}: must be over 0")
+    if (table["yield_percent"] > 100).any():
+        row = table[table["yield_percent"] > 100].iloc[0]
+        raise ConfigError(f"{path}: column yield_percent, case {row['case']} = {row['yield_percent']:g}: at most 100")
+    if table["case"].duplicated().any():
+        twice = table.loc[table["case"].duplicated(), "case"].iloc[0]
+        raise ConfigError(f"{path}: column case = {twice} appears twice: each case needs a name of its own")
     unknown = ~table["mode"].isin(MODES)
     if unknown.any():
         row = int(unknown.idxmax())

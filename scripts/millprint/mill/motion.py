@@ -256,18 +256,3 @@ def write_poses(motions, time):
         if not runs:
             for c in range(3, 9):
                 pose[body, c] = 0.0
-
-
-@inlined()
-def write_pose(kind, harmonics, time, pose):
-    """Write the body's position and velocity at `time` into `pose`."""
-    for axis in range(6):
-        pose[axis] = 0.0
-    for k in range(harmonics.shape[0]):
-        w = harmonics[k, 0]
-        cosine, sine = math.cos(w * time), math.sin(w * time)
-        for axis in range(3):
-            c, s = harmonics[k, 1 + axis], harmonics[k, 4 + axis]
-            pose[axis] += c * cosine + s * sine
-            if kind == HARMONIC:
-                pose[3 + axis] += w * (s * cosine - c * sine)

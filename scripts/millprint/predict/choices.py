@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from millprint.config.yields import Choices
+from millprint.config.yields import Choices, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.features import CONDITIONS, FEATURES
 from millprint.predict.metrics import YieldWeights, metrics
@@ -46,22 +46,31 @@ def alternatives(algorithm: str, strategy: str, choices: Choices) -> list[Altern
     return found
 
 
+def _judged(model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, weigh: YieldWeights) -> dict:
+    """Metrics on the test rows, and what the model says of each run outside the domain [%]."""
+    beyond = zip(outside["case"], model.predict(outside), strict=True)
+    return metrics(test[YIELD].to_numpy(float), model.predict(test), weigh) | {
+        f"case_{case}_percent": float(predicted) for case, predicted in beyond
+    }
+
+
 def compare_choices(
     model: YieldModel,
     train: pd.DataFrame,
     test: pd.DataFrame,
+    outside: pd.DataFrame,
     choices: Choices,
     seed: int,
     weigh: YieldWeights,
 ) -> pd.DataFrame:
     """Metrics on the test rows for the model as taken and for each alternative, with the hyper-parameters as found.
 
-    Columns: model, strategy, choice, value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2].
+    Columns: model, strategy, choice, value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and
+    case_CASE_percent for each row of `outside`.
     """
     parameters = [step.parameters for step in model.steps]
-    truth = test[YIELD].to_numpy(float)
     about = {"model": model.algorithm, "strategy": model.strategy}
-    rows = [{**about, "choice": TAKEN, "value": "", **metrics(truth, model.predict(test), weigh)}]
+    rows = [{**about, "choice": TAKEN, "value": "", **_judged(model, test, outside, weigh)}]
     for other in alternatives(model.algorithm, model.strategy, choices):
         changed = Choices(**{**choices.model_dump(), **other.changes})
         refitted = fit_model(
@@ -73,6 +82,31 @@ def compare_choices(
             changed,
             seed + other.seed_shift,
         )
-        values = metrics(truth, refitted.predict(test), weigh)
+        values = _judged(refitted, test, outside, weigh)
         rows.append({**about, "choice": other.choice, "value": other.value, **values})
     return pd.DataFrame(rows)
+
+
+def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
+    """The settings with another value of a choice that a search depends on: search_seed or residual_weights."""
+    if choice == "search_seed":
+        return settings.model_copy(update={"seed": settings.seed + 1})
+    other = "residual" if settings.choices.residual_weights == "yield" else "yield"
+    return settings.model_copy(update={"choices": settings.choices.model_copy(update={"residual_weights": other})})
+
+
+def describe_search(
+    model: YieldModel,
+    test: pd.DataFrame,
+    outside: pd.DataFrame,
+    choice: str,
+    settings: TrainingConfig,
+    weigh: YieldWeights,
+) -> pd.DataFrame:
+    """The row of compare_choices for a model that was searched anew with `otherwise(settings, choice)`."""
+    changed = otherwise(settings, choice)
+    value = f"{changed.choices.residual_weights}, searched anew"
+    if choice == "search_seed":
+        value = f"seed {changed.seed} for folds, search and fit"
+    about = {"model": model.algorithm, "strategy": model.strategy, "choice": choice, "value": value}
+    return pd.DataFrame([{**about, **_judged(model, test, outside, weigh)}])

@@ -1,4 +1,4 @@
-"""Judging predictions: metrics with bootstrap intervals, and how often predictive intervals hold."""
+"""Judging predictions: metrics with bootstrap intervals, and what time alone explains."""
 
 import numpy as np
 import pandas as pd
@@ -10,41 +10,29 @@ from millprint.predict.metrics import METRICS, YieldWeights, metrics
 def bootstrap_metrics(
     truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights, resamples: int, level: float, seed: int
 ) -> pd.DataFrame:
-    """Each metric with its percentile interval over resampled rows: columns metric, value, lower, upper.
+    """Each metric with its percentile interval over resampled cases: columns metric, value, lower, upper.
 
-    truth, predicted: (n,) yields [%]. The models are not fitted again, so the interval tells how far the figure hangs
-    on which rows it was taken over. Resamples in which a metric is not defined (all yields equal) are left out.
+    truth, predicted: (cases,) yields [%], or (repeats, cases), over whose repeats a metric is averaged, each resample
+    taking the same cases in all. The models are not fitted again, so the interval tells how far the figure hangs on
+    which cases it was taken over. Resamples in which a metric is not defined (all yields equal) are left out.
     """
-    generator = np.random.default_rng(seed)
-    drawn = generator.integers(len(truth), size=(resamples, len(truth)))
+    truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
+    cases = truth.shape[1]
+    drawn = np.random.default_rng(seed).integers(cases, size=(resamples, cases))
     values = metrics(truth, predicted, weigh)
-    spread = metrics(truth[drawn], predicted[drawn], weigh)
+    # A repeat at a time: all at once would take gigabytes.
+    spread = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
     tail = (1 - level) / 2
     rows = []
     for name in METRICS:
-        lower, upper = np.nanquantile(spread[name], [tail, 1 - tail])
-        rows.append({"metric": name, "value": float(values[name]), "lower": lower, "upper": upper})
+        lower, upper = np.nanquantile(np.mean([part[name] for part in spread], axis=0), [tail, 1 - tail])
+        rows.append({"metric": name, "value": float(np.mean(values[name])), "lower": lower, "upper": upper})
     return pd.DataFrame(rows)
 
 
 def half_width(deviation: np.ndarray, level: float) -> np.ndarray:
     """Half width of the central normal interval of a level, for standard deviations (n,)."""
     return norm.ppf(0.5 + level / 2) * deviation
-
-
-def coverage(truth: np.ndarray, predicted: np.ndarray, deviation: np.ndarray, nominal: list[float]) -> pd.DataFrame:
-    """How many measurements their predictive intervals hold: columns nominal, covered [-], width_pp (mean)."""
-    rows = []
-    for level in nominal:
-        half = half_width(deviation, level)
-        rows.append(
-            {
-                "nominal": level,
-                "covered": float(np.mean(np.abs(truth - predicted) <= half)),
-                "width_pp": float(np.mean(2 * half)),
-            }
-        )
-    return pd.DataFrame(rows)
 
 
 def time_variance(time_h: np.ndarray, yields: np.ndarray) -> pd.DataFrame:

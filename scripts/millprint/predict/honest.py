@@ -1,42 +1,83 @@
-"""Leave-one-out over all runs, with scaling, search and fit repeated without the run that is predicted."""
+"""Held-out predictions: every outer fold repeats scaling, search and fit without the runs that are predicted."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from sklearn.model_selection import KFold, RepeatedKFold, ShuffleSplit
 
-from millprint.config.yields import HonestConfig, TrainingConfig
+from millprint.config.yields import HonestConfig
 from millprint.doe.runs import YIELD
-from millprint.predict.training import train
+from millprint.predict.learners import Learner
 
-SCHEME = "leave_one_out"
+LEFT_OUT, NESTED, RANDOM, PERMUTED = "leave_one_out", "nested_cv", "random_split", "permutation"
+# The locked split at the budget of the other schemes, to be compared with them.
+LOCKED_AGAIN = "locked_reduced_budget"
+PREDICTED = ["scheme", "repeat", "case", "yield_percent", "predicted_percent"]
+ENCLOSED = ["scheme", "repeat", "case", "yield_percent", "method", "nominal", "lower_percent", "upper_percent"]
 
 
-def leave_one_out(
-    algorithm: str,
-    strategy: str,
-    rows: pd.DataFrame,
-    settings: TrainingConfig,
-    budget: HonestConfig,
-    threads: int = 1,
-    tick: Callable[[], None] = lambda: None,
-) -> pd.DataFrame:
-    """A prediction for each row by a model that has not seen it: case, yield_percent, predicted_percent, deviation_pp.
+@dataclass(frozen=True)
+class OuterFold:
+    """Rows to learn from and rows to predict, by position, with the yields that both are given."""
 
-    rows: case, the six conditions, yield_percent. deviation_pp is NaN for a model that gives no intervals.
+    scheme: str
+    repeat: int
+    kept: np.ndarray
+    held: np.ndarray
+    yields: np.ndarray
+
+
+def outer_folds(rows: pd.DataFrame, budget: HonestConfig) -> list[OuterFold]:
+    """The outer folds of every scheme, the same for every model.
+
+    rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one. For the
+    permutations the yields are dealt out anew, so that a model can learn nothing: what it scores there is luck.
     """
-    held_out = []
-    for index in range(len(rows)):
-        kept, row = rows.drop(index=rows.index[index]), rows.iloc[[index]]
-        model, _ = train(algorithm, strategy, kept, kept[YIELD].to_numpy(float), settings, budget, threads=threads)
-        deviation = model.deviation(row)
-        held_out.append(
-            {
-                "case": row["case"].iloc[0],
-                "yield_percent": float(row[YIELD].iloc[0]),
-                "predicted_percent": float(model.predict(row)[0]),
-                "deviation_pp": np.nan if deviation is None else float(deviation[0]),
-            }
-        )
+    yields, everyone = rows[YIELD].to_numpy(float), np.arange(len(rows))
+    test = (rows["role"] == "test").to_numpy()
+    folds = [OuterFold(LOCKED_AGAIN, 0, everyone[~test], everyone[test], yields)]
+    folds += [OuterFold(LEFT_OUT, 0, np.delete(everyone, index), everyone[[index]], yields) for index in everyone]
+    nested = RepeatedKFold(n_splits=budget.outer_folds, n_repeats=budget.outer_repeats, random_state=budget.seed)
+    for number, (kept, held) in enumerate(nested.split(rows)):
+        folds.append(OuterFold(NESTED, number // budget.outer_folds, kept, held, yields))
+    splits = ShuffleSplit(budget.random_splits, test_size=int(test.sum()), random_state=budget.seed)
+    folds += [OuterFold(RANDOM, number, kept, held, yields) for number, (kept, held) in enumerate(splits.split(rows))]
+    generator = np.random.default_rng(budget.seed)
+    for number in range(budget.permutations):
+        dealt = generator.permutation(yields)
+        parts = KFold(budget.outer_folds, shuffle=True, random_state=budget.seed + number)
+        folds += [OuterFold(PERMUTED, number, kept, held, dealt) for kept, held in parts.split(rows)]
+    return folds
+
+
+def predict_held_out(
+    learn: Learner,
+    rows: pd.DataFrame,
+    folds: list[OuterFold],
+    levels: list[float],
+    tick: Callable[[], None] = lambda: None,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Predictions of the rows held out, and their predictive intervals; columns PREDICTED and ENCLOSED.
+
+    rows: case and the six conditions. A permutation has no intervals: nobody would use them.
+    """
+    predicted, enclosed = [], []
+    for fold in folds:
+        asked = rows.iloc[fold.held]
+        wanted = [] if fold.scheme == PERMUTED else levels
+        answer = learn(rows.iloc[fold.kept], fold.yields[fold.kept], asked, wanted)
+        about = {
+            "scheme": fold.scheme,
+            "repeat": fold.repeat,
+            "case": asked["case"].to_numpy(),
+            "yield_percent": fold.yields[fold.held],
+        }
+        predicted.append(pd.DataFrame({**about, "predicted_percent": answer.predicted}))
+        for method, ends in answer.intervals.items():
+            for index, level in enumerate(levels):
+                interval = {"lower_percent": ends[:, index, 0], "upper_percent": ends[:, index, 1]}
+                enclosed.append(pd.DataFrame({**about, "method": method, "nominal": level, **interval}))
         tick()
-    return pd.DataFrame(held_out)
+    return pd.concat(predicted, ignore_index=True)[PREDICTED], pd.concat(enclosed, ignore_index=True)[ENCLOSED]

@@ -5,12 +5,13 @@ import pandas as pd
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.doe.runs import YIELD
+from millprint.predict.averaging import AveragedModel
 from millprint.predict.evaluation import half_width
 from millprint.predict.metrics import YieldWeights, metrics
 from millprint.predict.model import Step, YieldModel
 
 
-def locked_metrics(models: list[YieldModel], test: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
+def locked_metrics(models: list[YieldModel | AveragedModel], test: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
     """Table 5.6: a row a model with rmse, mae [pp], mape [%], r2 [-], wmse [pp2], and the number of test rows."""
     truth = test[YIELD].to_numpy(float)
     return pd.DataFrame(
@@ -24,7 +25,18 @@ def locked_metrics(models: list[YieldModel], test: pd.DataFrame, weigh: YieldWei
     )
 
 
-def predictions(models: list[YieldModel], rows: pd.DataFrame, level: float) -> pd.DataFrame:
+def _interval(model: YieldModel | AveragedModel, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, ...]:
+    """Prediction, deviation and the ends of the predictive interval, each (n,) [%], NaN where a model gives none."""
+    predicted = model.predict(rows)
+    if isinstance(model, AveragedModel):
+        return predicted, np.full(len(rows), np.nan), *model.interval(rows, level)
+    deviation = model.deviation(rows)
+    deviation = np.full(len(rows), np.nan) if deviation is None else deviation
+    half = half_width(deviation, level)
+    return predicted, deviation, predicted - half, predicted + half
+
+
+def predictions(models: list[YieldModel | AveragedModel], rows: pd.DataFrame, level: float) -> pd.DataFrame:
     """Every model's prediction for every row, with a predictive interval where the model gives one.
 
     rows: case, the six conditions, yield_percent, and role where there is one. Columns: model, strategy, case, (role,)
@@ -32,9 +44,7 @@ def predictions(models: list[YieldModel], rows: pd.DataFrame, level: float) -> p
     """
     tables = []
     for model in models:
-        predicted, deviation = model.predict(rows), model.deviation(rows)
-        deviation = np.full(len(rows), np.nan) if deviation is None else deviation
-        half = half_width(deviation, level)
+        predicted, deviation, lower, upper = _interval(model, rows, level)
         table = rows[[name for name in ("case", "role", YIELD) if name in rows]].copy()
         table.insert(0, "model", model.algorithm)
         table.insert(1, "strategy", model.strategy)
@@ -42,8 +52,8 @@ def predictions(models: list[YieldModel], rows: pd.DataFrame, level: float) -> p
             predicted_percent=predicted,
             error_pp=predicted - rows[YIELD],
             deviation_pp=deviation,
-            lower_percent=predicted - half,
-            upper_percent=predicted + half,
+            lower_percent=lower,
+            upper_percent=upper,
         )
         tables.append(table)
     return pd.concat(tables, ignore_index=True)

@@ -82,6 +82,20 @@ def _restore(step: dict, features: pd.DataFrame, target: np.ndarray, choices: Ch
     return Step(plan, step["parameters"], scaling, estimator)
 
 
+def read_stored(path: str, wanted: str | None = None) -> dict:
+    """The content of a model's file; raises ConfigError, in one line, if it is missing, no model, or not `wanted`."""
+    try:
+        content = read_json(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such model") from None
+    except ValueError as error:
+        raise ConfigError(f"{path}: not a stored model ({str(error).splitlines()[0]})") from None
+    given = content.get("format") if isinstance(content, dict) else None
+    if not str(given).startswith("millprint ") or (wanted and given != wanted):
+        raise ConfigError(f"{path}: format = {given!r}: {wanted or 'a yield model of millprint'!r} is wanted")
+    return content
+
+
 def stored_search(path: str) -> list[dict | None]:
     """For each step of a stored model the search's loss_pp2 and evaluations; None for a step that is not tuned."""
     return [step["search"] for step in read_json(path)["steps"]]
@@ -92,9 +106,7 @@ def load_model(path: str) -> YieldModel:
 
     Raises ConfigError, in one line, for another kind of file and for predictions that differ.
     """
-    content = read_json(path)
-    if content.get("format") != FORMAT:
-        raise ConfigError(f"{path}: format = {content.get('format')!r}: {FORMAT!r} is wanted")
+    content = read_stored(path, FORMAT)
     rows, choices = pd.DataFrame(content["rows"]), Choices(**content["choices"])
     features, target, steps = engineer(rows), rows[YIELD].to_numpy(float), []
     for step in content["steps"]:

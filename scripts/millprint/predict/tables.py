@@ -1,5 +1,6 @@
 """The measured tables of the yield stage: the screening runs with their split, and the runs outside their domain."""
 
+import numpy as np
 import pandas as pd
 
 from millprint.config.doe import DoeConfig
@@ -48,16 +49,22 @@ def read_parts(screening: str, split: str, design: DoeConfig) -> tuple[pd.DataFr
     return rows[train].reset_index(drop=True), rows[test].reset_index(drop=True)
 
 
-def read_rows(path: str) -> pd.DataFrame:
-    """Read rows that carry the six conditions and a yield, with their case as text; raises ConfigError as read_table.
+def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
+    """Read rows that carry the six conditions and their case as text, with a yield unless `yields` is false.
 
-    Also refuses, in one line, a case that appears twice, a condition that is not above 0 and a yield outside 0 to 100.
+    Raises ConfigError as read_table. Also refuses, in one line, no rows, a case that appears twice or is missing, a
+    condition that is not above 0 and a yield outside 0 to 100.
     """
-    rows = read_table(path, numeric=[*CONDITIONS, YIELD], text=["case"])
+    columns = [*CONDITIONS, YIELD] if yields else list(CONDITIONS)
+    rows = read_table(path, numeric=columns, text=["case"])
+    if rows.empty:
+        raise ConfigError(f"{path}: no rows; a row for each run is wanted")
+    if rows["case"].isna().any():
+        raise ConfigError(f"{path}: column case, row {int(rows['case'].isna().idxmax()) + 1}: a case is wanted")
     if rows["case"].duplicated().any():
         twice = rows.loc[rows["case"].duplicated(), "case"].iloc[0]
         raise ConfigError(f"{path}: column case = {twice} appears twice: each run needs a case of its own")
-    for column in (*CONDITIONS, YIELD):
+    for column in columns:
         good = rows[column].between(0, 100) if column == YIELD else rows[column] > 0
         if not good.all():
             row = rows[~good].iloc[0]
@@ -76,8 +83,17 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
             raise ConfigError(
                 f"{source}: yields.training.choices.linear_features = {name!r}: no feature; known: {known}"
             )
-    most = {"search": len(train), "honest": len(train) + len(test) - 1}
-    for key, rows in most.items():
-        folds = getattr(settings, key).folds
-        if folds > rows:
-            raise ConfigError(f"{source}: yields.{key}.folds = {folds}: at most {rows}, the rows to train on")
+    runs = len(train) + len(test)
+    honest = settings.honest
+    smallest = min(len(train), runs - int(np.ceil(runs / honest.outer_folds)))
+    most = {
+        "search.folds": (settings.search.folds, len(train), "the rows to train on"),
+        "honest.outer_folds": (honest.outer_folds, runs, "the runs"),
+        "honest.folds": (honest.folds, smallest, "the rows that an outer fold trains on"),
+        "honest.conformal_folds": (honest.conformal_folds, smallest, "the rows that an outer fold trains on"),
+        "retrospective.start_runs": (settings.retrospective.start_runs, runs - 2, "the runs but two"),
+    }
+    for key, (value, limit, what) in most.items():
+        if value > limit:
+            raise ConfigError(f"{source}: yields.{key} = {value}: at most {limit}, {what}")
+    read_rows(settings.prediction.conditions, yields=False)

@@ -1,0 +1,46 @@
+"""How far the yield models carry to fill ratios that they have not seen, before and after a case or two of them."""
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.yields import YieldConfig
+from millprint.files import write_table
+from millprint.fingerprint.regimes import read_regimes
+from millprint.job import job, progress
+from millprint.predict.catalogue import AVERAGED
+from millprint.predict.learners import make_learner
+from millprint.predict.regimes import Machine, leave_regimes_out, regime_rows, summarise_regimes
+from millprint.predict.tables import read_rows
+
+# The averaged process with the tangential share and without; the two models of Table 5.8.
+LEARNERS = {
+    (AVERAGED, "power and share"): (AVERAGED, "primary", False),
+    (AVERAGED, "power alone"): (AVERAGED, "primary", True),
+    ("gpr two_step", "energies and frequency"): ("gpr", "two_step", False),
+    ("xgb two_step", "energies and frequency"): ("xgb", "two_step", False),
+}
+
+
+def main(parts: list[str], regimes: str, output, machine: Machine, settings: YieldConfig) -> None:
+    """Write predictions for every regime left out, and their summary."""
+    screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    rows = regime_rows(read_regimes(regimes), machine)
+    learners = {
+        name: (make_learner(model, strategy, settings.training, settings.honest, settings.averaging), hidden)
+        for name, (model, strategy, hidden) in LEARNERS.items()
+    }
+    with threadpool_limits(1), progress(len(learners) * 12, "leaving regimes out", "fit") as bar:
+        table = leave_regimes_out(screening, rows, learners, settings.interval_level, bar.update)
+    write_table(table, output.regimes)
+    write_table(summarise_regimes(table), output.summary)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "leave regimes out"):
+        main(
+            [snakemake.input.train, snakemake.input.test],
+            snakemake.input.regimes,
+            snakemake.output,
+            Machine(**snakemake.params.machine),
+            YieldConfig(**snakemake.params.settings),
+        )

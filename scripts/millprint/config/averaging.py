@@ -1,0 +1,56 @@
+"""Settings of the averaged Gaussian process: what it may be made of, before any yield is seen."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from millprint.config.section import Fraction, NonNegative, Positive, Section
+
+INPUTS = ("bpr", "molar_ratio", "time_h", "power_per_ball_mW", "tangential_share")
+Scale = Literal["linear", "log"]
+Scales = Annotated[list[Scale], Field(min_length=1)]
+LinkName = Literal["identity", "logit", "avrami"]
+Structure = Literal["product", "mains_product", "time_product", "trend_product", "mains_pairs"]
+
+
+class InputScales(Section):
+    """The scales on which each input is tried."""
+
+    bpr: Scales = Field(description="ball-to-powder mass ratio")
+    molar_ratio: Scales = Field(description="mol of MgH2 to mol of NaBO2.4H2O")
+    time_h: Scales = Field(description="milling time")
+    power_per_ball_mW: Scales = Field(description="power that one ball dissipates")
+    tangential_share: Scales = Field(description="tangential over total energy of a collision")
+
+
+class SmallestSpread(Section):
+    """Spreads below which an input counts as hardly varied."""
+
+    tangential_share: NonNegative = Field(description="smallest standard deviation that it is scaled by [-]")
+
+
+class LogNormal(Section):
+    """A log-normal prior."""
+
+    median: Positive = Field(description="median")
+    log_deviation: Positive = Field(description="standard deviation of the natural logarithm [-]")
+
+
+class Priors(Section):
+    """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance."""
+
+    length_scale: LogNormal = Field(description="length scales [standard deviations of an input]")
+    variance: LogNormal = Field(description="variance of a term [variance of the target]")
+    noise: LogNormal = Field(description="variance of the noise [variance of the target]")
+
+
+class AveragingConfig(Section):
+    """The library of the averaged Gaussian process: every combination of link, scales and structure."""
+
+    links: Annotated[list[LinkName], Field(min_length=1)] = Field(description="scales of the yield")
+    structures: Annotated[list[Structure], Field(min_length=1)] = Field(description="sums of products of kernels")
+    scales: InputScales
+    smallest_spread: SmallestSpread
+    priors: Priors
+    margin: Fraction = Field(description="distance of a conversion from 0 and 1 under a bounded link [-]")
+    smallest_weight: Fraction = Field(description="weight below which a member of the library is dropped [-]")

@@ -1,0 +1,69 @@
+"""Settings of what follows from a yield model: predictions for new conditions, and the next experiments."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from millprint.config.averaging import LinkName, Structure
+from millprint.config.section import Fraction, NonNegative, Positive, Section
+
+Count = Annotated[int, Field(ge=1)]
+Settings = Annotated[list[Positive], Field(min_length=1)]
+
+
+class RegionConfig(Section):
+    """Every value that the user can set; the region is all their combinations."""
+
+    bpr: Settings = Field(description="ball-to-powder mass ratios")
+    molar_ratio: Settings = Field(description="mol of MgH2 to mol of NaBO2.4H2O")
+    time_h: Settings = Field(description="milling times [h]")
+    speed_rpm: Settings = Field(description="speeds of the mill [rpm]")
+    fill_ratio: Annotated[list[Fraction], Field(min_length=1)] = Field(
+        description="ball volumes over the volume of the jar [-]"
+    )
+    ball_diameter_mm: Settings = Field(description="ball diameters [mm]")
+
+
+class ProposalConfig(Section):
+    """The next experiments."""
+
+    runs: Count = Field(description="experiments to propose for each purpose, done as one batch")
+    curves: Literal["published", "fingerprint"] = Field(
+        description="master curves behind the descriptors: those of data.regimes, or those that were simulated"
+    )
+    regimes: bool = Field(description="whether the cases of data.regimes train the model too")
+    level: Fraction = Field(description="level of the predictive intervals [-]")
+    shortlist: Count = Field(description="conditions that are compared jointly, half by merit and half at random")
+    draws: Count = Field(description="joint draws from the model behind the expected improvement")
+    seed: Annotated[int, Field(ge=0)] = Field(description="of the shortlist and the draws")
+    region: RegionConfig
+
+
+class RetrospectiveConfig(Section):
+    """How many experiments it takes to find the best of the runs that were done."""
+
+    start_runs: Annotated[int, Field(ge=3)] = Field(description="runs known at the start")
+    starts: Count = Field(description="random starts, none of which holds the best run")
+    seed: Annotated[int, Field(ge=0)] = Field(description="of the starts")
+    links: Annotated[list[LinkName], Field(min_length=1)] = Field(description="scales of the yield that are averaged")
+    structures: Annotated[list[Structure], Field(min_length=1)] = Field(description="kernels that are averaged")
+
+
+class PredictionConfig(Section):
+    """Yields of new conditions."""
+
+    conditions: str = Field(description="table of conditions: case and the six conditions")
+    model: str = Field(
+        pattern=r"^(linear_primary|(gpr|rf|svr|xgb)_(primary|two_step)|averaged_gpr_(primary|final))$",
+        description="stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs",
+    )
+    tolerance: NonNegative = Field(description="distance beyond the trained range that is still answered [ranges]")
+    share_tolerance: NonNegative = Field(
+        description="distance of the tangential share beyond the trained ones that is still answered [-]"
+    )
+
+    @model_validator(mode="after")
+    def _small(self) -> "PredictionConfig":
+        if self.tolerance > 1:
+            raise ValueError(f"tolerance = {self.tolerance:g}: at most 1, a whole range on either side")
+        return self

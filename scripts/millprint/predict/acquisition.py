@@ -1,0 +1,84 @@
+"""What an experiment is worth: expected improvement of the yield, and reduction of the model's variance."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.predict.averaging import NODE_WEIGHTS, NODES, AveragedModel
+from millprint.predict.inputs import describe
+from millprint.predict.links import LINKS
+
+# Added to a covariance before it is factorised, in units of its largest variance.
+JITTER = 1e-8
+SLOPE_STEP = 1e-4
+
+
+def expected_improvement(model: AveragedModel, rows: pd.DataFrame, best: float) -> np.ndarray:
+    """E[max(yield - best, 0)] (n,) [pp] of one measurement at each row; best [%]."""
+    inputs, total = describe(rows).to_numpy(), np.zeros(len(rows))
+    for member, weight in zip(model.members, model.weights, strict=True):
+        mean, deviation = member.latent(inputs)
+        yields = 100 * LINKS[member.candidate.link].inverse(mean[:, None] + deviation[:, None] * NODES)
+        total += weight * (np.maximum(np.clip(yields, 0, 100) - best, 0) @ NODE_WEIGHTS)
+    return total
+
+
+def joint_draws(model: AveragedModel, rows: pd.DataFrame, draws: int, generator: np.random.Generator) -> np.ndarray:
+    """Joint draws (about `draws`, n) of the noiseless yields [%] at the rows; members by their weight."""
+    inputs, found = describe(rows).to_numpy(), []
+    for member, weight in zip(model.members, model.weights, strict=True):
+        count = round(weight * draws)
+        mean, covariance = member.process.posterior(member.scaling(inputs))
+        covariance = covariance + JITTER * covariance.diagonal().max() * np.eye(len(rows))
+        latent = mean + generator.standard_normal((count, len(rows))) @ np.linalg.cholesky(covariance).T
+        found.append(100 * LINKS[member.candidate.link].inverse(member.mean + member.spread * latent))
+    return np.clip(np.concatenate(found), 0, 100)
+
+
+def choose_for_yield(draws: np.ndarray, best: float, runs: int) -> list[tuple[int, float]]:
+    """The batch of the largest joint expected improvement, chosen one by one: (column, gain [pp]) in order.
+
+    draws: (s, n) joint draws [%]; best: highest yield so far [%]. The improvement of a batch is that of its best run,
+    mean of max(best, y_1, ..., y_q) - best over the draws (Ginsbourger et al. 2010), so that a second run next to the
+    first is worth little. The gain of a run is what it adds to those before it.
+    """
+    reached, chosen = np.full(len(draws), best), []
+    for _ in range(min(runs, draws.shape[1])):
+        gains = np.maximum(draws - reached[:, None], 0).mean(axis=0)
+        gains[[column for column, _ in chosen]] = -1.0
+        column = int(gains.argmax())
+        chosen.append((column, float(gains[column])))
+        reached = np.maximum(reached, draws[:, column])
+    return chosen
+
+
+def choose_for_learning(
+    model: AveragedModel, rows: pd.DataFrame, reference: np.ndarray, runs: int
+) -> list[tuple[int, float]]:
+    """The batch that reduces the integrated variance most, chosen one by one: (position, share of the variance).
+
+    reference: positions of the rows over which the variance of the yield is summed. Measuring row j takes
+    cov(r, j)^2 / (var(j) + noise) off the variance at r, whatever comes out, so the next run is chosen as if the last
+    were done. Bounded links are taken linear at their mean.
+    """
+    inputs = describe(rows).to_numpy()
+    states, weights, total = [], [], 0.0
+    for member, weight in zip(model.members, model.weights, strict=True):
+        mean, covariance = member.process.posterior(member.scaling(inputs))
+        inverse, latent = LINKS[member.candidate.link].inverse, member.mean + member.spread * mean
+        slope = (inverse(latent + SLOPE_STEP) - inverse(latent - SLOPE_STEP)) / (2 * SLOPE_STEP)
+        scale = weight * (100 * member.spread * slope[reference]) ** 2
+        total += float(scale @ covariance.diagonal()[reference])
+        states.append([covariance, member.process.noise])
+        weights.append(scale)
+    chosen: list[tuple[int, float]] = []
+    for _ in range(min(runs, len(rows))):
+        gains = np.zeros(len(rows))
+        for (covariance, noise), scale in zip(states, weights, strict=True):
+            gains += scale @ covariance[reference] ** 2 / (covariance.diagonal() + noise)
+        gains[[position for position, _ in chosen]] = -1.0
+        best = int(gains.argmax())
+        chosen.append((best, float(gains[best] / total)))
+        for state in states:
+            covariance, noise = state
+            state[0] = covariance - np.outer(covariance[:, best], covariance[best]) / (covariance[best, best] + noise)
+    return chosen

@@ -1,0 +1,74 @@
+"""The conditions that a mill can be set to, with the descriptors that master curves give them."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.proposals import RegionConfig
+from millprint.config.sweep import ball_count
+from millprint.errors import ConfigError
+from millprint.fingerprint.inverse import CurvePoint, descriptors_at
+
+SETTINGS = ("bpr", "molar_ratio", "time_h", "speed_rpm", "fill_ratio", "ball_diameter_mm")
+CURVES = ("Pn", "Pt", "f")
+GRAM = 1e-3
+
+
+@dataclass(frozen=True)
+class Mill:
+    """What a mill brings to the descriptors: ball density [kg/m3], amplitude [m] and volume of the jar [m3]."""
+
+    density: float
+    amplitude: float
+    volume: float
+
+
+def curve_point(curves: pd.DataFrame, fill_ratio: float) -> CurvePoint:
+    """Master curves at a fill ratio, interpolated between logarithms; NaN outside the curves.
+
+    curves: fill_ratio, Pn, Pt, f; rows of equal fill ratio count once.
+    """
+    table = curves.drop_duplicates("fill_ratio").sort_values("fill_ratio")
+    fills = np.log(table["fill_ratio"].to_numpy(float))
+    place = np.log(fill_ratio)
+    inside = fills[0] - 1e-9 <= place <= fills[-1] + 1e-9
+    values = [float(np.exp(np.interp(place, fills, np.log(table[name].to_numpy(float))))) for name in CURVES]
+    return CurvePoint(*(value if inside else float("nan") for value in values))
+
+
+def check_region(region: RegionConfig, curves: pd.DataFrame, source: str) -> None:
+    """Raise ConfigError, in one line, for a fill ratio outside the master curves."""
+    low, high = curves["fill_ratio"].min(), curves["fill_ratio"].max()
+    for fill in region.fill_ratio:
+        if np.isnan(curve_point(curves, fill).normal):
+            raise ConfigError(
+                f"{source}: yields.proposals.region.fill_ratio = {fill:g}: the master curves hold from {low:g} to "
+                f"{high:g}"
+            )
+
+
+def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) -> pd.DataFrame:
+    """Every combination of the settings, with what to weigh out and the descriptors by Eqs 3.22, 3.28 and 3.29.
+
+    Columns: case, the settings, balls, powder_mass_g, normal_energy_uJ, tangential_energy_uJ, specific_frequency_hz.
+    """
+    table = pd.DataFrame(list(product(*(getattr(region, name) for name in SETTINGS))), columns=list(SETTINGS))
+    points = {fill: curve_point(curves, fill) for fill in region.fill_ratio}
+    found = []
+    for row in table.itertuples():
+        diameter = row.ball_diameter_mm * 1e-3
+        at = descriptors_at(points[row.fill_ratio], row.speed_rpm / 60, mill.density, mill.amplitude, diameter)
+        balls = ball_count(row.fill_ratio, mill.volume, diameter)
+        found.append(
+            {
+                "balls": balls,
+                "powder_mass_g": balls * mill.density * np.pi / 6 * diameter**3 / row.bpr / GRAM,
+                "normal_energy_uJ": 1e6 * at["normal_energy_J"],
+                "tangential_energy_uJ": 1e6 * at["tangential_energy_J"],
+                "specific_frequency_hz": at["frequency_per_ball_hz"],
+            }
+        )
+    cases = [f"r{number}" for number in range(1, len(table) + 1)]
+    return pd.concat([table, pd.DataFrame(found)], axis=1).assign(case=cases)

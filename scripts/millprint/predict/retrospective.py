@@ -1,0 +1,105 @@
+"""A test of the next experiment on what was done: how many runs to the best of them, against chance."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+from scipy.stats import beta
+
+from millprint.config.averaging import AveragingConfig
+from millprint.config.proposals import RetrospectiveConfig
+from millprint.doe.runs import YIELD
+from millprint.predict.acquisition import expected_improvement
+from millprint.predict.averaging import AveragedModel, average, fit_library
+
+IMPROVEMENT, GREEDY, CHANCE = "expected_improvement", "highest_mean", "random"
+Merit = Callable[[AveragedModel, pd.DataFrame, float], np.ndarray]
+MERITS: dict[str, Merit] = {
+    IMPROVEMENT: expected_improvement,
+    GREEDY: lambda model, rows, best: model.predict(rows),
+}
+
+
+def smaller_library(averaging: AveragingConfig, settings: RetrospectiveConfig) -> AveragingConfig:
+    """The library with the links and structures of the test, since every step fits it anew."""
+    return averaging.model_copy(update={"links": settings.links, "structures": settings.structures})
+
+
+def draw_starts(yields: np.ndarray, settings: RetrospectiveConfig) -> list[np.ndarray]:
+    """Positions of the runs known at each start; none holds a run of the highest yield."""
+    generator, others = np.random.default_rng(settings.seed), np.flatnonzero(yields < yields.max())
+    return [generator.choice(others, settings.start_runs, replace=False) for _ in range(settings.starts)]
+
+
+def search_best(rows: pd.DataFrame, start: np.ndarray, merit: Merit, averaging: AveragingConfig) -> np.ndarray:
+    """Best yield [%] known after each run, from the start on, until the best of all is found.
+
+    rows: the six conditions and yield_percent. At each step the model learns from the runs known, and the run of the
+    largest merit among the others is done.
+    """
+    yields = rows[YIELD].to_numpy(float)
+    known, reached = list(start), [float(yields[start].max())]
+    while reached[-1] < yields.max():
+        left = np.setdiff1d(np.arange(len(rows)), known)
+        model = average(fit_library(rows.iloc[known], yields[known], averaging), averaging)
+        known.append(int(left[merit(model, rows.iloc[left], reached[-1]).argmax()]))
+        reached.append(max(reached[-1], yields[known[-1]]))
+    return np.array(reached)
+
+
+def chance(count: int, start_runs: int, best: int) -> np.ndarray:
+    """Probability that one of `best` best runs is among the first n done, n = start_runs .. count, in random order.
+
+    None is among the first `start_runs`: 1 - C(left - best, k) / C(left, k) for k further runs of `left`.
+    """
+    left = count - start_runs
+    missed = [1.0]
+    for done in range(left):
+        missed.append(missed[-1] * max(left - best - done, 0) / (left - done))
+    return 1 - np.array(missed)
+
+
+def search_table(reached: dict[str, list[np.ndarray]], yields: np.ndarray, start_runs: int, level: float):
+    """Share of starts that have found the best run after n runs: strategy, runs, found, lower, upper, best_percent.
+
+    The interval is Clopper and Pearson's over starts; that of chance is exact and has no width. best_percent is the
+    mean of the best yield known; for chance it is left empty.
+    """
+    runs, tail = np.arange(start_runs, len(yields) + 1), (1 - level) / 2
+    tables = []
+    for strategy, paths in reached.items():
+        known = np.array([np.pad(path, (0, len(runs) - len(path)), mode="edge") for path in paths])
+        hits, starts = (known >= yields.max()).sum(axis=0), len(paths)
+        # A beta distribution has no zero parameter: where none or all have found it, the end is 0 or 1 itself.
+        lower = np.where(hits > 0, beta.ppf(tail, np.maximum(hits, 1), starts - hits + 1), 0.0)
+        upper = np.where(hits < starts, beta.ppf(1 - tail, hits + 1, np.maximum(starts - hits, 1)), 1.0)
+        columns = {"found": hits / starts, "lower": lower, "upper": upper, "best_percent": known.mean(axis=0)}
+        tables.append(pd.DataFrame({"strategy": strategy, "runs": runs, **columns}))
+    exact = chance(len(yields), start_runs, int((yields == yields.max()).sum()))
+    tables.append(
+        pd.DataFrame(
+            {"strategy": CHANCE, "runs": runs, "found": exact, "lower": exact, "upper": exact, "best_percent": np.nan}
+        )
+    )
+    return pd.concat(tables, ignore_index=True)
+
+
+def summarise_search(table: pd.DataFrame, reached: dict[str, list[np.ndarray]], level: float) -> pd.DataFrame:
+    """Runs to the best, start included: strategy, mean_runs with a t interval over starts, median_runs, starts."""
+    from scipy.stats import t
+
+    found = []
+    for strategy, rows in table.groupby("strategy", sort=False):
+        first = int(rows["runs"].iloc[0])
+        if strategy == CHANCE:
+            # E[N] = sum over n of P(N > n).
+            mean, half, starts = first + float((1 - rows["found"]).sum()), 0.0, np.nan
+        else:
+            counts = np.array([first + len(path) - 1 for path in reached[strategy]], dtype=float)
+            mean, starts = float(counts.mean()), len(counts)
+            spread = float(counts.std(ddof=1)) if starts > 1 else np.nan
+            half = float(t.ppf(0.5 + level / 2, max(starts - 1, 1)) * spread / np.sqrt(starts))
+        median = int(rows.loc[rows["found"] >= 0.5, "runs"].iloc[0])
+        about = {"strategy": strategy, "mean_runs": mean, "lower": mean - half, "upper": mean + half}
+        found.append(about | {"median_runs": median, "starts": starts})
+    return pd.DataFrame(found)

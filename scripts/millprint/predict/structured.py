@@ -1,0 +1,186 @@
+"""A Gaussian process whose kernel is a sum of products over chosen inputs, and its evidence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve
+from scipy.optimize import minimize
+
+from millprint.config.averaging import INPUTS, Priors
+
+# Variance of the unknown mean, for a target of unit variance: wide, yet the evidence stays proper.
+MEAN_VARIANCE = 4.0
+JITTER = 1e-9
+# Hyper-parameters stay within this many standard deviations of the logarithm of their prior's median.
+REACH = 4.0
+STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Which inputs each term of a kernel multiplies, (terms, inputs) of ones and zeros, and which terms are linear."""
+
+    factors: np.ndarray
+    linear: np.ndarray
+
+
+def terms_of(structure: str) -> Terms:
+    """The terms of a structure.
+
+    product: one over all inputs. mains_product: one an input, and the product. time_product: time, and the product,
+    the two steps of thesis Sec. 5.2.5 in one model. trend_product: a straight line an input, and the product.
+    mains_pairs: one an input and one a pair, the decomposition of an analysis of variance.
+    """
+    count = len(INPUTS)
+    mains, everything = np.eye(count), np.ones((1, count))
+    first, second = np.triu_indices(count, k=1)
+    factors = {
+        "product": everything,
+        "mains_product": np.vstack([mains, everything]),
+        "time_product": np.vstack([mains[[INPUTS.index("time_h")]], everything]),
+        "trend_product": np.vstack([mains, everything]),
+        "mains_pairs": np.vstack([mains, mains[first] + mains[second]]),
+    }[structure]
+    linear = np.zeros(len(factors), dtype=bool)
+    if structure == "trend_product":
+        linear[:count] = True
+    return Terms(factors, linear)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Squared differences and products of the inputs of two sets of rows, an input at a time, each (k, n, m)."""
+
+    squares: np.ndarray
+    products: np.ndarray
+
+    @classmethod
+    def of(cls, left: np.ndarray, right: np.ndarray) -> "Pairs":
+        """Those of inputs (n, k) and (m, k)."""
+        squares = (left[:, None, :] - right[None, :, :]) ** 2
+        return cls(np.moveaxis(squares, 2, 0), np.moveaxis(left[:, None, :] * right[None, :, :], 2, 0))
+
+
+def prior_of(terms: Terms, priors: Priors) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and deviation of the normal prior of the logarithms: length scales, variances, noise."""
+    counts = ((priors.length_scale, terms.factors.shape[1]), (priors.variance, len(terms.factors)), (priors.noise, 1))
+    mean = np.concatenate([np.full(count, np.log(prior.median)) for prior, count in counts])
+    return mean, np.concatenate([np.full(count, prior.log_deviation) for prior, count in counts])
+
+
+def covariance_terms(logs: np.ndarray, terms: Terms, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
+    """Every term's covariance, (terms, n, m), and d_j^2 / l_j^2, (k, n, m).
+
+    v_t exp(-1/2 sum_{j in t} d_j^2 / l_j^2), or v_t x_j x_j' for a linear term.
+    """
+    count = terms.factors.shape[1]
+    scaled = pairs.squares * np.exp(-2 * logs[:count])[:, None, None]
+    parts = np.exp(-0.5 * np.tensordot(terms.factors, scaled, axes=1))
+    parts[terms.linear] = np.tensordot(terms.factors[terms.linear], pairs.products, axes=1)
+    return np.exp(logs[count:-1])[:, None, None] * parts, scaled
+
+
+def negative_log_posterior(
+    logs: np.ndarray,
+    terms: Terms,
+    pairs: Pairs,
+    target: np.ndarray,
+    prior: tuple[np.ndarray, np.ndarray],
+) -> tuple[float, np.ndarray]:
+    """-log p(z | theta) p(theta), thesis Eq. 5.10 with a prior, and its gradient in the logarithms theta."""
+    parts, scaled = covariance_terms(logs, terms, pairs)
+    rows = len(target)
+    noise = np.exp(logs[-1])
+    covariance = parts.sum(axis=0) + MEAN_VARIANCE + (noise + JITTER) * np.eye(rows)
+    factor = np.linalg.cholesky(covariance)
+    inverse = cho_solve((factor, True), np.eye(rows), check_finite=False)
+    weights = inverse @ target
+    off = (logs - prior[0]) / prior[1]
+    value = 0.5 * target @ weights + np.log(np.diag(factor)).sum() + 0.5 * rows * np.log(2 * np.pi)
+    value += 0.5 * off @ off + np.log(prior[1]).sum() + 0.5 * len(logs) * np.log(2 * np.pi)
+    slope = inverse - np.outer(weights, weights)
+    shares = 0.5 * parts * slope
+    curved = terms.factors * ~terms.linear[:, None]
+    by_length = np.einsum("tj,tab,jab->j", curved, shares, scaled, optimize=True)
+    by_noise = 0.5 * noise * np.trace(slope)
+    return float(value), np.concatenate([by_length, shares.sum(axis=(1, 2)), [by_noise]]) + off / prior[1]
+
+
+def log_evidence(
+    logs: np.ndarray,
+    value: float,
+    terms: Terms,
+    pairs: Pairs,
+    target: np.ndarray,
+    prior: tuple[np.ndarray, np.ndarray],
+) -> float:
+    """Laplace's approximation of log p(z): -value + d/2 log 2 pi - 1/2 log |H|, H the Hessian at the maximum.
+
+    H is the central difference of the gradient. Along a direction that the data say nothing of, it is the prior's
+    precision; smaller curvatures than a tenth of the smallest of those are rounding or a bound, and set to it.
+    """
+    count = len(logs)
+    hessian = np.empty((count, count))
+    for index in range(count):
+        step = np.zeros(count)
+        step[index] = STEP
+        ahead = negative_log_posterior(logs + step, terms, pairs, target, prior)[1]
+        behind = negative_log_posterior(logs - step, terms, pairs, target, prior)[1]
+        hessian[index] = (ahead - behind) / (2 * STEP)
+    curvatures = np.linalg.eigvalsh((hessian + hessian.T) / 2)
+    floor = 0.1 / np.max(prior[1]) ** 2
+    return float(-value + 0.5 * count * np.log(2 * np.pi) - 0.5 * np.log(np.maximum(curvatures, floor)).sum())
+
+
+@dataclass(frozen=True)
+class Process:
+    """A Gaussian process conditioned on scaled inputs (n, k) and a standardised target (n,)."""
+
+    terms: Terms
+    logs: np.ndarray
+    inputs: np.ndarray
+    target: np.ndarray
+
+    def _covariance(self, right: np.ndarray) -> np.ndarray:
+        parts, _ = covariance_terms(self.logs, self.terms, Pairs.of(self.inputs, right))
+        return parts.sum(axis=0) + MEAN_VARIANCE
+
+    def _factor(self) -> np.ndarray:
+        noise = (np.exp(self.logs[-1]) + JITTER) * np.eye(len(self.target))
+        return np.linalg.cholesky(self._covariance(self.inputs) + noise)
+
+    @property
+    def noise(self) -> float:
+        """Variance of the noise."""
+        return float(np.exp(self.logs[-1]))
+
+    def posterior(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (m,) and covariance (m, m) of the noiseless target at scaled inputs (m, k), Eqs 5.8 and 5.9."""
+        factor, cross = self._factor(), self._covariance(right)
+        solved = cho_solve((factor, True), cross)
+        own, _ = covariance_terms(self.logs, self.terms, Pairs.of(right, right))
+        return solved.T @ self.target, own.sum(axis=0) + MEAN_VARIANCE - cross.T @ solved
+
+    def predict(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of a measurement at scaled inputs (m, k), noise included."""
+        mean, covariance = self.posterior(right)
+        return mean, np.sqrt(np.maximum(np.diag(covariance), 0) + self.noise)
+
+    def left_out(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation of each row given the others: z - [K^-1 z]_i / [K^-1]_ii and [K^-1]_ii^(-1/2).
+
+        Rasmussen and Williams (2006), Eq. 5.12; the hyper-parameters are those of all rows.
+        """
+        inverse = cho_solve((self._factor(), True), np.eye(len(self.target)))
+        return self.target - (inverse @ self.target) / np.diag(inverse), 1 / np.sqrt(np.diag(inverse))
+
+
+def fit_process(inputs: np.ndarray, target: np.ndarray, terms: Terms, priors: Priors) -> tuple[Process, float]:
+    """The process at the maximum of the posterior, climbed from the prior's medians, and its log evidence."""
+    prior = prior_of(terms, priors)
+    pairs = Pairs.of(inputs, inputs)
+    bounds = list(zip(prior[0] - REACH * prior[1], prior[0] + REACH * prior[1], strict=True))
+    arguments = (terms, pairs, target, prior)
+    found = minimize(negative_log_posterior, prior[0], args=arguments, jac=True, method="L-BFGS-B", bounds=bounds)
+    evidence = log_evidence(found.x, float(found.fun), *arguments)
+    return Process(terms, found.x, inputs, target), evidence

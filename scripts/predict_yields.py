@@ -1,0 +1,68 @@
+"""Predicts yields of new conditions: python scripts/predict_yields.py MODEL conditions.tsv out.tsv"""
+
+import argparse
+import sys
+
+from threadpoolctl import threadpool_limits
+
+from millprint.config.load import check_model, read_yaml
+from millprint.config.yields import YieldConfig
+from millprint.errors import ConfigError, MillprintError
+from millprint.files import write_table
+from millprint.job import job
+from millprint.predict.answer import answer
+from millprint.predict.tables import read_rows
+
+
+def main(model: str, conditions: str, out: str, settings: YieldConfig, level: float, extrapolate: bool) -> int:
+    """Write the answers, and return how many rows were refused."""
+    with threadpool_limits(1):
+        table = answer(model, read_rows(conditions, yields=False), settings, level, extrapolate)
+    write_table(table, out)
+    return int(table["predicted_percent"].isna().sum())
+
+
+def read_settings(path: str) -> YieldConfig:
+    """The section `yields` of a configuration file."""
+    content = read_yaml(path)
+    if not isinstance(content, dict) or "yields" not in content:
+        raise ConfigError(f"{path}: section yields is missing")
+    return check_model(content["yields"], YieldConfig, f"{path}: yields")
+
+
+def command_line() -> int:
+    """Read the arguments and answer; 1 for bad input."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("model", help="a stored model, results/yield/models/*.json")
+    parser.add_argument("conditions", help="table with case and the six conditions")
+    parser.add_argument("out", help="table to write")
+    parser.add_argument("--config", default="config/config.yaml", help="where the section yields is read from")
+    parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
+    parser.add_argument("--extrapolate", action="store_true", help="answer outside the trained range too")
+    given = parser.parse_args()
+    if given.level is not None and not 0 < given.level < 1:
+        parser.error(f"--level = {given.level:g}: between 0 and 1 is wanted")
+    try:
+        settings = read_settings(given.config)
+        level = given.level or settings.interval_level
+        refused = main(given.model, given.conditions, given.out, settings, level, given.extrapolate)
+    except MillprintError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    if refused:
+        print(f"{refused} rows lie outside the trained range; column warning says where", file=sys.stderr)
+    return 0
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "predict yields"):
+        main(
+            snakemake.input.model,
+            snakemake.input.conditions,
+            snakemake.output.predicted,
+            YieldConfig(**snakemake.params.settings),
+            snakemake.params.settings["interval_level"],
+            extrapolate=False,
+        )
+elif __name__ == "__main__":
+    raise SystemExit(command_line())

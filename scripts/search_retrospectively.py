@@ -1,0 +1,43 @@
+"""How many runs the next-experiment search needs to find the best of those that were done, against chance."""
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.yields import YieldConfig
+from millprint.doe.runs import YIELD
+from millprint.files import write_table
+from millprint.job import job, progress
+from millprint.predict.retrospective import (
+    MERITS,
+    draw_starts,
+    search_best,
+    search_table,
+    smaller_library,
+    summarise_search,
+)
+from millprint.predict.tables import read_rows
+
+
+def main(parts: list[str], output, settings: YieldConfig) -> None:
+    """Write the share of starts that have found the best run after each number of runs, and the mean number."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    yields, plan = rows[YIELD].to_numpy(float), settings.retrospective
+    averaging, starts = smaller_library(settings.averaging, plan), draw_starts(yields, plan)
+    reached: dict[str, list] = {name: [] for name in MERITS}
+    with threadpool_limits(1), progress(len(MERITS) * len(starts), "searching retrospectively", "start") as bar:
+        for name, merit in MERITS.items():
+            for start in starts:
+                reached[name].append(search_best(rows, start, merit, averaging))
+                bar.update()
+    table = search_table(reached, yields, plan.start_runs, settings.honest.level)
+    write_table(table, output.retrospective)
+    write_table(summarise_search(table, reached, settings.honest.level), output.summary)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "search retrospectively"):
+        main(
+            [snakemake.input.train, snakemake.input.test],
+            snakemake.output,
+            YieldConfig(**snakemake.params.settings),
+        )

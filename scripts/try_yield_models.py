@@ -1,0 +1,32 @@
+"""Leave-one-out of everything that was tried for a better yield model."""
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.averaging import AveragingConfig
+from millprint.config.yields import TrainingConfig
+from millprint.doe.runs import YIELD
+from millprint.files import write_table
+from millprint.job import job, progress
+from millprint.predict.metrics import YieldWeights
+from millprint.predict.tables import read_rows
+from millprint.predict.tried import tabulate_trials, try_everything
+
+
+def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
+    """Write a row for each thing tried."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
+        trials = try_everything(rows, averaging, training.seed, bar.update)
+    weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
+    write_table(tabulate_trials(trials, rows[YIELD].to_numpy(float), weigh), tried_path)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "try yield models"):
+        main(
+            list(snakemake.input),
+            snakemake.output.tried,
+            TrainingConfig(**snakemake.params.training),
+            AveragingConfig(**snakemake.params.averaging),
+        )

@@ -1,0 +1,129 @@
+"""Vessels that turn, inserts, and the same jar from parameters and from a file."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.simulation import Simulation
+from millprint.mill.vessel import build_vessel
+
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
+
+
+def case(**changes) -> Case:
+    described = {
+        "mill": "made", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 300, "seed": 0,
+        "settle_s": 0.05, "discard_s": 0.0, "window_s": 0.2,
+    }  # fmt: skip
+    return Case(**{**described, **changes})
+
+
+def mill(geometry: dict, motion: dict, volume_ml: float, **more) -> MillConfig:
+    described = {"name": "made", "title": "made", "source": "made for a test", "volume_ml": volume_ml}
+    return MillConfig(**described, geometry=geometry, motion=motion, **more)
+
+
+def drum(speed_rpm: float) -> tuple[MillConfig, Case]:
+    """A lying drum of 100 mm diameter, a fifth of it full."""
+    geometry = {"kind": "cylinder", "radius_mm": 50, "height_mm": 30, "axis": "y", "facets": 36, "fillet_radius_mm": 0}
+    made = mill(geometry, {"kind": "rotation", "axis": [0, 1, 0]}, 1e-3 * math.pi * 50**2 * 30)
+    return made, case(speed_rpm=speed_rpm, fill_ratio=0.2, window_s=1.0, settle_s=0.2)
+
+
+def simulate(made: MillConfig, described: Case, contact, dem=DEM):
+    simulation = Simulation(described, made, contact, dem)
+    recording = simulation.run("test")
+    return simulation, ledger_series(np.concatenate(recording.samples))
+
+
+def seen_from_the_drum(simulation) -> np.ndarray:
+    """Velocities (n, 3) of the balls relative to the drum's wall where they are [m/s]."""
+    body = simulation.bodies[0]
+    now = simulation.counters[0] * simulation.step
+    omega = body.motion.angular_velocity(now)
+    return simulation.balls.velocity - np.cross(omega, simulation.balls.position - body.motion.position(now))
+
+
+def test_a_drum_centrifuges_above_its_critical_speed_and_cascades_below(contacts):
+    """Balls at r = R - d / 2 stick to the wall where r w^2 > g: at 30 sqrt(g / r) / pi rpm, here 141."""
+    critical = 30 / math.pi * math.sqrt(9.81 / 0.045)
+    fast, _ = simulate(*drum(2.5 * critical), contacts["calibrated"])
+    slow, series = simulate(*drum(0.6 * critical), contacts["calibrated"])
+    wall_speed = 2.5 * critical * math.pi / 30 * 0.05
+    assert np.linalg.norm(seen_from_the_drum(fast), axis=1).mean() < 0.05 * wall_speed
+    assert np.linalg.norm(seen_from_the_drum(slow), axis=1).mean() > 0.2 * 0.6 * critical * math.pi / 30 * 0.05
+    assert series["wall_work_J"].iloc[-1] > 0
+    assert closure(series) < 2e-3
+
+
+def test_the_energy_balance_of_turning_and_swinging_vessels_closes(contacts):
+    geometry = {"kind": "cylinder", "radius_mm": 25, "height_mm": 40, "facets": 24, "fillet_radius_mm": 6}
+    motions = [
+        {"kind": "planetary", "sun_radius_mm": 70, "ratio": -2.0},
+        {"kind": "swing", "axis": [0, 0, 1], "pivot_mm": [120, 0, 0], "amplitude_deg": 8, "multiple": 4},
+        {"kind": "rotation", "axis": [1, 0, 1], "pivot_mm": [0, 10, 20]},
+    ]
+    for motion in motions:
+        _, series = simulate(mill(geometry, motion, 75), case(speed_rpm=300), contacts["calibrated"])
+        assert series["wall_work_J"].iloc[-1] > 0.01, motion
+        assert closure(series) < 1e-3, motion
+
+
+def test_a_stirrer_drives_the_balls_of_a_tank_at_rest(contacts):
+    tank = {"kind": "cylinder", "radius_mm": 40, "height_mm": 60, "facets": 36, "fillet_radius_mm": 0}
+    paddles = {
+        "kind": "paddles", "hub_radius_mm": 5, "blade_length_mm": 30, "blade_thickness_mm": 4, "blades": 4,
+        "height_mm": 30, "bottom_mm": 8,
+    }  # fmt: skip
+    insert = {"name": "stirrer", "geometry": paddles, "motion": {"kind": "rotation", "axis": [0, 0, 1]}}
+    made = mill(tank, {"kind": "rest"}, 290, inserts=[insert])
+    simulation, series = simulate(made, case(ball_diameter_mm=8, fill_ratio=0.2, speed_rpm=300), contacts["calibrated"])
+    assert len(simulation.bodies) == 2
+    assert simulation.frequency_hz == pytest.approx(5.0)
+    assert series["wall_work_J"].iloc[-1] > 0.05
+    assert closure(series) < 1e-3
+    # The balls turn with the stirrer, on the whole.
+    place, speed = simulation.balls.position, simulation.balls.velocity
+    assert (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]).mean() > 0
+
+
+def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
+    """The same mill with its vessel read from a file in millimetres."""
+    vertices, triangles = build_vessel(made).triangles()
+    # The vessel's triangles look at the balls; a file's look out of the space that it encloses.
+    digits = {"digits": 15} if kind == "obj" else {}
+    trimesh.Trimesh(vertices * 1e3, triangles[:, ::-1], process=False).export(folder / f"jar.{kind}", **digits)
+    described = {"kind": "stl", "path": f"jar.{kind}", "unit": "mm", "volume_tolerance": 0.05}
+    geometry = mill(described, {"kind": "rest"}, made.volume_ml).geometry
+    return made.model_copy(update={"geometry": geometry})
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_post"])
+def test_the_same_jar_from_parameters_and_from_a_file(mills, contacts, tmp_path, monkeypatch, name):
+    """A file that keeps all digits gives the same motion, bit for bit: rounding alone would grow by chaos."""
+    monkeypatch.chdir(tmp_path)
+    described = case(mill=name, speed_rpm=600, window_s=0.1, settle_s=0.02)
+    by_parameters, by_file = (
+        simulate(made, described, contacts["calibrated"])
+        for made in (mills[name], jar_from_file(mills[name], tmp_path, "obj"))
+    )
+    assert np.array_equal(by_parameters[0].balls.position, by_file[0].balls.position)
+    assert by_parameters[1].equals(by_file[1])
+
+
+def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, contacts, tmp_path, monkeypatch):
+    """Its 32-bit coordinates are 2 nm off: another motion after some hundredths of a second, the same mill."""
+    monkeypatch.chdir(tmp_path)
+    from_file = jar_from_file(mills["emax"], tmp_path, "stl")
+    powers = {}
+    for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(4))):
+        described = case(mill="emax", speed_rpm=600, window_s=1.0, settle_s=0.1, discard_s=0.3, seed=seed)
+        _, series = simulate(made, described, contacts["calibrated"])
+        powers[key] = [series["normal_damping_J"].iloc[-1], series["tangential_work_J"].iloc[-1]]
+    seeds = np.array([powers[seed] for seed in range(4)])
+    assert (np.abs(powers["stl"] - seeds.mean(axis=0)) < 4 * seeds.std(axis=0, ddof=1)).all()

@@ -1,0 +1,146 @@
+"""A run that is stopped and goes on equals one that never stopped, bit for bit."""
+
+import h5py
+import numpy as np
+import pytest
+
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem import run as runs
+from millprint.dem import simulation as simulations
+from millprint.dem.run import RESTART, run_case
+from millprint.dem.simulation import Simulation
+
+CASE = Case(
+    mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.10, speed_rpm=1200, seed=0,
+    settle_s=0.01, discard_s=0.02, window_s=0.05, snapshot_interval_s=1e-3,
+)  # fmt: skip
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, discard_s=0.02, window_s=0.05, restart_interval_s=0, closure_max=0.05)
+
+
+class Killed(Exception):
+    """Stands for the kill of a process between two chunks."""
+
+
+@pytest.fixture
+def small_chunks(monkeypatch):
+    """Chunks of some hundred steps, so that there are many moments at which to stop."""
+    monkeypatch.setattr(simulations, "CHUNK_S", 4e-4)
+
+
+def kill_after(monkeypatch, chunks: int) -> None:
+    """Make the run die right after its restart file has been written for the n-th time."""
+    write, count = simulations.write_restart, [0]
+
+    def write_and_die(*arguments):
+        write(*arguments)
+        count[0] += 1
+        if count[0] == chunks:
+            raise Killed
+
+    monkeypatch.setattr(simulations, "write_restart", write_and_die)
+
+
+def content(path) -> dict[str, np.ndarray]:
+    """Every dataset of a run.h5."""
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def run(folder, mills, contacts, case=CASE) -> dict:
+    folder.mkdir(exist_ok=True)
+    return run_case(case, mills[case.mill], contacts["calibrated"], DEM, folder / "run.h5", folder / "summary.json")
+
+
+# While settling, between the start and the window, at the window's beginning, and twice within it.
+@pytest.mark.parametrize("chunks", [3, 15, 26, 40, 60])
+def test_a_stopped_run_goes_on_bit_for_bit(mills, contacts, tmp_path, monkeypatch, small_chunks, chunks):
+    whole = run(tmp_path / "whole", mills, contacts)
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, chunks)
+        run(tmp_path / "parts", mills, contacts)
+    assert (tmp_path / "parts" / RESTART).exists()
+    assert not (tmp_path / "parts" / "run.h5").exists()
+    parts = run(tmp_path / "parts", mills, contacts)
+    assert not (tmp_path / "parts" / RESTART).exists()
+    first, second = content(tmp_path / "whole" / "run.h5"), content(tmp_path / "parts" / "run.h5")
+    assert first.keys() == second.keys()
+    for name, values in first.items():
+        assert np.array_equal(values, second[name], equal_nan=values.dtype.kind == "f"), name
+    clocks = {"wall_clock_s", "processor_s", "ns_per_ball_step"}
+    assert {k: v for k, v in whole.items() if k not in clocks} == {k: v for k, v in parts.items() if k not in clocks}
+
+
+def test_a_run_that_was_stopped_twice(mills, contacts, tmp_path, monkeypatch, small_chunks):
+    whole = run(tmp_path / "whole", mills, contacts)
+    for chunks in (20, 25):
+        with monkeypatch.context() as patched, pytest.raises(Killed):
+            kill_after(patched, chunks)
+            run(tmp_path / "parts", mills, contacts)
+    assert run(tmp_path / "parts", mills, contacts)["ledger_J"] == whole["ledger_J"]
+
+
+def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch, small_chunks):
+    """A window that is made longer until the powers are known well, stopped in its second part."""
+    case = CASE.model_copy(update={"power_error_max": 1e-6, "window_max_s": 0.16})
+    whole = run(tmp_path / "whole", mills, contacts, case)
+    assert whole["window_s"] == pytest.approx(3 * 0.05)
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, 110)
+        run(tmp_path / "parts", mills, contacts, case)
+    parts = run(tmp_path / "parts", mills, contacts, case)
+    assert (parts["window_s"], parts["ledger_J"]) == (whole["window_s"], whole["ledger_J"])
+
+
+@pytest.mark.parametrize("damage", ["truncated", "not HDF5", "other speed"])
+def test_a_restart_file_of_no_use_is_left_alone(mills, contacts, tmp_path, monkeypatch, small_chunks, damage):
+    whole = run(tmp_path / "whole", mills, contacts)
+    speed = 1100 if damage == "other speed" else 1200
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        kill_after(patched, 40)
+        run(tmp_path / "parts", mills, contacts, CASE.model_copy(update={"speed_rpm": speed}))
+    restart = tmp_path / "parts" / RESTART
+    if damage == "truncated":
+        restart.write_bytes(restart.read_bytes()[: restart.stat().st_size // 2])
+    elif damage == "not HDF5":
+        restart.write_text("nothing")
+    assert run(tmp_path / "parts", mills, contacts)["ledger_J"] == whole["ledger_J"]
+
+
+def test_jobs_beside_a_run_do_not_change_it(mills, contacts):
+    """Two simulations driven by turns give what each gives alone."""
+    alone = Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)
+    alone.run("alone")
+    first, second = (
+        Simulation(CASE.model_copy(update={"seed": seed}), mills["emax"], contacts["calibrated"], DEM)
+        for seed in (0, 1)
+    )
+    second.run("beside")
+    first.run("again")
+    assert np.array_equal(first.balls.position, alone.balls.position)
+    assert not np.array_equal(first.balls.position, second.balls.position)
+
+
+def test_lists_that_are_too_short_are_made_longer(mills, contacts):
+    """A run that begins with room for half a candidate a ball equals one that has plenty."""
+    plenty, scarce = (Simulation(CASE, mills["emax"], contacts["calibrated"], DEM) for _ in range(2))
+    names = ("ball", "partner", "plane", "sure", "lane", "trigger")
+    cut = {name: getattr(scarce.candidates, name)[:12] for name in names}
+    scarce.candidates = scarce.candidates._replace(**cut, found=scarce.candidates.found[:13])
+    plenty.run("plenty")
+    scarce.run("scarce")
+    assert scarce.candidates.partner.size > 12
+    assert np.array_equal(plenty.balls.position, scarce.balls.position)
+    assert np.array_equal(plenty.totals, scarce.totals)
+
+
+def test_the_window_ends_when_the_powers_are_known_well(mills, contacts, tmp_path):
+    case = CASE.model_copy(update={"power_error_max": 0.5, "window_max_s": 10.0, "window_s": 0.1})
+    found = run(tmp_path / "certain", mills, contacts, case)
+    assert 0.39 < found["window_s"] < 2.0
+    assert max(found["power_relative_error"].values()) <= 0.5
+
+
+def test_the_enough_rule_is_off_by_default():
+    assert runs._enough(CASE, DEM) is None

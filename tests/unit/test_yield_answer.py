@@ -1,0 +1,104 @@
+"""Predictions for new conditions: intervals, refusals, and the command that gives them."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import predict_yields
+from millprint.files import read_table, write_table
+from millprint.predict.answer import answer
+from millprint.predict.archive import save_averaged
+from millprint.predict.averaging import average, fit_library
+from millprint.predict.features import CONDITIONS
+from millprint.predict.store import save_model
+from millprint.predict.training import train
+from tests.conftest import ROOT
+from tests.unit.yield_settings import parts, settings
+
+CONDITIONS_TABLE = ROOT / "config/data/conditions.tsv"
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory) -> dict[str, str]:
+    """One stored model for each kind of interval."""
+    folder, config = tmp_path_factory.mktemp("models"), settings()
+    rows, _ = parts()
+    yields = rows["yield_percent"].to_numpy(float)
+    paths = {name: str(folder / f"{name}.json") for name in ("mixture", "gaussian", "cv_plus")}
+    averaged = average(fit_library(rows, yields, config.averaging), config.averaging)
+    save_averaged(averaged, rows, config.averaging.margin, paths["mixture"])
+    for name, kind in (("gaussian", ("gpr", "two_step")), ("cv_plus", ("svr", "primary"))):
+        model, found = train(*kind, rows, yields, config.training, config.search)
+        save_model(model, found, rows, config.training.choices, config.training.seed, paths[name])
+    return paths
+
+
+@pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
+def test_every_kind_of_model_answers_with_its_interval(models, kind):
+    rows, _ = parts()
+    table = answer(models[kind], rows, settings(), 0.8)
+    assert (table["interval"] == kind).all() and (table["warning"] == "").all()
+    assert (table["lower_percent"] <= table["upper_percent"]).all()
+    wider = answer(models[kind], rows, settings(), 0.95)
+    assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
+
+
+def test_what_lies_outside_is_refused_and_says_where(models):
+    rows, _ = parts()
+    asked = rows.head(4).reset_index(drop=True)
+    asked.loc[1, "bpr"] = 80.0
+    asked.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
+    # Both energies are within their ranges and their share is not: another fill ratio.
+    asked.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
+    table = answer(models["mixture"], asked, settings(), 0.95)
+    assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
+    assert table["warning"][1] == "bpr = 80 is outside 9.6 to 50.4"
+    assert table["warning"][3].startswith("tangential_share = 0.5455 is outside")
+    assert (table["interval"] == "").tolist() == [False, True, False, True]
+    told = answer(models["mixture"], asked, settings(), 0.95, extrapolate=True)
+    assert told["predicted_percent"].notna().all() and told["warning"].tolist() == table["warning"].tolist()
+
+
+def test_the_command_answers_the_example(models, tmp_path):
+    out = tmp_path / "out.tsv"
+    command = [sys.executable, "scripts/predict_yields.py", models["mixture"], str(CONDITIONS_TABLE), str(out)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "1 rows lie outside the trained range" in done.stderr
+    table = read_table(out, text=["case", "warning"]).set_index("case")
+    assert np.isnan(table.loc["low_fill", "predicted_percent"])
+    assert "tangential_share = 0.7653" in table.loc["low_fill", "warning"]
+    assert table.loc["shorter", "lower_percent"] < table.loc["shorter", "predicted_percent"]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda t: t.assign(time_h="long"), "column time_h, row 1 = 'long': a finite number is wanted"),
+        (lambda t: t.drop(columns="bpr"), "column bpr is missing"),
+        (lambda t: t.assign(case="same"), "column case = same appears twice"),
+        (lambda t: t.assign(bpr=-1), "column bpr, case 17 = -1: above 0 is wanted"),
+        (lambda t: t.head(0), "no rows"),
+    ],
+)
+def test_bad_conditions_are_refused_in_one_line(models, tmp_path, monkeypatch, capsys, change, told):
+    rows, _ = parts()
+    table = tmp_path / "conditions.tsv"
+    write_table(change(rows[["case", *CONDITIONS]].astype({"case": object})), table)
+    arguments = ["predict_yields.py", models["mixture"], str(table), str(tmp_path / "out.tsv")]
+    monkeypatch.setattr(sys, "argv", [*arguments, "--config", str(ROOT / "config/config.yaml")])
+    assert predict_yields.command_line() == 1
+    error = capsys.readouterr().err.strip()
+    assert told in error and "\n" not in error and error.startswith("error: ")
+    assert not (tmp_path / "out.tsv").exists()
+
+
+def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
+    rows, _ = parts()
+    table = tmp_path / "conditions.tsv"
+    write_table(rows.assign(note="x"), table)
+    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), settings(), 0.9, False) == 0
+    assert list(pd.read_csv(tmp_path / "out.tsv", sep="\t"))[:7] == ["case", *CONDITIONS]

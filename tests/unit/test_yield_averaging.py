@@ -1,0 +1,207 @@
+"""The averaged Gaussian process: gradients, closed forms, and what it must find or must not know."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import approx_fprime
+from scipy.stats import norm
+
+from millprint.config.averaging import INPUTS
+from millprint.errors import ConfigError
+from millprint.files import read_json, write_json
+from millprint.predict.archive import describe_members, load_any, load_averaged, save_averaged, training_rows
+from millprint.predict.averaging import (
+    AveragedModel,
+    Candidate,
+    average,
+    evidence_weights,
+    fit_library,
+    fit_member,
+    library,
+)
+from millprint.predict.inputs import InputScaling, describe
+from millprint.predict.links import LINKS, to_conversion
+from millprint.predict.structured import (
+    Pairs,
+    Process,
+    fit_process,
+    negative_log_posterior,
+    prior_of,
+    terms_of,
+)
+from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
+
+SCALES = ("linear", "linear", "log", "log", "linear")
+STRUCTURES = thesis_yields()["averaging"]["structures"]
+
+
+def fitted() -> tuple[AveragedModel, pd.DataFrame]:
+    rows, _ = parts()
+    config = settings().averaging
+    return average(fit_library(rows, rows["yield_percent"].to_numpy(float), config), config), rows
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_gradient_is_the_slope_of_the_posterior(structure):
+    generator = np.random.default_rng(3)
+    inputs, target = generator.normal(size=(9, len(INPUTS))), generator.normal(size=9)
+    terms = terms_of(structure)
+    prior = prior_of(terms, settings().averaging.priors)
+    where = prior[0] + 0.4 * generator.normal(size=len(prior[0]))
+    arguments = (terms, Pairs.of(inputs, inputs), target, prior)
+    slope = approx_fprime(where, lambda at: negative_log_posterior(at, *arguments)[0], 1e-6)
+    np.testing.assert_allclose(negative_log_posterior(where, *arguments)[1], slope, rtol=1e-3, atol=1e-4)
+
+
+def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
+    """With length scales and the variance pinned by their priors only the noise is left: one integral."""
+    priors = settings().averaging.priors
+    pinned = priors.model_copy(
+        update={
+            "length_scale": priors.length_scale.model_copy(update={"log_deviation": 1e-3}),
+            "variance": priors.variance.model_copy(update={"log_deviation": 1e-3}),
+            "noise": priors.noise.model_copy(update={"log_deviation": 0.4}),
+        }
+    )
+    generator = np.random.default_rng(0)
+    inputs, terms = generator.normal(size=(30, len(INPUTS))), terms_of("product")
+    target = inputs[:, 0] + 0.2 * generator.normal(size=30)
+    _, evidence = fit_process(inputs, target / target.std(), terms, pinned)
+    prior = prior_of(terms, pinned)
+    arguments = (terms, Pairs.of(inputs, inputs), target / target.std(), prior)
+    noise = prior[0][-1] + np.linspace(-3, 3, 601)
+    # The prior's density of the pinned ones at their mean is divided out by their own integral.
+    width = np.log(prior[1][:-1] * np.sqrt(2 * np.pi)).sum()
+    heights = [-negative_log_posterior(np.append(prior[0][:-1], at), *arguments)[0] + width for at in noise]
+    exact = np.log(np.trapezoid(np.exp(np.array(heights) - max(heights)), noise)) + max(heights)
+    assert evidence == pytest.approx(exact, abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["identity", "logit", "avrami"])
+def test_links_go_there_and_back_and_know_their_slope(name):
+    link, conversion = LINKS[name], np.array([0.02, 0.3, 0.63, 0.95])
+    np.testing.assert_allclose(link.inverse(link.forward(conversion)), conversion, rtol=1e-12)
+    slope = (link.forward(conversion + 1e-7) - link.forward(conversion - 1e-7)) / 2e-7
+    np.testing.assert_allclose(np.exp(link.log_slope(conversion)), slope, rtol=1e-5)
+
+
+def test_avrami_link_makes_kinetics_a_straight_line_in_log_time():
+    time = np.array([1.0, 3.0, 10.0])
+    conversion = 1 - np.exp(-((0.1 * time) ** 0.7))
+    slope = np.diff(LINKS["avrami"].forward(conversion)) / np.diff(np.log(time))
+    np.testing.assert_allclose(slope, 0.7)
+    assert to_conversion(np.array([0.0, 50.0, 100.0]), 0.005).tolist() == [0.005, 0.5, 0.995]
+
+
+def test_derived_inputs_are_power_and_share():
+    inputs = describe(all_runs().set_index("case").loc[["1"]])
+    assert inputs["power_per_ball_mW"].iloc[0] == pytest.approx((221 + 500) * 400 * 1e-3)
+    assert inputs["tangential_share"].iloc[0] == pytest.approx(500 / 721)
+
+
+def test_an_input_that_hardly_varies_is_not_blown_up():
+    raw = np.array([[1.0, 0.69], [2.0, 0.70], [3.0, 0.69]])
+    scaling = InputScaling.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
+    assert scaling.spread[0] == pytest.approx(np.std([1, 2, 3])) and scaling.spread[1] == 0.05
+
+
+def test_left_out_in_closed_form_is_the_process_without_the_row():
+    rows, _ = parts()
+    member = fit_member(
+        Candidate("identity", SCALES, "mains_product"),
+        rows,
+        rows["yield_percent"].to_numpy(float),
+        settings().averaging,
+    )
+    whole = member.process
+    mean, deviation = whole.left_out()
+    for index in (0, 7, 20):
+        kept = np.arange(len(rows)) != index
+        without = Process(whole.terms, whole.logs, whole.inputs[kept], whole.target[kept])
+        one, spread = without.predict(whole.inputs[[index]])
+        assert one[0] == pytest.approx(mean[index], rel=1e-6) and spread[0] == pytest.approx(deviation[index], rel=1e-5)
+
+
+def test_weights_are_posterior_probabilities():
+    weights = evidence_weights(np.array([0.0, np.log(3.0), -50.0]), 0.01)
+    np.testing.assert_allclose(weights, [0.25, 0.75, 0.0], rtol=1e-12)
+
+
+def test_quantiles_of_one_identity_member_are_those_of_a_normal():
+    rows, test = parts()
+    member = fit_member(
+        Candidate("identity", SCALES, "product"), rows, rows["yield_percent"].to_numpy(float), settings().averaging
+    )
+    model = AveragedModel([member], np.array([1.0]))
+    mean, deviation = member.latent(describe(test).to_numpy())
+    levels = np.array([0.1, 0.5, 0.9])
+    wanted = 100 * np.clip(mean[:, None] + deviation[:, None] * norm.ppf(levels), 0, 1)
+    np.testing.assert_allclose(model.quantiles(test, levels), wanted, atol=1e-6)
+    np.testing.assert_allclose(model.predict(test), 100 * mean, rtol=1e-10)
+
+
+def test_bounded_members_stay_within_their_bounds_far_outside():
+    model, rows = fitted()
+    far = rows.assign(time_h=rows["time_h"] * 100)
+    lower, upper = model.interval(far, 0.95)
+    assert (lower >= 0).all() and (upper <= 100).all() and (lower <= upper).all()
+
+
+def test_kinetics_are_told_from_straight_lines():
+    """Yields made by Avrami's law: the evidence must find the link and the scale of time that make them a line."""
+    rows, config = all_runs(), settings().averaging
+    rate = 0.05 * (rows["bpr"] / 30) ** 0.8 * (rows["specific_frequency_hz"] / 500) ** 0.5
+    latent = 1.2 * np.log(rate * rows["time_h"]) + np.random.default_rng(1).normal(0, 0.05, len(rows))
+    yields = (100 * LINKS["avrami"].inverse(latent)).to_numpy()
+    evidence = {
+        (link, time): fit_member(
+            Candidate(link, ("log", "linear", time, "log", "linear"), "trend_product"), rows, yields, config
+        ).log_evidence
+        for link in ("avrami", "identity")
+        for time in ("log", "linear")
+    }
+    best = evidence.pop(("avrami", "log"))
+    assert best > max(evidence.values()) + 3
+
+
+def test_library_has_every_combination_once():
+    from millprint.config.yields import YieldConfig
+
+    found = library(YieldConfig(**thesis_yields()).averaging)
+    assert len(found) == 3 * 2 * 2 * len(STRUCTURES) == len(set(found))
+
+
+def test_a_second_fit_and_the_stored_model_are_the_same(tmp_path):
+    (model, rows), (again, _) = fitted(), fitted()
+    _, test = parts()
+    for number, each in enumerate((model, again)):
+        save_averaged(each, rows, settings().averaging.margin, str(tmp_path / f"{number}.json"))
+    assert (tmp_path / "0.json").read_bytes() == (tmp_path / "1.json").read_bytes()
+    loaded = load_any(str(tmp_path / "0.json"))
+    assert isinstance(loaded, AveragedModel)
+    np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-12)
+    np.testing.assert_allclose(loaded.interval(test, 0.9), model.interval(test, 0.9), rtol=1e-9)
+    assert training_rows(str(tmp_path / "0.json"))["case"].tolist() == rows["case"].tolist()
+    table = describe_members(model)
+    assert table["weight"].sum() == pytest.approx(1) and table["weight"].is_monotonic_decreasing
+    assert set(read_json(tmp_path / "0.json")["versions"]) == {"numpy", "scipy"}
+
+
+def test_a_changed_file_is_refused(tmp_path):
+    model, rows = fitted()
+    path = tmp_path / "model.json"
+    save_averaged(model, rows, settings().averaging.margin, str(path))
+    content = read_json(path)
+    content["members"][0]["log_parameters"][0] += 0.5
+    write_json(content, path)
+    with pytest.raises(ConfigError, match="the file was changed, or it was written by libraries") as caught:
+        load_averaged(str(path))
+    assert "\n" not in str(caught.value)
+    path.write_text("not a model")
+    with pytest.raises(ConfigError, match="not a stored model"):
+        load_any(str(path))
+    with pytest.raises(ConfigError, match="no such model"):
+        load_any(str(tmp_path / "nothing.json"))
+    write_json({"format": "other"}, path)
+    with pytest.raises(ConfigError, match="format = 'other'"):
+        load_any(str(path))

@@ -1,0 +1,166 @@
+"""Outer folds, intervals from cross-validation, and what is made of held-out predictions."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.predict.conformal import cross_intervals, cross_validated_intervals
+from millprint.predict.honest import LEFT_OUT, LOCKED_AGAIN, NESTED, PERMUTED, RANDOM, outer_folds, predict_held_out
+from millprint.predict.judge import judge, judge_intervals, split_luck
+from millprint.predict.learners import Answer, make_learner
+from millprint.predict.metrics import YieldWeights, metrics
+from tests.unit.yield_settings import parts, settings
+
+WEIGH = YieldWeights(70, 2.0)
+
+
+def runs() -> pd.DataFrame:
+    train, test = parts()
+    return pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
+
+
+def learner(model: str, strategy: str):
+    config = settings()
+    return make_learner(model, strategy, config.training, config.honest, config.averaging)
+
+
+def test_outer_folds_are_what_they_say():
+    rows, budget = runs(), settings().honest
+    folds = outer_folds(rows, budget)
+    for fold in folds:
+        assert sorted([*fold.kept, *fold.held]) == list(range(27))
+    by_scheme = {
+        scheme: [fold for fold in folds if fold.scheme == scheme] for scheme in {fold.scheme for fold in folds}
+    }
+    assert [fold.held.tolist() for fold in by_scheme[LEFT_OUT]] == [[index] for index in range(27)]
+    assert rows["case"].iloc[by_scheme[LOCKED_AGAIN][0].held].tolist() == ["9", "14", "10", "22", "1", "12"]
+    for scheme, repeats in ((NESTED, budget.outer_repeats), (PERMUTED, budget.permutations)):
+        for repeat in range(repeats):
+            held = np.concatenate([fold.held for fold in by_scheme[scheme] if fold.repeat == repeat])
+            assert sorted(held) == list(range(27))
+    assert all(len(fold.held) == 6 for fold in by_scheme[RANDOM])
+    yields = rows["yield_percent"].to_numpy()
+    for fold in by_scheme[PERMUTED]:
+        assert sorted(fold.yields) == sorted(yields) and not np.array_equal(fold.yields, yields)
+    assert all(np.array_equal(fold.yields, yields) for fold in folds if fold.scheme != PERMUTED)
+
+
+def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
+    rows, budget = runs(), settings().honest
+    first, again = outer_folds(rows, budget), outer_folds(rows, budget)
+    other = outer_folds(rows, budget.model_copy(update={"seed": 7}))
+    assert all(np.array_equal(one.held, two.held) for one, two in zip(first, again, strict=True))
+    assert not all(
+        np.array_equal(one.held, two.held) for one, two in zip(first, other, strict=True) if one.scheme == NESTED
+    )
+
+
+@pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
+def test_a_held_out_run_does_not_know_its_own_yield(model, strategy):
+    rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().honest
+    wrong = rows.copy()
+    wrong.loc[3, "yield_percent"] = 99.0
+    tables = []
+    for table in (rows, wrong):
+        folds = [fold for fold in outer_folds(table, budget) if fold.scheme == LEFT_OUT][2:4]
+        tables.append(predict_held_out(learner(model, strategy), table, folds, [0.8]))
+    (clean, ends), (other, other_ends) = tables
+    assert clean["predicted_percent"][1] == other["predicted_percent"][1]
+    assert clean["predicted_percent"][0] != other["predicted_percent"][0]
+    own = ends["case"] == rows["case"][3]
+    bounds = ["lower_percent", "upper_percent"]
+    assert own.any() and ends.loc[own, bounds].equals(other_ends.loc[own, bounds])
+
+
+def test_cross_intervals_are_the_order_statistics_of_the_paper():
+    residuals = np.array([1.0, 2.0, 3.0, 4.0])
+    centres = np.full((4, 1), 50.0)
+    # a (n + 1) = 0.4 * 5 = 2 and 0.6 * 5 = 3: the second smallest lower, the third smallest upper candidate.
+    assert cross_intervals(centres, residuals, [0.6])[0, 0].tolist() == [47.0, 53.0]
+    # Four rows cannot give 95 %: the yield's own bounds.
+    assert cross_intervals(centres, residuals, [0.95])[0, 0].tolist() == [0.0, 100.0]
+
+
+def test_cross_intervals_hold_as_often_as_promised():
+    generator, hits, trials = np.random.default_rng(5), 0, 300
+    for _ in range(trials):
+        rows = pd.DataFrame({"x": generator.uniform(0, 1, 24)})
+        truth = 30 + 40 * rows["x"].to_numpy() + generator.normal(0, 5, 24)
+
+        def fit(kept, yields):
+            line = np.polyfit(kept["x"], yields, 1)
+            return lambda asked: np.polyval(line, asked["x"])
+
+        ends = cross_validated_intervals(fit, rows.iloc[:23], truth[:23], rows.iloc[23:], [0.8], 5, 0)[0, 0]
+        hits += ends[0] <= truth[23] <= ends[1]
+    assert 0.75 <= hits / trials <= 0.92
+
+
+def held_out(scheme: str, repeats: int, error: float, model: str = "m") -> pd.DataFrame:
+    truth = np.array([20.0, 40.0, 60.0, 80.0])
+    tables = [
+        pd.DataFrame(
+            {
+                "repeat": repeat,
+                "case": list("abcd"),
+                "yield_percent": truth,
+                "predicted_percent": truth + error * (1 + repeat) * np.array([1, -1, 1, -1]),
+            }
+        )
+        for repeat in range(repeats)
+    ]
+    return pd.concat(tables).assign(model=model, strategy="primary", scheme=scheme)
+
+
+def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_population():
+    budget = settings().honest
+    table = pd.concat([held_out(NESTED, 3, 2.0), held_out(RANDOM, 3, 2.0)])
+    found = judge(table, WEIGH, budget).set_index(["scheme", "metric"])
+    assert found.loc[(NESTED, "mae"), "value"] == pytest.approx((2 + 4 + 6) / 3)
+    # Every case has the same error, so resampling cases changes nothing.
+    assert found.loc[(NESTED, "mae"), "lower"] == pytest.approx(4) == found.loc[(NESTED, "mae"), "upper"]
+    assert found.loc[(RANDOM, "mae"), "value"] == pytest.approx(4)
+    assert found.loc[(RANDOM, "mae"), "lower"] < 2.2 and found.loc[(RANDOM, "mae"), "upper"] > 5.8
+
+
+def test_split_luck_counts_the_splits_that_are_worse():
+    table = pd.concat([held_out(LOCKED_AGAIN, 1, 3.0), held_out(RANDOM, 4, 2.0), held_out(NESTED, 2, 2.0)])
+    found = split_luck(table, WEIGH, 0.95).set_index("metric")
+    # Errors of the random splits: 2, 4, 6, 8 against 3.
+    assert found.loc["mae", "worse_splits"] == 0.75 == found.loc["r2", "worse_splits"]
+    assert found.loc["mae", "nested"] == pytest.approx(3)
+
+
+def test_coverage_counts_cases_and_not_repeats():
+    table = held_out(NESTED, 5, 1.0).assign(method="cv_plus", nominal=0.8)
+    table["lower_percent"], table["upper_percent"] = table["yield_percent"] - 1, table["yield_percent"] + 1
+    table.loc[table["case"] == "a", "upper_percent"] = 10.0
+    row = judge_intervals(table, 0.95).iloc[0]
+    assert row["covered"] == 0.75 and row["cases"] == 4
+    assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
+
+
+def test_a_perfect_model_scores_one_and_shuffled_yields_nothing():
+    rows, budget = runs(), settings().honest.model_copy(update={"permutations": 6})
+    config = settings()
+    learn = make_learner("averaged_gpr", "primary", config.training, budget, config.averaging)
+    yields = rows["yield_percent"].to_numpy(float)
+    known = dict(zip(rows["case"], yields, strict=True))
+
+    def oracle(train, target, asked, levels):
+        return Answer(np.array([known[case] for case in asked["case"]]), {})
+
+    folds = outer_folds(rows, budget)
+    shuffled = [fold for fold in folds if fold.scheme == PERMUTED]
+    nested = [fold for fold in folds if fold.scheme == NESTED]
+    # predict_held_out needs intervals of somebody; the oracle has none.
+    answers = [oracle(None, None, rows.iloc[fold.held], []) for fold in nested]
+    truth = np.concatenate([fold.yields[fold.held] for fold in nested])
+    assert metrics(truth, np.concatenate([each.predicted for each in answers]), WEIGH)["r2"] == 1
+    scores = []
+    for repeat in range(budget.permutations):
+        part = [fold for fold in shuffled if fold.repeat == repeat]
+        predicted = [learn(rows.iloc[f.kept], f.yields[f.kept], rows.iloc[f.held], []).predicted for f in part]
+        truth = np.concatenate([fold.yields[fold.held] for fold in part])
+        scores.append(metrics(truth, np.concatenate(predicted), WEIGH)["r2"])
+    assert np.median(scores) < 0.15

@@ -1,0 +1,232 @@
+"""The next experiments: the region, what a run is worth, and the test on what was done."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm
+
+from millprint.config.proposals import RegionConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.regimes import read_regimes
+from millprint.predict.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
+from millprint.predict.averaging import AveragedModel, Candidate, average, fit_library, fit_member
+from millprint.predict.inputs import describe
+from millprint.predict.learners import Answer
+from millprint.predict.proposals import propose, shortlist
+from millprint.predict.regimes import Machine, leave_regimes_out, regime_rows, summarise_regimes, without_regime
+from millprint.predict.region import Mill, check_region, region_conditions
+from millprint.predict.retrospective import (
+    MERITS,
+    chance,
+    draw_starts,
+    search_best,
+    search_table,
+    smaller_library,
+    summarise_search,
+)
+from millprint.predict.structured import Process
+from tests.conftest import ROOT
+from tests.unit.yield_settings import all_runs, settings
+
+REGIMES = ROOT / "config/data/regimes.tsv"
+MACHINE = Machine(reference_speed=10.0, density=7700.0, amplitude=0.017, diameter=0.01)
+MILL = Mill(density=7700.0, amplitude=0.017, volume=125e-6)
+REGION = {
+    "bpr": [10, 30],
+    "molar_ratio": [10],
+    "time_h": [12.5, 20],
+    "speed_rpm": [600, 1000],
+    "fill_ratio": [0.06, 0.10],
+    "ball_diameter_mm": [10],
+}
+SCALES = ("linear", "linear", "log", "log", "linear")
+
+
+def conditions() -> pd.DataFrame:
+    return region_conditions(RegionConfig(**REGION), read_regimes(str(REGIMES)), MILL)
+
+
+def one_member(link: str = "identity") -> tuple[AveragedModel, pd.DataFrame]:
+    rows = all_runs()
+    member = fit_member(
+        Candidate(link, SCALES, "product"), rows, rows["yield_percent"].to_numpy(float), settings().averaging
+    )
+    return AveragedModel([member], np.array([1.0])), rows
+
+
+def test_region_is_every_combination_with_the_descriptors_of_the_screening():
+    table = conditions().set_index(["bpr", "time_h", "speed_rpm", "fill_ratio"])
+    assert len(table) == 16
+    row = table.loc[(30, 12.5, 600, 0.10)]
+    assert row["normal_energy_uJ"] == pytest.approx(221, rel=0.002)
+    assert row["tangential_energy_uJ"] == pytest.approx(500, rel=0.003)
+    assert row["specific_frequency_hz"] == pytest.approx(400, rel=1e-9)
+    # 24 balls of 10 mm at 7700 kg/m3 over a ball-to-powder ratio of 30.
+    assert row["balls"] == 24 and row["powder_mass_g"] == pytest.approx(24 * 7.7 * np.pi / 6 / 30)
+
+
+def test_region_outside_the_curves_is_refused_in_one_line():
+    region = RegionConfig(**(REGION | {"fill_ratio": [0.10, 0.40]}))
+    with pytest.raises(ConfigError, match=r"region\.fill_ratio = 0\.4: the master curves hold from 0\.06 to 0\.17"):
+        check_region(region, read_regimes(str(REGIMES)), "config.yaml")
+
+
+def test_expected_improvement_is_that_of_a_normal():
+    model, _ = one_member()
+    asked = conditions()
+    best = 60.0
+    mean, deviation = (100 * each for each in model.members[0].latent(describe(asked).to_numpy()))
+    u = (mean - best) / deviation
+    exact = deviation * (u * norm.cdf(u) + norm.pdf(u))
+    low = mean + 4 * deviation < 100  # there the bound at 100 % does not count
+    assert low.any()
+    np.testing.assert_allclose(expected_improvement(model, asked, best)[low], exact[low], atol=0.25)
+
+
+def test_draws_have_the_mean_and_the_correlation_of_the_process():
+    model, _ = one_member()
+    asked = conditions().iloc[[0, 1, 5]]
+    drawn = joint_draws(model, asked, 40000, np.random.default_rng(0))
+    member = model.members[0]
+    mean, covariance = member.process.posterior(member.scaling(describe(asked).to_numpy()))
+    inside = (drawn > 0) & (drawn < 100)
+    assert inside.mean() > 0.98
+    np.testing.assert_allclose(drawn.mean(axis=0), 100 * (member.mean + member.spread * mean), atol=0.8)
+    scale = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(np.corrcoef(drawn.T), covariance / np.outer(scale, scale), atol=0.06)
+
+
+def test_a_copy_of_the_first_run_adds_nothing_to_the_batch():
+    generator = np.random.default_rng(2)
+    first, other = generator.normal(60, 10, 5000), generator.normal(58, 10, 5000)
+    draws = np.column_stack([first, first, other])
+    batch = choose_for_yield(draws, 55.0, 3)
+    assert [column for column, _ in batch] == [0, 2, 1]
+    assert batch[0][1] == pytest.approx(np.maximum(first - 55, 0).mean())
+    assert batch[2][1] == 0
+    joint = np.maximum(np.maximum(first, other), 55).mean() - 55
+    assert batch[0][1] + batch[1][1] == pytest.approx(joint)
+
+
+def test_learning_takes_off_the_variance_that_a_new_row_does():
+    model, _ = one_member()
+    asked = conditions()
+    everywhere = np.arange(len(asked))
+    (position, share), (second, _) = choose_for_learning(model, asked, everywhere, 2)
+    member = model.members[0]
+    process, inputs = member.process, member.scaling(describe(asked).to_numpy())
+    before = np.trace(process.posterior(inputs)[1])
+    after = []
+    for index in everywhere:
+        grown = Process(
+            process.terms, process.logs, np.vstack([process.inputs, inputs[index]]), np.append(process.target, 0)
+        )
+        after.append(np.trace(grown.posterior(inputs)[1]))
+    assert position == int(np.argmin(after))
+    assert share == pytest.approx(1 - min(after) / before, rel=1e-3)
+    assert second != position
+
+
+def test_shortlist_is_half_merit_and_half_chance():
+    merit = np.arange(50.0)
+    chosen, random_half = shortlist(merit, 10, np.random.default_rng(0))
+    assert chosen[:5].tolist() == [49, 48, 47, 46, 45] and len(set(chosen)) == 10
+    assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
+
+
+def test_proposals_are_of_the_region_and_the_same_twice():
+    rows, config = all_runs(), settings()
+    model = average(fit_library(rows, rows["yield_percent"].to_numpy(float), config.averaging), config.averaging)
+    table, again = (propose(model, rows, conditions(), config.proposals) for _ in range(2))
+    assert table.equals(again)
+    assert table["purpose"].tolist() == ["yield", "yield", "learning", "learning"]
+    for name, values in REGION.items():
+        assert set(table[name]) <= set(values)
+    assert (table["lower_percent"] <= table["predicted_percent"]).all()
+    assert (table["predicted_percent"] <= table["upper_percent"]).all()
+    assert not table.duplicated(["purpose", *REGION]).any()
+
+
+def test_chance_is_drawing_without_putting_back():
+    found = chance(27, 8, 1)
+    np.testing.assert_allclose(found, np.arange(20) / 19)
+    generator, two = np.random.default_rng(0), chance(10, 4, 2)
+    firsts = np.array([np.sort(generator.permutation(6)[:2])[0] + 1 for _ in range(20000)])
+    np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
+
+
+def test_search_ends_with_the_best_run_and_beats_nobody_by_cheating():
+    rows, config = all_runs(), settings()
+    yields = rows["yield_percent"].to_numpy(float)
+    starts = draw_starts(yields, config.retrospective)
+    assert all(yields[start].max() < yields.max() and len(set(start)) == 8 for start in starts)
+    averaging = smaller_library(config.averaging, config.retrospective)
+    reached = {name: [search_best(rows, start, merit, averaging) for start in starts] for name, merit in MERITS.items()}
+    for paths in reached.values():
+        for path in paths:
+            assert path[-1] == yields.max() and (np.diff(path) >= 0).all() and (path[:-1] < yields.max()).all()
+    # The choice may use the yields of known runs only: those of the others may be anything but the highest.
+    wrong = rows.copy()
+    first = search_best(rows, starts[0], MERITS["highest_mean"], averaging)
+    hidden = np.setdiff1d(np.arange(27), [*starts[0], int(yields.argmax())])
+    wrong.loc[hidden, "yield_percent"] = 1.0
+    other = search_best(wrong, starts[0], MERITS["highest_mean"], averaging)
+    assert first[0] == other[0]
+    table = search_table(reached, yields, 8, 0.95)
+    summary = summarise_search(table, reached, 0.95).set_index("strategy")
+    assert summary.loc["random", "mean_runs"] == pytest.approx(18)
+    assert summary.loc["highest_mean", "mean_runs"] == pytest.approx(
+        np.mean([7 + len(p) for p in reached["highest_mean"]])
+    )
+    assert (table["lower"] <= table["found"]).all() and (table["found"] <= table["upper"]).all()
+
+
+def test_regime_rows_are_those_of_table_5_7():
+    rows = regime_rows(read_regimes(str(REGIMES)), MACHINE).set_index("case")
+    assert "reference" not in rows.index and len(rows) == 4
+    names = ["normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz"]
+    np.testing.assert_allclose(rows.loc["speed.tangential", names].astype(float), [73, 238, 700], rtol=0.01)
+    np.testing.assert_allclose(rows.loc["power.tangential", names].astype(float), [126, 411, 920], rtol=0.01)
+    assert rows.loc["power.normal", "regime"] == "fill 0.17"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("\t94", "\t140", "column yield_percent, case power.tangential = 140: at most 100"),
+        ("\t94", "\tmuch", "column yield_percent, row 4 = 'much'"),
+        ("speed.normal", "power.normal", "column case = power.normal appears twice"),
+        ("molar_ratio", "ratio", "column molar_ratio is missing"),
+    ],
+)
+def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, told):
+    table = tmp_path / "regimes.tsv"
+    table.write_text(REGIMES.read_text().replace(old, new))
+    with pytest.raises(ConfigError) as caught:
+        read_regimes(str(table))
+    assert told in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_without_regime_keeps_the_energy_and_hides_the_share():
+    rows = pd.concat([all_runs(), regime_rows(read_regimes(str(REGIMES)), MACHINE)], ignore_index=True)
+    hidden = without_regime(rows)
+    np.testing.assert_allclose(describe(hidden)["power_per_ball_mW"], describe(rows)["power_per_ball_mW"])
+    assert describe(hidden)["tangential_share"].std() < 1e-12 < describe(rows)["tangential_share"].std()
+
+
+def test_regimes_left_out_are_not_in_the_training():
+    screening, regimes = all_runs(), regime_rows(read_regimes(str(REGIMES)), MACHINE)
+    seen = []
+
+    def spy(rows, yields, asked, levels):
+        seen.append((set(rows["case"]), set(asked["case"])))
+        return Answer(np.full(len(asked), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(asked), 1, 1))})
+
+    table = leave_regimes_out(screening, regimes, {("spy", "none"): (spy, False)}, 0.95)
+    assert all(not known & asked and len(known) >= 27 for known, asked in seen)
+    nothing = [known for known, asked in seen if len(known) == 27]
+    assert len(nothing) == 2 and all(known == set(screening["case"]) for known in nothing)
+    summary = summarise_regimes(table).set_index("added")
+    yields = regimes["yield_percent"].to_numpy(float)
+    assert summary.loc["nothing", "rmse_pp"] == pytest.approx(np.sqrt(np.mean((50 - yields) ** 2)))
+    assert (summary["covered"] == 1).all() and (summary["predictions"] == 4).all()
