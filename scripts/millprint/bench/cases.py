@@ -1,5 +1,6 @@
 """One case of the bench: a jar, its balls, and millprint's own simulations of it."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -104,14 +105,15 @@ def cylinder_jar(config: BenchConfig, mill: MillConfig) -> Jar:
     """The mill with the cylinder, upright, in its jar's place; smooth in LAMMPS."""
     shape = config.cylinder
     region = f"cylinder z 0 0 {shape.radius_mm / 1e3!r} 0 {shape.height_mm / 1e3!r}"
-    return Jar("cylinder", mill.model_copy(update={"geometry": shape}), region)
+    return Jar("cylinder", mill.model_copy(update={"geometry": shape, "inserts": []}), region)
 
 
 def box_jar(config: BenchConfig, mill: MillConfig) -> Jar:
     """The mill with the box, whose six walls are the same in both codes, in its jar's place."""
     shape = config.physics.box
     x, y, height = shape.x_mm / 2e3, shape.y_mm / 2e3, shape.z_mm / 1e3
-    return Jar("box", mill.model_copy(update={"geometry": shape}), f"block {-x!r} {x!r} {-y!r} {y!r} 0 {height!r}")
+    region = f"block {-x!r} {x!r} {-y!r} {y!r} 0 {height!r}"
+    return Jar("box", mill.model_copy(update={"geometry": shape, "inserts": []}), region)
 
 
 def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float) -> Setup:
@@ -146,12 +148,13 @@ def settle(setup: Setup, seed: int, packed: np.ndarray | None = None) -> np.ndar
 
 @dataclass(frozen=True)
 class Timing:
-    """Wall time and processor time [s] of a number of steps."""
+    """Wall time and processor time [s] of a number of steps, and open contacts a ball at their end where known [-]."""
 
     steps: int
     balls: int
     wall_s: float
     processor_s: float
+    contacts: float = math.nan
 
     @property
     def ns_per_ball_step(self) -> float:
@@ -171,7 +174,8 @@ def time_millprint(setup: Setup, start: np.ndarray, driven_s: float) -> Timing:
     """Run the driven motion from `start` and time the kernel's loop; compiled code must be at hand."""
     simulation = start_from(setup, start, driven_s)
     simulation.run(f"{setup.name}: millprint")
-    return Timing(count_steps(simulation), setup.balls, simulation.wall_clock_s, simulation.processor_s)
+    contacts = np.count_nonzero(simulation.contacts.slot >= 0) / setup.balls
+    return Timing(count_steps(simulation), setup.balls, simulation.wall_clock_s, simulation.processor_s, contacts)
 
 
 def count_steps(simulation: Simulation) -> int:

@@ -105,6 +105,7 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
                     "processor_s": timing.processor_s,
                     "ns_per_ball_step": timing.ns_per_ball_step,
                     "processor_ns_per_ball_step": timing.processor_s / timing.steps / timing.balls * 1e9,
+                    "contacts_at_end": timing.contacts,
                 }
             )
             logger.info(

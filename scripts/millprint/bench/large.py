@@ -11,6 +11,7 @@ import numpy as np
 from millprint.bench.cases import Jar, Setup, make_setup, settle
 from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
+from millprint.config.geometry import CylinderGeometry, StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.dem.packing import pack
 from millprint.errors import ConfigError
@@ -34,11 +35,14 @@ def scaled_lengths(values: dict[str, Any], scale: float) -> dict[str, Any]:
 
 
 def scaled_mill(mill: MillConfig, factor: float) -> MillConfig:
-    """The mill with a jar of `factor` times the volume [-]. Raises ConfigError for a jar without a height."""
-    if not hasattr(mill.geometry, "height_mm"):
+    """The mill with a jar of `factor` times the volume [-].
+
+    Raises ConfigError for a jar that is no stadium or cylinder, or has inserts.
+    """
+    if not isinstance(mill.geometry, StadiumGeometry | CylinderGeometry) or mill.inserts:
         raise ConfigError(
             f"config/mills/{mill.name}.yaml: geometry.kind = {mill.geometry.kind!r}: the bench's large case needs a "
-            "stadium or a cylinder"
+            "stadium or a cylinder, without inserts"
         )
     geometry = type(mill.geometry).model_validate(scaled_lengths(mill.geometry.model_dump(), factor ** (1 / 3)))
     return mill.model_copy(update={"geometry": geometry, "volume_ml": mill.volume_ml * factor})
