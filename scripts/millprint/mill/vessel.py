@@ -8,7 +8,6 @@ import numpy as np
 from millprint.config.geometry import SolidGeometry, StlGeometry, VesselGeometry
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.mill.mesh import mesh_facets
 from millprint.mill.shapes import box_facets, cylinder_facets, paddles_facets
 from millprint.mill.stadium import stadium_facets
 
@@ -196,7 +195,13 @@ def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bo
     place: the YAML file and key, for refusals. Raises ConfigError for a file of triangles that does not hold.
     """
     is_mesh = isinstance(geometry, StlGeometry)
-    outlines = mesh_facets(geometry, place) if is_mesh else SHAPES[geometry.kind](geometry)
+    if is_mesh:
+        # Takes long to import, and few mills need it.
+        from millprint.mill.mesh import mesh_facets
+
+        outlines = mesh_facets(geometry, place)
+    else:
+        outlines = SHAPES[geometry.kind](geometry)
     # Parameters give a shape seen from inside, a file one seen from outside.
     if is_mesh != solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
