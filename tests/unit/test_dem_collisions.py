@@ -215,7 +215,7 @@ def test_the_channels_of_the_summary_balance(files):
 
 
 def test_every_key_of_a_summary_is_documented(files):
-    text = (CONFIG.parent / "docs/dem_outputs.md").read_text()
+    text = (CONFIG.parent / "workflow/outputs.md").read_text()
     summary = read_json(files / "summary.json")
     assert [key for key in [*summary, *summary["collisions"][0]] if f"`{key}`" not in text] == []
 
