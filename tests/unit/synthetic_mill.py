@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 import pandas as pd
+from millprint.fingerprint.master import MasterCurves, describe_curves
+from millprint.fingerprint.smooth import smooth_curves
 
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.master import MasterCurves, describe_curves
-from millprint.fingerprint.smooth import smooth_curves
 
 VOLUME = 125e-6
 AMPLITUDE = 0.017

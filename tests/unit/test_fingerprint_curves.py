@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from millprint.fingerprint.master import MasterCurves
+from millprint.fingerprint.smooth import smooth_curves
 
 from millprint.errors import ConfigError
 from millprint.files import write_json, write_table
@@ -10,8 +12,6 @@ from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.curves import QUANTITIES, average_curves, conditions_of, universal_descriptors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.master import MasterCurves
-from millprint.fingerprint.smooth import smooth_curves
 from millprint.fingerprint.zones import choking, elbow
 from tests.unit.synthetic_mill import (
     AMPLITUDE,

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from millprint.fingerprint.master import MasterCurves
 
 from millprint.fingerprint.inverse import CurvePoint, descriptors_at, invert_speed, solve_speed
-from millprint.fingerprint.master import MasterCurves
 from millprint.fingerprint.search import Allowed, rank_conditions
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fitted_curves
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.override import overridden
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem import state
 from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table, advance, begin_window, end_window
@@ -45,8 +46,7 @@ class Simulation:
     """Balls in a moving vessel. Step 0 is where the mill starts; before it the vessel is at rest."""
 
     def __init__(self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> None:
-        if case.young_modulus_gpa:
-            contact = contact.model_copy(update={"young_modulus_gpa": case.young_modulus_gpa})
+        mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
         self.diameter = case.ball_diameter_mm / 1e3
         self.radius = self.diameter / 2
