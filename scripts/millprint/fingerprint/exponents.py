@@ -40,21 +40,18 @@ def _regress(runs: pd.DataFrame, quantity: str, variable: str, alike: list[str],
     nothing = {"exponent": np.nan, "lower": np.nan, "upper": np.nan, "agrees": ""}
     if told.empty:
         return found | nothing | {"remark": "not varied with all else kept"}
-    members = told.groupby(alike, sort=True)
-    x, y = np.log(told[variable]), np.log(told[quantity])
-    x, y = x - x.groupby(members.ngroup()).transform("mean"), y - y.groupby(members.ngroup()).transform("mean")
-    # The constants of the groups are taken out beforehand and cost a degree of freedom each.
-    freedom = len(told) - members.ngroups - 1
-    if freedom < 1:
+    group = told.groupby(alike, sort=True).ngroup()
+    constants = pd.get_dummies(group, dtype=float)
+    if len(told) - constants.shape[1] < 2:
         return found | nothing | {"remark": "too few conditions for an interval"}
-    fit = sm.OLS(y.to_numpy(), x.to_numpy()).fit()
-    fit.df_resid = freedom
-    lower, upper = fit.conf_int(alpha=1.0 - probability)[0]
+    design = constants.assign(exponent=np.log(told[variable]))
+    fit = sm.OLS(np.log(told[quantity]).to_numpy(), design.to_numpy()).fit()
+    lower, upper = fit.conf_int(alpha=1.0 - probability)[-1]
     return found | {
-        "exponent": fit.params[0],
+        "exponent": fit.params[-1],
         "lower": lower,
         "upper": upper,
-        "remark": f"{members.ngroups} groups alike in all else",
+        "remark": f"{constants.shape[1]} groups alike in all else",
     }
 
 
