@@ -4,7 +4,8 @@ If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ra
 its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
     log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
 each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
-scaling of the thesis, and the band widens to what departures were worth elsewhere.
+scaling of the thesis, and the band widens to what departures were worth elsewhere. Departures of amplitude and density
+are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
 """
 
 import warnings

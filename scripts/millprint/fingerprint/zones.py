@@ -78,14 +78,16 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     average = _zones_of_all(fills, {name: pair[1] for name, pair in pairs.items()})
     tail = 0.5 - 0.5 * fingerprint.about["probability"]
     drawn = average.iloc[1:]
+    found = drawn.notna().mean()
+    told = found >= 0.5
     return pd.DataFrame(
         {
             "contact": fingerprint.about["contact"],
             "zone": average.columns,
             "value": average.iloc[0].to_numpy(),
-            "lower": drawn.quantile(tail).to_numpy(),
-            "upper": drawn.quantile(1.0 - tail).to_numpy(),
-            "found": drawn.notna().mean().to_numpy(),
+            "lower": drawn.quantile(tail).where(told).to_numpy(),
+            "upper": drawn.quantile(1.0 - tail).where(told).to_numpy(),
+            "found": found.to_numpy(),
             "smallest": single.min().to_numpy(),
             "largest": single.max().to_numpy(),
         }
