@@ -4,9 +4,9 @@ import pandas as pd
 
 from millprint.config.partition import PartitionConfig
 from millprint.files import write_table
+from millprint.fingerprint import regimes
 from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
-from millprint.fingerprint.master import MasterCurves
-from millprint.fingerprint.regimes import design_cases, power_as_run, read_regimes, with_curves
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.slopes import fit_slopes
 from millprint.job import job
 
@@ -17,15 +17,18 @@ def best_run(runs: pd.DataFrame, cases: pd.DataFrame) -> dict[str, float]:
     return runs.loc[index, ["yield_percent", "time_h", "bpr"]].to_dict() | {"speed_hz": cases.loc[index, "speed_hz"]}
 
 
-def main(regimes_path: str, smooth_path: str, about_path: str, output, settings: PartitionConfig) -> None:
-    """Design the cases and judge the measured yields, twice: with the published curves, and with ours."""
-    measured, curves = read_regimes(regimes_path), MasterCurves.read(smooth_path, about_path)
-    machine = (
-        settings.reference_speed_rpm / 60.0,
-        curves.about["density_kg_m3"],
-        curves.about["amplitude_m"],
-        settings.ball_diameter_mm * 1e-3,
-    )
+def side_by_side(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """The tables below each other, told apart by a first column `curves`."""
+    return pd.concat([table.assign(curves=name) for name, table in tables.items()], ignore_index=True)[
+        ["curves", *next(iter(tables.values())).columns]
+    ]
+
+
+def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionConfig) -> None:
+    """Design the cases and judge the measured yields, with the published curves and with ours."""
+    measured, fingerprint = regimes.read_regimes(regimes_path), Fingerprint.read(fingerprint_path)
+    diameter, about = settings.ball_diameter_mm * 1e-3, fingerprint.about
+    machine = (settings.reference_speed_rpm / 60.0, about["density_kg_m3"], about["amplitude_m"], diameter)
     chemistry = Chemistry(
         borate_molar_mass=settings.borate_molar_mass_g_mol * 1e-3,
         borohydride_molar_mass=settings.borohydride_molar_mass_g_mol * 1e-3,
@@ -33,30 +36,39 @@ def main(regimes_path: str, smooth_path: str, about_path: str, output, settings:
         gibbs=settings.gibbs_kJ_mol * 1e3,
         lower_heating_value=settings.lower_heating_value_kJ_mol * 1e3,
     )
-    published = design_cases(measured, *machine)
-    ours = design_cases(with_curves(measured, curves), *machine).drop(columns="power_as_printed_W")
+    chosen = {"published": measured, "ours": regimes.with_curves(measured, fingerprint)}
+    cases = {name: regimes.design_cases(table, *machine) for name, table in chosen.items()}
     # The yields were measured at the speeds of the published design, so our curves give the power at those.
-    ours["power_as_run_W"] = power_as_run(ours, published["speed_hz"], *machine[1:])
-    printed = measured.assign(power_W=published["power_as_printed_W"])
-    as_run = measured.assign(power_W=ours["power_as_run_W"])
-    money = (settings.plug_efficiency, settings.electricity_price_EUR_kWh)
-    write_table(published.assign(yield_percent=measured["yield_percent"]), output.table_4_2)
-    write_table(ours.assign(yield_percent=measured["yield_percent"]), output.table_4_2_ours)
+    run_speed = cases["published"]["speed_hz"]
+    for table in cases.values():
+        table["power_as_run_W"] = regimes.power_as_run(table, run_speed, *machine[1:])
+        table["yield_percent"] = measured["yield_percent"]
+    cases["ours"]["power_as_printed_W"] = float("nan")
+    powers = {"published": cases["published"]["power_as_printed_W"], "ours": cases["ours"]["power_as_run_W"]}
+    runs = {name: measured.assign(power_W=power) for name, power in powers.items()}
     prior = settings.prior.model_dump(exclude={"source"})
-    write_table(compare_with_prior(best_run(measured, published), prior), output.table_4_3)
-    write_table(specific_yields(printed), output.table_4_4)
-    write_table(specific_yields(as_run), output.table_4_4_ours)
-    write_table(energy_leverage(printed, chemistry, *money), output.table_4_5)
-    write_table(energy_leverage(as_run, chemistry, *money), output.table_4_5_ours)
+    leverage = (chemistry, settings.plug_efficiency, settings.electricity_price_EUR_kWh)
+    tables = {
+        "table_4_2": cases,
+        "table_4_3": {name: compare_with_prior(best_run(measured, table), prior) for name, table in cases.items()},
+        "table_4_4": {name: specific_yields(table) for name, table in runs.items()},
+        "table_4_5": {name: energy_leverage(table, *leverage) for name, table in runs.items()},
+    }
+    for name, pair in tables.items():
+        write_table(side_by_side(pair), getattr(output, name))
     write_table(fit_slopes(measured, settings.interval), output.slopes)
+    reference_fill = measured.loc[measured["mode"] == "reference", "fill_ratio"].iloc[0]
+    free = regimes.cases_at(settings.fill_ratios, reference_fill, about["volume_m3"], diameter)
+    designs = {"published": regimes.with_published(free, measured), "ours": regimes.with_curves(free, fingerprint)}
+    designs = {name: regimes.design_cases(table, *machine) for name, table in designs.items()}
+    write_table(side_by_side(designs).drop(columns="power_as_printed_W"), output.design)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "partition dissipation"):
         main(
             snakemake.input.regimes,
-            snakemake.input.smooth,
-            snakemake.input.about,
+            snakemake.input.fingerprint,
             snakemake.output,
             PartitionConfig(**snakemake.params.settings),
         )

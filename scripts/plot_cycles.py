@@ -4,6 +4,7 @@ from millprint.config.fingerprint import FingerprintConfig
 from millprint.figures.chapter3 import plot_cycle_densities, plot_cycle_means
 from millprint.figures.style import save
 from millprint.files import read_table
+from millprint.fingerprint.descriptors import NOTHING
 from millprint.fingerprint.published import published_cycles, read_published
 from millprint.job import job
 
@@ -13,6 +14,7 @@ def main(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> N
     densities, cycles = read_table(inputs.densities), read_table(inputs.cycles)
     shown = (
         (cycles["mill"] == mill)
+        & (cycles["varied"] == NOTHING)
         & cycles["contact"].isin(contacts)
         & cycles["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)
     )

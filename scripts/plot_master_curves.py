@@ -4,15 +4,23 @@ from millprint.figures.chapter3 import plot_energies, plot_master_curves
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.fingerprint.curves import conditions_of
+from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.published import published_curves, read_published
 from millprint.job import job
 
 
 def main(inputs, output, mill: str, contact: str) -> None:
-    """Draw the conditions, means and smooth curves, with published values where the thesis prints them."""
-    descriptors = conditions_of(read_table(inputs.descriptors), mill, contact)
+    """Draw the conditions, means and smooth curves with their zones, and the values that the thesis prints."""
+    descriptors = as_built(conditions_of(read_table(inputs.descriptors), mill, contact))
     published = published_curves(read_published(inputs.published), contact)
-    figure = plot_master_curves(descriptors, read_table(inputs.curves), read_table(inputs.smooth), published)
+    zones = read_table(inputs.zones)
+    figure = plot_master_curves(
+        descriptors,
+        read_table(inputs.means),
+        read_table(inputs.curves),
+        published,
+        zones[zones["contact"] == contact],
+    )
     save(plot_energies(descriptors), output.energies_svg, output.energies_png)
     save(figure, output.curves_svg, output.curves_png)
 

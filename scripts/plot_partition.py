@@ -8,8 +8,10 @@ from millprint.job import job
 
 def main(inputs, output) -> None:
     """Draw the cases of chapter 4."""
-    published, ours = read_table(inputs.table_4_4), read_table(inputs.table_4_4_ours)
-    save(plot_yield(read_table(inputs.table_4_2), read_table(inputs.slopes)), output.yield_svg, output.yield_png)
+    cases, judged = read_table(inputs.table_4_2), read_table(inputs.table_4_4)
+    cases = cases[cases["curves"] == "published"]
+    published, ours = (judged[judged["curves"] == name] for name in ("published", "ours"))
+    save(plot_yield(cases, read_table(inputs.slopes)), output.yield_svg, output.yield_png)
     save(plot_specific_yield(published, ours), output.specific_svg, output.specific_png)
     save(plot_mass_per_watt(published, ours), output.mass_svg, output.mass_png)
 

@@ -2,22 +2,31 @@
 
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import write_table
-from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
+from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.published import published_cycles, read_published
 from millprint.fingerprint.summaries import read_summaries
 from millprint.job import job
 
 
-def main(summary_paths: list[str], output, settings: FingerprintConfig) -> None:
-    """Read all summaries and write the four tables."""
+def main(summary_paths: list[str], published_path: str, output, mill: str, settings: FingerprintConfig) -> None:
+    """Read all summaries and write the five tables."""
     summaries = read_summaries(summary_paths)
+    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(published_path))
     write_table(tabulate_descriptors(summaries, settings.counting_rule), output.descriptors)
     write_table(tabulate_counting_rules(summaries), output.counting_rules)
-    write_table(tabulate_cycles(summaries), output.cycles)
+    write_table(cycles, output.cycles)
+    write_table(tabulate_published(cycles, published, mill, settings.cycle_fill_ratio), output.table_3_5)
     write_table(tabulate_densities(summaries, settings.cycle_fill_ratio), output.densities)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate descriptors") as logger:
         logger.info("%d simulations", len(snakemake.input.summaries))
-        main(snakemake.input.summaries, snakemake.output, FingerprintConfig(**snakemake.params.settings))
+        main(
+            snakemake.input.summaries,
+            snakemake.input.published,
+            snakemake.output,
+            snakemake.params.mill,
+            FingerprintConfig(**snakemake.params.settings),
+        )

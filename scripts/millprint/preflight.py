@@ -4,6 +4,7 @@ import math
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.override import overridden
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
@@ -39,7 +40,11 @@ def check_before_running(
         for fill in sorted({case.fill_ratio for case in cases.values() if case.ball_diameter_mm == diameter}):
             check_fill(mills[name], diameter, fill, most, source)
     for case in cases.values():
-        check_step(config, contacts[case.contact], case, source)
+        try:
+            _, contact = overridden(case, mills[case.mill], contacts[case.contact])
+        except ConfigError as error:
+            raise ConfigError(f"{source}: {error}") from None
+        check_step(config, contact, case, source)
     check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
     faults = fingerprint_faults(config, cases, source)
@@ -106,9 +111,9 @@ def check_movie(config: WorkflowConfig, source: str) -> None:
 
 
 def check_step(config: WorkflowConfig, contact: ContactConfig, case: Case, source: str) -> None:
-    """The integration step must resolve a contact: at most a fraction of the Rayleigh time."""
-    modulus = case.young_modulus_gpa or contact.young_modulus_gpa
-    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, modulus * 1e9, contact.poisson_ratio)
+    """The integration step must resolve a contact of the set as the case runs it: a fraction of the Rayleigh time."""
+    stiffness = contact.young_modulus_gpa * 1e9
+    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     largest = largest_fraction(case, config.dem)
     step = wanted_step(case, config.dem, rayleigh)
     # A fraction that is given as the largest itself must pass.

@@ -7,8 +7,7 @@ import pandas as pd
 
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.master import MasterCurves, describe_curves
-from millprint.fingerprint.smooth import smooth_curves
+from millprint.fingerprint.model import Fingerprint
 
 VOLUME = 125e-6
 AMPLITUDE = 0.017
@@ -50,32 +49,47 @@ def summary(
     seed=0,
     noise=0.0,
     factor=1.0,
+    amplitude_mm=None,
+    density_kg_m3=None,
+    error=0.02,
 ):
-    """The summary of one run; `noise` is the relative change of powers, `factor` multiplies powers and frequency."""
+    """The summary of one run; `noise` is the relative change of powers, `factor` multiplies powers and frequency.
+
+    `error` is the relative standard error of the normal power, twice that of the tangential power.
+    """
     normal_curve, tangential_curve, frequency_curve = true_curves(fill_ratio)
+    amplitude = AMPLITUDE if amplitude_mm is None else amplitude_mm * 1e-3
+    density = DENSITY if density_kg_m3 is None else density_kg_m3
     diameter, speed = diameter_mm * 1e-3, speed_rpm / 60.0
     balls = ball_count(fill_ratio, VOLUME, diameter)
-    unit = balls * DENSITY * speed**3 * AMPLITUDE**2 * diameter**3 * factor * (1.0 + noise)
+    unit = balls * density * speed**3 * amplitude**2 * diameter**3 * factor * (1.0 + noise)
     normal, tangential = normal_curve * unit, tangential_curve * unit
     restitution, friction = CONTACT_SETS[contact]
     ripple = 1.0 + 0.1 * np.sin(np.arange(10) + seed)
     ripple /= ripple.mean()
     frequency = frequency_curve * speed * balls * factor
     return {
-        "case": {"ball_diameter_mm": diameter_mm, "fill_ratio": fill_ratio, "speed_rpm": speed_rpm, "seed": seed},
+        "case": {
+            "ball_diameter_mm": diameter_mm,
+            "fill_ratio": fill_ratio,
+            "speed_rpm": speed_rpm,
+            "seed": seed,
+            "amplitude_mm": amplitude_mm,
+            "density_kg_m3": density_kg_m3,
+        },
         "mill": "emax",
         "contact": contact,
         "balls": balls,
         "ball_diameter_m": diameter,
-        "density_kg_m3": DENSITY,
+        "density_kg_m3": density,
         "restitution": restitution,
         "static_friction": friction,
         "frequency_hz": speed,
-        "amplitude_m": AMPLITUDE,
+        "amplitude_m": amplitude,
         "window_s": 1.0,
         "closure": 1e-4 * (-1) ** seed,
         "power_W": {"normal": normal, "tangential": tangential, "rolling": 0.3 * normal, "wall": normal + tangential},
-        "power_standard_error_W": {"normal": 0.02 * normal, "tangential": 0.01 * tangential},
+        "power_standard_error_W": {"normal": error * normal, "tangential": 0.5 * error * tangential},
         "per_revolution": {
             "normal_J": list(normal / speed * ripple),
             "tangential_J": list(tangential / speed * ripple),
@@ -106,8 +120,15 @@ def descriptors(**changes) -> pd.DataFrame:
     return tabulate_descriptors(summaries(**changes), "gap_3ms")
 
 
+def overrides(fills=(0.06, 0.10, 0.17), contact="calibrated", **changes):
+    """Runs over amplitude and density at 10 mm and 600 rpm."""
+    swept = [{"amplitude_mm": value} for value in (14.0, 20.0, 24.0)]
+    swept += [{"density_kg_m3": value} for value in (3900.0, 15000.0)]
+    return [summary(fill, contact=contact, **change, **changes) for fill in fills for change in swept]
+
+
 @cache
-def fitted_curves() -> MasterCurves:
-    """Smooth curves of the whole sweep."""
-    exact = descriptors()
-    return MasterCurves(smooth_curves(exact, 100, 0.95), describe_curves(exact, VOLUME))
+def fingerprint() -> Fingerprint:
+    """The fingerprint of the whole sweep, amplitude and density included."""
+    runs = summaries(error=0.002) + overrides(error=0.002)
+    return Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)

@@ -17,10 +17,11 @@ from millprint.claims.compare import verdict
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
 from millprint.files import read_table
-from tests.unit.synthetic_mill import VOLUME, summaries, summary
+from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "config/data"
+CONTACTS = ["calibrated", "steel"]
 
 
 def outputs(folder: Path, **names: str) -> SimpleNamespace:
@@ -33,30 +34,30 @@ def results(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("results")
     content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     settings = FingerprintConfig(**content["fingerprint"])
-    runs = summaries() + summaries(contacts=("steel",), factor=1.4) + [summary(0.17)]
+    runs = summaries() + summaries(contacts=("steel",), factor=1.4) + [summary(0.17)] + overrides()
     paths = []
     for index, run in enumerate(runs):
         paths.append(root / f"summary_{index}.json")
         paths[-1].write_text(json.dumps(run))
     stage = root / "fingerprint"
-    tables = {name: f"{name}.tsv" for name in ("descriptors", "counting_rules", "cycles", "densities")}
-    tabulate_descriptors.main(paths, outputs(stage, **tables), settings)
-    descriptors = str(stage / "descriptors.tsv")
-    smooth = {}
-    for contact in ("calibrated", "steel"):
-        files = outputs(
-            stage, curves=f"curves_{contact}.tsv", smooth=f"smooth_{contact}.tsv", about=f"smooth_{contact}.json"
-        )
-        fit_master_curves.main(descriptors, files, "emax", contact, VOLUME, settings)
-        smooth[contact] = (files.smooth, files.about)
+    names = ("descriptors", "counting_rules", "cycles", "densities", "table_3_5")
+    described = outputs(stage, **{name: f"{name}.tsv" for name in names})
+    tabulate_descriptors.main(paths, str(DATA / "published.tsv"), described, "emax", settings)
+    fingerprints = {}
+    for contact in CONTACTS:
+        names = {name: f"{name}_{contact}.tsv" for name in ("means", "curves", "coverage")}
+        files = outputs(stage, **names, fingerprint=f"fingerprint_{contact}.json")
+        fit_master_curves.main(described.descriptors, files, "emax", contact, VOLUME, settings)
+        fingerprints[contact] = files.fingerprint
     scaling = outputs(stage, **{name: f"{name}.tsv" for name in ("collapse", "universal", "exponents", "zones")})
-    measure_scaling.main(descriptors, {name: paths[0] for name, paths in smooth.items()}, scaling, "emax", settings)
+    inputs = SimpleNamespace(**vars(described), fingerprints=list(fingerprints.values()))
+    measure_scaling.main(inputs, scaling, "emax", CONTACTS, settings)
     answers = outputs(stage, inverse="inverse.tsv", ranked="inverse_ranked.tsv")
-    invert_master_curves.main(smooth, str(DATA / "published.tsv"), answers, settings.inverse)
-    names = ["table_4_2", "table_4_2_ours", "table_4_3", "table_4_4", "table_4_4_ours", "table_4_5", "table_4_5_ours"]
-    files = outputs(root / "partition", **{name: f"{name}.tsv" for name in [*names, "slopes"]})
+    invert_master_curves.main(fingerprints, str(DATA / "published.tsv"), answers, settings.inverse)
+    names = ["table_4_2", "table_4_3", "table_4_4", "table_4_5", "slopes", "design"]
+    files = outputs(root / "partition", **{name: f"{name}.tsv" for name in names})
     partition = PartitionConfig(**content["partition"])
-    partition_dissipation.main(str(DATA / "regimes.tsv"), *smooth["calibrated"], files, partition)
+    partition_dissipation.main(str(DATA / "regimes.tsv"), fingerprints["calibrated"], files, partition)
     return root
 
 
@@ -105,3 +106,47 @@ def test_a_run_without_tables_says_not_run(tmp_path, claims):
     simulated = [name for name in found if claims.loc[name, "kind"] in ("simulated", "runtime")]
     assert simulated and all(found[name].value is None for name in simulated)
     assert all(found[name].explanation.startswith("not run: ") for name in simulated)
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_the_table_of_curves_has_the_layout_that_others_read(results, contact):
+    """fill_ratio, then value, lower and upper of Pn, Pt, f and ratio; every simulated fill ratio has a row."""
+    table = read_table(results / f"fingerprint/curves_{contact}.tsv")
+    quantities = ("Pn", "Pt", "f", "ratio")
+    assert list(table) == ["fill_ratio", *(f"{name}{end}" for name in quantities for end in ("", "_lower", "_upper"))]
+    assert table["fill_ratio"].is_monotonic_increasing
+    row = table[table["fill_ratio"] == 0.10].iloc[0]
+    factor = 1.4 if contact == "steel" else 1.0
+    for name, value in zip(("Pn", "Pt", "f"), true_curves(0.10), strict=True):
+        assert row[name] == pytest.approx(factor * value, rel=0.02)
+        assert row[f"{name}_lower"] < row[name] < row[f"{name}_upper"]
+
+
+def test_the_tables_of_chapter_4_hold_both_curves(results):
+    for number in ("4_2", "4_3", "4_4", "4_5"):
+        table = read_table(results / f"partition/table_{number}.tsv")
+        assert list(table["curves"].unique()) == ["published", "ours"]
+        assert (table["curves"] == "ours").sum() == (table["curves"] == "published").sum()
+    design = read_table(results / "partition/design.tsv")
+    ours = design[(design["curves"] == "ours") & (design["mode"] == "power")]
+    assert ours["power_W"].max() == pytest.approx(ours["power_W"].min(), rel=1e-6)
+    assert set(design.loc[design["curves"] == "published", "fill_ratio"]) == {0.06, 0.10, 0.17}
+
+
+def test_table_3_5_is_beside_the_published(results):
+    table = read_table(results / "fingerprint/table_3_5.tsv")
+    row = table[(table["contact"] == "calibrated") & (table["ball_diameter_mm"] == 10) & (table["speed_rpm"] == 600)]
+    assert len(row) == 1 and row["normal_mean_J_published"].iloc[0] == pytest.approx(0.162, abs=5e-4)
+    deviation = 100 * (row["normal_mean_J"] / row["normal_mean_J_published"] - 1)
+    assert row["normal_mean_J_deviation_percent"].iloc[0] == pytest.approx(deviation.iloc[0], rel=1e-5)
+    assert table[table["contact"] == "steel"]["normal_mean_J_published"].isna().all()
+
+
+def test_runs_of_another_amplitude_or_density_change_no_claim_on_the_mill_as_built(results):
+    means = read_table(results / "fingerprint/means_calibrated.tsv").set_index("fill_ratio")
+    assert means["conditions"].to_dict() == {fill: 1 if fill == 0.17 else 4 for fill in means.index}
+    found = chapter3.findings(results, DATA)
+    assert "exponents from our runs" in found["3.collapse"].explanation
+    assert "A 2.00 (2.00 to 2.00)" in found["3.collapse"].explanation
+    # Steel was made 1.4 times as strong: 1 - eps of 0.449 against 0.883 makes that an exponent of -0.50.
+    assert found["3.universal"].value == "yes"

@@ -1,38 +1,22 @@
-"""Master curves: averages, smooth curves, predictions, collapse, exponents and zones."""
+"""Master curves: averages, collapse, exponents of the scaling, and the marks on a curve."""
 
 import numpy as np
 import pandas as pd
 import pytest
+import statsmodels.api as sm
 
 from millprint.errors import ConfigError
-from millprint.files import write_json, write_table
 from millprint.fingerprint.collapse import tabulate_collapse
-from millprint.fingerprint.curves import QUANTITIES, average_curves, conditions_of, universal_descriptors
-from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.master import MasterCurves
-from millprint.fingerprint.smooth import smooth_curves
+from millprint.fingerprint.curves import average_curves, conditions_of, universal_descriptors
+from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.exponents import FACTOR, fit_exponents
 from millprint.fingerprint.zones import choking, elbow
-from tests.unit.synthetic_mill import (
-    AMPLITUDE,
-    DENSITY,
-    FILLS,
-    descriptors,
-    fitted_curves,
-    summaries,
-    summary,
-    true_curves,
-)
+from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, FILLS, descriptors, overrides, summaries, summary, true_curves
 
 
 @pytest.fixture(scope="module")
 def exact() -> pd.DataFrame:
     return descriptors()
-
-
-@pytest.fixture(scope="module")
-def curves() -> MasterCurves:
-    return fitted_curves()
 
 
 def scattered(seed: int = 1, size: float = 0.05) -> pd.DataFrame:
@@ -64,74 +48,6 @@ def test_a_fill_with_one_condition_borrows_the_spread_of_the_others():
     assert 0.02 < relative < 0.10
 
 
-def test_the_smooth_curve_passes_through_an_exact_mill(curves):
-    table = curves.table
-    for name, curve in zip(("Pn", "Pt", "f"), true_curves(table["fill_ratio"]), strict=True):
-        np.testing.assert_allclose(table[name], curve, rtol=0.02)
-    for name in QUANTITIES:
-        assert (table[f"{name}_lower"] < table[name]).all() and (table[name] < table[f"{name}_upper"]).all()
-
-
-def test_the_band_holds_new_conditions_as_often_as_it_says():
-    table = smooth_curves(scattered(seed=2), 200, 0.95)
-    new = scattered(seed=3)
-    lower = np.interp(new["fill_ratio"], table["fill_ratio"], table["Pn_lower"])
-    upper = np.interp(new["fill_ratio"], table["fill_ratio"], table["Pn_upper"])
-    assert 0.85 <= ((lower < new["Pn"]) & (new["Pn"] < upper)).mean() <= 1.0
-    assert np.median(upper / lower) < 1.6
-
-
-def test_too_few_fills_are_refused(exact):
-    with pytest.raises(ConfigError, match="2 fill ratios"):
-        smooth_curves(exact[exact["fill_ratio"].isin([0.04, 0.10])], 50, 0.95)
-
-
-def test_predictions_return_the_simulated_conditions(exact, curves):
-    for row in exact.itertuples():
-        found = curves.predict(row.speed_hz, row.ball_diameter_m, row.fill_ratio)
-        assert found.outside == ()
-        assert found.balls == row.balls
-        assert found.normal_energy_J.value == pytest.approx(row.normal_energy_J, rel=0.03)
-        assert found.frequency_per_ball_hz.value == pytest.approx(row.frequency_per_ball_hz, rel=0.03)
-        assert found.power_W.value == pytest.approx(row.normal_power_W + row.tangential_power_W, rel=0.03)
-
-
-def test_energies_times_frequency_are_the_power(curves):
-    found = curves.predict(13.14, 0.01, 0.06)
-    energies = found.normal_energy_J.value + found.tangential_energy_J.value
-    assert found.balls * found.frequency_per_ball_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
-
-
-def test_predictions_scale_as_the_equations_say(curves):
-    base = curves.predict(10.0, 0.01, 0.10)
-    assert curves.predict(20.0, 0.01, 0.10).power_W.value == pytest.approx(8 * base.power_W.value)
-    assert curves.predict(20.0, 0.01, 0.10).normal_energy_J.value == pytest.approx(4 * base.normal_energy_J.value)
-    assert curves.predict(10.0, 0.005, 0.10).tangential_energy_J.value == pytest.approx(
-        base.tangential_energy_J.value / 8
-    )
-    far = curves.predict(10.0, 0.01, 0.10, density_kg_m3=2 * DENSITY, amplitude_m=2 * AMPLITUDE)
-    assert far.power_W.value == pytest.approx(8 * base.power_W.value)
-
-
-def test_what_lies_outside_is_named_or_refused(curves):
-    assert set(curves.predict(30.0, 0.02, 0.10, amplitude_m=0.03).outside) == {
-        "speed_hz",
-        "ball_diameter_m",
-        "amplitude_m",
-    }
-    with pytest.raises(ConfigError, match=r"fill_ratio = 0\.5.*0\.04 to 0\.4"):
-        curves.predict(10.0, 0.01, 0.5)
-
-
-def test_curves_are_read_back_as_written(curves, tmp_path):
-    write_table(curves.table, tmp_path / "smooth.tsv", digits=12)
-    write_json(curves.about, tmp_path / "smooth.json")
-    again = MasterCurves.read(tmp_path / "smooth.tsv", tmp_path / "smooth.json")
-    assert again.predict(12.0, 0.008, 0.13).power_W.value == pytest.approx(
-        curves.predict(12.0, 0.008, 0.13).power_W.value, rel=1e-9
-    )
-
-
 def test_an_unknown_contact_set_is_refused(exact):
     with pytest.raises(ConfigError, match="contact set brass"):
         conditions_of(exact, "emax", "brass")
@@ -158,19 +74,91 @@ def test_the_universal_factor_collapses_sets_that_obey_it():
     np.testing.assert_allclose(universal_descriptors(both)["Pn"], true_curves(both["fill_ratio"])[0], rtol=1e-5)
 
 
-def test_exponents_of_the_scaling_are_found_and_what_was_not_varied_is_said():
-    table = fit_exponents(scattered(size=0.01), 0.95)
-    fitted = table[table["remark"].str.startswith("fitted")]
-    assert set(fitted["variable"]) == {"omega", "d"}
-    np.testing.assert_allclose(fitted["exponent"], fitted["supposed"], atol=0.03)
-    assert ((fitted["lower"] <= fitted["exponent"]) & (fitted["exponent"] <= fitted["upper"])).all()
-    assert set(table[table["variable"].isin(["rho", "A"])]["remark"]) == {"not varied"}
+def exponents_of(runs: list[dict]) -> pd.DataFrame:
+    return fit_exponents(tabulate_descriptors(runs, "gap_3ms"), tabulate_counting_rules(runs), 0.95)
 
 
-def test_variables_changed_only_together_are_not_separable():
+def test_exponents_of_an_exact_mill_are_those_of_the_scaling():
+    table = exponents_of(summaries() + overrides())
+    assert set(table["variable"]) == {"rho", "omega", "A", "d", FACTOR}
+    fitted = table[table["exponent"].notna()]
+    assert set(fitted["variable"]) == {"rho", "omega", "A", "d"}
+    np.testing.assert_allclose(fitted["exponent"], fitted["supposed"], atol=1e-9)
+    levels = fitted[fitted["quantity"] == "normal_power_per_ball_W"].set_index("variable")["levels"]
+    assert levels.to_dict() == {"rho": 3, "omega": 2, "A": 4, "d": 2}
+
+
+def test_a_mill_of_other_exponents_is_seen_and_told_from_the_supposed():
+    generator = np.random.default_rng(4)
+    runs = summaries(fills=(0.06, 0.10, 0.17)) + overrides()
+    for run in runs:
+        # The true mill: power with A^1.5 and rho^1.2, collisions with omega^0.7.
+        strength = (run["amplitude_m"] / AMPLITUDE) ** -0.5 * (run["density_kg_m3"] / DENSITY) ** 0.2
+        for channel in ("normal", "tangential"):
+            run["power_W"][channel] *= strength * np.exp(0.01 * generator.standard_normal())
+        for rule in run["collisions"]:
+            rule["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
+    table = exponents_of(runs)
+    table = table[table["counting_rule"] == "gap_3ms"].set_index(["quantity", "variable"])
+    for quantity, variable, true, agrees in (
+        ("normal_power_per_ball_W", "A", 1.5, "no"),
+        ("tangential_power_per_ball_W", "rho", 1.2, "no"),
+        ("frequency_per_ball_hz", "omega", 0.7, "no"),
+        ("normal_power_per_ball_W", "omega", 3.0, "yes"),
+    ):
+        row = table.loc[(quantity, variable)]
+        assert row["lower"] <= true <= row["upper"] and row["upper"] - row["lower"] < 0.2
+        assert row["exponent"] == pytest.approx(true, abs=0.05)
+        assert row["agrees"] == agrees
+
+
+def test_the_interval_is_that_of_a_regression_with_a_constant_for_each_group():
+    """Two groups of three speeds: slopes and degrees of freedom as statsmodels has them with dummies."""
+    generator = np.random.default_rng(5)
+    runs = [
+        summary(fill, speed_rpm=speed, noise=0.05 * generator.standard_normal())
+        for fill in (0.06, 0.10)
+        for speed in (600.0, 800.0, 1200.0)
+    ]
+    table = exponents_of(runs)
+    found = table[(table["quantity"] == "normal_power_per_ball_W") & (table["variable"] == "omega")].iloc[0]
+    frame = tabulate_descriptors(runs, "gap_3ms")
+    design = pd.get_dummies(frame["fill_ratio"], dtype=float).assign(speed=np.log(frame["speed_hz"]))
+    fit = sm.OLS(np.log(frame["normal_power_W"] / frame["balls"]).to_numpy(), design.to_numpy()).fit()
+    assert found["exponent"] == pytest.approx(fit.params[-1], rel=1e-9)
+    np.testing.assert_allclose(found[["lower", "upper"]].astype(float), fit.conf_int(0.05)[-1], rtol=1e-9)
+
+
+def test_variables_changed_only_together_are_not_told_apart():
     runs = [summary(fill, d, n) for fill in (0.06, 0.10) for d, n in ((5.0, 1200.0), (10.0, 600.0))]
-    table = fit_exponents(tabulate_descriptors(runs, "gap_3ms"), 0.95)
-    assert set(table[table["variable"].isin(["omega", "d"])]["remark"]) == {"not separable"}
+    table = exponents_of(runs)
+    assert table["exponent"].isna().all()
+    assert set(table["remark"]) == {"not varied with all else kept"}
+
+
+def test_the_factor_of_the_restitution_is_an_exponent_too():
+    """Sets that obey Eqs 3.31 and 3.32 have the exponent -1/2 of 1 - eps; equal sets have none."""
+    obeying = summaries(factor=1 / np.sqrt(1 - 0.117037))
+    obeying += summaries(contacts=("steel",), factor=1 / np.sqrt(1 - 0.551421))
+    for runs, true in ((obeying, -0.5), (summaries(contacts=("calibrated", "steel")), 0.0)):
+        table = exponents_of(runs)
+        factor = table[table["variable"] == FACTOR]
+        assert list(factor["quantity"]) == ["Pn", "Pt", "P", "f"] and set(factor["contact"]) == {"all"}
+        np.testing.assert_allclose(factor["exponent"], true, atol=1e-4)
+
+
+def test_the_spread_of_a_sweep_over_amplitude_is_its_own():
+    runs = summaries() + overrides()
+    for run in runs:
+        run["power_W"]["normal"] *= (run["amplitude_m"] / AMPLITUDE) ** -2
+    table = tabulate_collapse(tabulate_descriptors(runs, "gap_3ms"))
+    spread = table[table["quantity"] == "Pn"].groupby("compared")["spread_scaled"].max()
+    assert spread["speed and ball size"] < 1e-9 and spread["density"] < 1e-9
+    assert spread["amplitude"] > 0.4
+    swept = table[(table["compared"] == "amplitude") & (table["quantity"] == "Pn")]
+    # Fill 0.17 is not in the sweep as built, so there its three amplitudes stand alone.
+    assert dict(zip(swept["fill_ratio"], swept["conditions"], strict=True)) == {0.06: 4, 0.10: 4, 0.17: 3}
+    assert swept["spread_dimensional"].max() < 1e-9
 
 
 def test_the_elbow_of_two_straight_lines_is_their_crossing():

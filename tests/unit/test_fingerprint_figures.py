@@ -12,12 +12,15 @@ from millprint.errors import ConfigError
 from millprint.figures import chapter3, chapter4
 from millprint.fingerprint.curves import average_curves
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
+from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.energy import specific_yields
+from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.occupancy import DATASETS, read_occupancy
 from millprint.fingerprint.published import published_curves, published_cycles, read_published
 from millprint.fingerprint.regimes import design_cases, read_regimes
 from millprint.fingerprint.slopes import fit_slopes
-from tests.unit.synthetic_mill import descriptors, fitted_curves, summaries
+from millprint.fingerprint.zones import find_zones
+from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 
 DATA = Path(__file__).parents[2] / "config/data"
 
@@ -47,11 +50,23 @@ def points(axis, label: str) -> np.ndarray:
 
 def test_master_curves_show_the_published_values(published):
     marks = published_curves(published, "calibrated")
-    curves = fitted_curves()
-    figure = chapter3.plot_master_curves(descriptors(), average_curves(descriptors()), curves.table, marks)
+    curves, zones = fingerprint().curve(np.geomspace(0.04, 0.40, 30)), find_zones(fingerprint())
+    figure = chapter3.plot_master_curves(descriptors(), average_curves(descriptors()), curves, marks, zones)
     assert_units(figure)
     np.testing.assert_allclose(points(figure.axes[0], "published"), [[0.06, 23], [0.10, 39.7], [0.17, 43]])
-    assert len(points(figure.axes[2], "smooth curve")) == len(curves.table)
+    assert len(points(figure.axes[2], "smooth curve")) == len(curves)
+    elbow = zones.set_index("zone").loc["elbow", "value"]
+    np.testing.assert_allclose(points(figure.axes[3], "elbow")[:, 0], elbow)
+
+
+def test_exponents_are_shown_about_what_is_supposed():
+    runs = summaries() + overrides()
+    table = fit_exponents(tabulate_descriptors(runs, "gap_3ms"), tabulate_counting_rules(runs), 0.95)
+    figure = chapter3.plot_exponents(table[table["contact"] == "calibrated"].dropna(subset="exponent"))
+    assert len(figure.axes) == 4
+    for axis in figure.axes:
+        assert axis.get_xlabel().endswith("[-]")
+        np.testing.assert_allclose(np.asarray(axis.containers[0].lines[0].get_xdata(), float), 0.0, atol=1e-9)
 
 
 def test_energies_have_a_line_for_each_condition():

@@ -1,12 +1,23 @@
 """Inverse mode: the thesis's 1698 rpm, and conditions that are found again from their own descriptors."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
+import match_conditions
+from millprint.config.fingerprint import MatchConfig
+from millprint.config.load import check_model
+from millprint.errors import ConfigError
+from millprint.files import read_table
+from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inverse import CurvePoint, descriptors_at, invert_speed, solve_speed
-from millprint.fingerprint.master import MasterCurves
+from millprint.fingerprint.match import match_targets
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import Allowed, rank_conditions
-from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fitted_curves
+from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
 PRINTED = CurvePoint(39.7, 90.0, 40.0)  # Table 4.2, fill 0.10
 TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "frequency_per_ball_hz": 400.0}
@@ -14,8 +25,8 @@ EQUAL = dict.fromkeys(TARGET, 1.0)
 
 
 @pytest.fixture(scope="module")
-def curves() -> MasterCurves:
-    return fitted_curves()
+def curves() -> Fingerprint:
+    return fingerprint()
 
 
 def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
@@ -65,3 +76,101 @@ def test_ranking_stays_in_the_allowed_range_and_is_sorted(curves):
 def test_no_common_fill_ratio_gives_an_empty_ranking(curves):
     table = rank_conditions(TARGET, [curves], Allowed((8.0, 9.0), (0.5, 0.6), (0.01,)), EQUAL, 3)
     assert table.empty and "distance" in table
+
+
+def test_a_target_that_leaves_a_descriptor_open_is_met_in_the_others(curves):
+    target = {name: TARGET[name] for name in ("normal_energy_J", "tangential_energy_J")}
+    best = rank_conditions(target, [curves], Allowed((8.0, 25.0), (0.04, 0.40), (0.006,)), EQUAL, 1).iloc[0]
+    assert best["distance"] < 1e-3 and np.isnan(best["frequency_per_ball_hz_residual_percent"])
+    assert best["within_interval"] == "normal_energy_J, tangential_energy_J"
+
+
+def test_the_density_of_the_balls_can_be_chosen(curves):
+    """Lighter balls of the right density are told from those at hand."""
+    known = curves.predict(12.0, 0.01, 0.10, density_kg_m3=4000.0)
+    target = {name: getattr(known, name).value for name in TARGET}
+    allowed = Allowed((11.9, 12.1), (0.099, 0.101), (0.01,), (3900.0, 4000.0, 7700.0))
+    best = rank_conditions(target, [curves], allowed, EQUAL, 3).iloc[0]
+    assert best["density_kg_m3"] == 4000.0 and best["inside"] == "yes"
+    assert best["power_W"] == pytest.approx(known.power_W.value, rel=1e-3)
+
+
+def test_conditions_beyond_the_simulations_are_marked(curves):
+    table = rank_conditions(TARGET, [curves], Allowed((25.0, 30.0), (0.06, 0.20), (0.005, 0.02)), EQUAL, 5)
+    assert set(table["inside"]) == {"no"}
+    assert table["outside"].str.contains("speed_hz").all()
+    assert table.loc[table["ball_diameter_mm"] == 20.0, "outside"].str.contains("ball_diameter_m").all()
+
+
+@pytest.fixture(scope="module")
+def file(curves, tmp_path_factory) -> str:
+    path = tmp_path_factory.mktemp("mill") / "fingerprint_calibrated.json"
+    curves.write(path)
+    return str(path)
+
+
+REQUEST = {"speeds_rpm": [300, 1200], "fill_ratios": [0.04, 0.40], "ball_diameters_mm": [5, 8, 10]}
+
+
+def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys):
+    known = curves.predict(15.0, 0.008, 0.12)
+    energies = [f"{getattr(known, name).value:.10g}" for name in ("normal_energy_J", "tangential_energy_J")]
+    frequency = f"{known.frequency_per_ball_hz.value:.10g}"
+    options = ["--speeds", "300", "1200", "--balls", "5", "8", "10", "--out", str(tmp_path / "ranked.tsv")]
+    match_conditions.main([file, "--energies", *energies, "--frequency", frequency, *options])
+    best = read_table(tmp_path / "ranked.tsv").iloc[0]
+    assert best["ball_diameter_mm"] == 8
+    assert best["speed_rpm"] == pytest.approx(900, rel=5e-3)
+    assert best["fill_ratio"] == pytest.approx(0.12, rel=5e-3)
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0] == "command_line:" and printed[2].split()[:3] == ["1", "calibrated", "8.0"]
+
+
+def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
+    like = {"fingerprint": file, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
+    request = tmp_path / "request.yaml"
+    request.write_text(yaml.safe_dump(REQUEST | {"targets": [{"name": "the_other", "like": like}]}))
+    match_conditions.main([file, "--request", str(request), "--out", str(tmp_path / "ranked.tsv"), "--ranked", "2"])
+    table = read_table(tmp_path / "ranked.tsv")
+    assert set(table["target"]) == {"the_other"} and len(table) == 2
+    assert table.loc[0, "speed_rpm"] == pytest.approx(700, rel=5e-3)
+    assert table.loc[0, "fill_ratio"] == pytest.approx(0.15, rel=5e-3)
+
+
+def test_the_powder_that_gives_the_target_is_chosen(curves):
+    """Of two contact sets, the one that the target came from."""
+    strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_3ms"), VOLUME, 0.95)
+    known = strong.predict(12.0, 0.01, 0.10)
+    target = {name: getattr(known, name).value for name in TARGET}
+    allowed = Allowed((5.0, 20.0), (0.04, 0.40), (0.01,))
+    assert rank_conditions(target, [curves, strong], allowed, EQUAL, 1)["contact"].iloc[0] == "steel"
+
+
+def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
+    content = json.loads(Path(file).read_text())
+    content["about"]["collision_gap_s"] = 0.001
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(content))
+    like = {"fingerprint": str(other), "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
+    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}])
+    with pytest.raises(ConfigError, match=r"gap of 0\.001 s, those of emax/calibrated with 0\.003 s"):
+        match_targets(request, [curves])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"targets": [{"name": "none"}]}, "either one at least of normal_energy_J"),
+        ({"targets": [{"name": "a", "normal_energy_J": 1e-4}], "weights": {"normal_energy_J": 0}}, "must be over 0"),
+        ({"targets": [{"name": "a", "frequency_per_ball_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
+    ],
+)
+def test_a_faulty_request_is_told_in_one_line(change, message):
+    with pytest.raises(ConfigError, match=message):
+        check_model(REQUEST | change, MatchConfig, "request.yaml")
+
+
+def test_the_command_line_says_what_is_missing(file, capsys):
+    with pytest.raises(SystemExit):
+        match_conditions.main([file, "--frequency", "400", "--speeds", "300", "600"])
+    assert "error: command line: ball_diameters_mm: this key is missing" in capsys.readouterr().err

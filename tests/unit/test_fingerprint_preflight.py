@@ -30,9 +30,20 @@ def faults(change) -> list[str]:
 def test_the_configuration_of_the_thesis_has_no_fault():
     config, cases = load()
     assert fingerprint_faults(config, cases, "config.yaml") == []
-    described = described_cases(cases).values()
+    described = described_cases(config, cases).values()
     assert all(case.young_modulus_gpa is None and case.time_step_s is None for case in described)
     assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]
+
+
+def test_amplitude_and_density_are_described_of_the_own_mill_alone():
+    config, cases = load()
+    described = described_cases(config, cases)
+    changed = [case for case in described.values() if case.amplitude_mm or case.density_kg_m3]
+    assert {case.amplitude_mm for case in changed} == {None, 14, 20, 24}
+    assert {case.density_kg_m3 for case in changed} == {None, 3900, 15000}
+    other, cases = load(lambda content: content.update(mill="emax_post"))
+    assert not [case for case in described_cases(other, cases).values() if case.amplitude_mm or case.density_kg_m3]
+    assert not set(mapped_cases(config, cases, "steel").values()) & {case.path for case in changed}
 
 
 def set_rule(content):
@@ -55,6 +66,15 @@ def set_fixed_fill(content):
     content["fingerprint"]["inverse"]["fixed_fill_ratio"] = 0.45
 
 
+def set_design_fill(content):
+    content["partition"]["fill_ratios"] = [0.10, 0.02]
+
+
+def set_other_mill(content):
+    like = {"fingerprint": "config/config.yaml", "speed_rpm": 600, "ball_diameter_mm": 10, "fill_ratio": 0.1}
+    content["fingerprint"]["inverse"]["targets"] = [{"name": "other", "like": like}]
+
+
 def set_map_speed(content):
     content["fingerprint"]["maps"]["speed_rpm"] = 777
 
@@ -72,6 +92,11 @@ def few_fills(content):
         (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
         (set_contact, "partition.contact = 'brass': must be one of contacts (calibrated, steel)"),
         (set_fixed_fill, "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios, 0.04 to 0.4"),
+        (
+            set_design_fill,
+            "partition.fill_ratios = 0.02: must lie within the simulated fill ratios of calibrated, 0.04",
+        ),
+        (set_other_mill, "fingerprint.inverse.targets.other.like: config/config.yaml: not a fingerprint"),
         (set_map_speed, "fingerprint.maps: no case of calibrated"),
         (few_fills, "contact set calibrated has 2 fill ratio(s)"),
     ],

@@ -9,9 +9,17 @@ import pytest
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
 from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
-from millprint.fingerprint.regimes import design_cases, equal_power_speed, power_as_run, read_regimes, with_curves
+from millprint.fingerprint.regimes import (
+    cases_at,
+    design_cases,
+    equal_power_speed,
+    power_as_run,
+    read_regimes,
+    with_curves,
+    with_published,
+)
 from millprint.fingerprint.slopes import fit_slopes
-from tests.unit.synthetic_mill import fitted_curves
+from tests.unit.synthetic_mill import fingerprint
 
 DATA = Path(__file__).parents[2] / "config/data"
 MACHINE = (10.0, 7700.0, 0.017, 0.01)
@@ -111,9 +119,24 @@ def test_changes_against_prior_work():
 
 
 def test_our_curves_take_the_place_of_the_published(measured):
-    ours = design_cases(with_curves(measured, fitted_curves()), *MACHINE)
+    ours = design_cases(with_curves(measured, fingerprint()), *MACHINE)
+    assert (ours["power_lower_W"] < ours["power_W"]).all() and (ours["power_W"] < ours["power_upper_W"]).all()
     assert ours["power_W"][3] == pytest.approx(ours["power_W"][0], rel=1e-9)
     np.testing.assert_allclose(power_as_run(ours, ours["speed_hz"], *MACHINE[1:]), ours["power_W"], rtol=1e-12)
+
+
+def test_cases_at_any_fill_keep_speed_or_power_of_the_reference(measured):
+    cases = cases_at([0.30, 0.08, 0.30], 0.10, 125e-6, 0.01)
+    assert list(cases["case"]) == ["reference", "speed.0.08", "speed.0.3", "power.0.08", "power.0.3"]
+    assert list(cases["balls"]) == [24, 19, 72, 19, 72]
+    table = design_cases(with_curves(cases, fingerprint()), *MACHINE).set_index("case")
+    assert (table.loc[["speed.0.08", "speed.0.3"], "speed_hz"] == 10.0).all()
+    np.testing.assert_allclose(table.loc[["power.0.08", "power.0.3"], "power_W"], table.loc["reference", "power_W"])
+    printed = with_published(cases_at([0.06, 0.08, 0.17], 0.10, 125e-6, 0.01), measured)
+    assert set(printed["fill_ratio"]) == {0.06, 0.10, 0.17}
+    assert design_cases(printed, *MACHINE).set_index("case").loc["power.0.06", "speed_hz"] == pytest.approx(
+        design_cases(measured, *MACHINE).set_index("case").loc["power.tangential", "speed_hz"]
+    )
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from millprint.fingerprint.preflight import described_cases, mapped_cases
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
-DESCRIBED_CASES = described_cases(CASES)
+DESCRIBED_CASES = described_cases(CONFIG, CASES)
 
 
 wildcard_constraints:
@@ -37,11 +37,13 @@ rule simulate_drop_test:
 rule tabulate_descriptors:
     input:
         summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
+        published=CONFIG.data.published,
     output:
         descriptors=f"{FINGERPRINT}/descriptors.tsv",
         counting_rules=f"{FINGERPRINT}/counting_rules.tsv",
         cycles=f"{FINGERPRINT}/cycles.tsv",
         densities=f"{FINGERPRINT}/cycle_densities.tsv",
+        table_3_5=f"{FINGERPRINT}/table_3_5.tsv",
     log:
         f"{LOGS}/fingerprint/tabulate_descriptors.log",
     localrule: True
@@ -49,6 +51,7 @@ rule tabulate_descriptors:
         "../../envs/millprint.yaml"
     params:
         settings=settings("fingerprint"),
+        mill=CONFIG.mill,
         library=library("tabulate_descriptors.py"),
     message:
         "Tabulating the descriptors of every condition"
@@ -60,9 +63,10 @@ rule fit_master_curves:
     input:
         descriptors=rules.tabulate_descriptors.output.descriptors,
     output:
+        means=f"{FINGERPRINT}/means_{{contact}}.tsv",
         curves=f"{FINGERPRINT}/curves_{{contact}}.tsv",
-        smooth=f"{FINGERPRINT}/smooth_{{contact}}.tsv",
-        about=f"{FINGERPRINT}/smooth_{{contact}}.json",
+        fingerprint=f"{FINGERPRINT}/fingerprint_{{contact}}.json",
+        coverage=f"{FINGERPRINT}/coverage_{{contact}}.tsv",
     log:
         f"{LOGS}/fingerprint/fit_master_curves_{{contact}}.log",
     localrule: True
@@ -82,7 +86,8 @@ rule fit_master_curves:
 rule measure_scaling:
     input:
         descriptors=rules.tabulate_descriptors.output.descriptors,
-        smooth=expand(rules.fit_master_curves.output.smooth, contact=CONFIG.contacts),
+        counting_rules=rules.tabulate_descriptors.output.counting_rules,
+        fingerprints=expand(rules.fit_master_curves.output.fingerprint, contact=CONFIG.contacts),
     output:
         collapse=f"{FINGERPRINT}/collapse.tsv",
         universal=f"{FINGERPRINT}/universal.tsv",
@@ -106,9 +111,9 @@ rule measure_scaling:
 
 rule invert_master_curves:
     input:
-        smooth=expand(rules.fit_master_curves.output.smooth, contact=CONFIG.contacts),
-        about=expand(rules.fit_master_curves.output.about, contact=CONFIG.contacts),
+        fingerprints=expand(rules.fit_master_curves.output.fingerprint, contact=CONFIG.contacts),
         published=CONFIG.data.published,
+        others=[target.like.fingerprint for target in CONFIG.fingerprint.inverse.targets if target.like],
     output:
         inverse=f"{FINGERPRINT}/inverse.tsv",
         ranked=f"{FINGERPRINT}/inverse_ranked.tsv",
@@ -166,8 +171,9 @@ rule plot_cycles:
 rule plot_master_curves:
     input:
         descriptors=rules.tabulate_descriptors.output.descriptors,
+        means=rules.fit_master_curves.output.means,
         curves=rules.fit_master_curves.output.curves,
-        smooth=rules.fit_master_curves.output.smooth,
+        zones=rules.measure_scaling.output.zones,
         published=CONFIG.data.published,
     output:
         energies_svg=report(
@@ -202,6 +208,7 @@ rule plot_universal_curves:
     input:
         descriptors=rules.tabulate_descriptors.output.descriptors,
         universal=rules.measure_scaling.output.universal,
+        exponents=rules.measure_scaling.output.exponents,
     output:
         svg=report(
             f"{FINGERPRINT_FIGURES}/universal_curves.svg",
@@ -210,6 +217,13 @@ rule plot_universal_curves:
             labels={"figure": "3.14", "shows": "universal master curves"},
         ),
         png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
+        exponents_svg=report(
+            f"{FINGERPRINT_FIGURES}/exponents.svg",
+            caption="../report/exponents.rst",
+            category="Chapter 3",
+            labels={"figure": "Eqs 3.28, 3.29", "shows": "exponents of the scaling"},
+        ),
+        exponents_png=f"{FINGERPRINT_FIGURES}/exponents.png",
     log:
         f"{LOGS}/fingerprint/plot_universal_curves.log",
     localrule: True
@@ -220,7 +234,7 @@ rule plot_universal_curves:
         contacts=CONFIG.contacts,
         library=library("plot_universal_curves.py"),
     message:
-        "Drawing the universal master curves"
+        "Drawing the universal master curves and the exponents of the scaling"
     script:
         "../../scripts/plot_universal_curves.py"
 

@@ -7,17 +7,14 @@ PARTITION_FIGURES = f"{PARTITION}/figures"
 rule partition_dissipation:
     input:
         regimes=CONFIG.data.regimes,
-        smooth=f"{RESULTS}/fingerprint/smooth_{CONFIG.partition.contact}.tsv",
-        about=f"{RESULTS}/fingerprint/smooth_{CONFIG.partition.contact}.json",
+        fingerprint=f"{RESULTS}/fingerprint/fingerprint_{CONFIG.partition.contact}.json",
     output:
         table_4_2=f"{PARTITION}/table_4_2.tsv",
-        table_4_2_ours=f"{PARTITION}/table_4_2_ours.tsv",
         table_4_3=f"{PARTITION}/table_4_3.tsv",
         table_4_4=f"{PARTITION}/table_4_4.tsv",
-        table_4_4_ours=f"{PARTITION}/table_4_4_ours.tsv",
         table_4_5=f"{PARTITION}/table_4_5.tsv",
-        table_4_5_ours=f"{PARTITION}/table_4_5_ours.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
+        design=f"{PARTITION}/design.tsv",
     log:
         f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
@@ -37,7 +34,6 @@ rule plot_partition:
         slopes=rules.partition_dissipation.output.slopes,
         table_4_2=rules.partition_dissipation.output.table_4_2,
         table_4_4=rules.partition_dissipation.output.table_4_4,
-        table_4_4_ours=rules.partition_dissipation.output.table_4_4_ours,
     output:
         yield_svg=report(
             f"{PARTITION_FIGURES}/yield.svg",

@@ -13,6 +13,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.sweep import ball_count
 from millprint.files import read_table
+from millprint.fingerprint.descriptors import NOTHING
 from millprint.fingerprint.scaling import effective_restitution
 
 JAR_VOLUME_ML = 125.0
@@ -57,7 +58,8 @@ def _cycle(evidence: Evidence, name: str) -> Finding:
     """A mean or a coefficient of variation of Table 3.5."""
     kind, diameter, speed, letter = re.fullmatch(r"3\.(cycle|cycle_cv)\.(\d+)mm\.(\d+)\.(n|t)", name).groups()
     wanted = {"ball_diameter_mm": float(diameter), "speed_rpm": float(speed), "fill_ratio": 0.08}
-    found = rows(evidence.table("fingerprint/cycles.tsv"), mill=curves3.MILL, contact=curves3.CONTACT, **wanted)
+    table = rows(evidence.table("fingerprint/cycles.tsv"), mill=curves3.MILL, contact=curves3.CONTACT, varied=NOTHING)
+    found = rows(table, **wanted)
     if found.empty:
         return not_run(f"the sweep has no calibrated case of {diameter} mm at {speed} rpm and fill 0.08")
     row = found.iloc[0]
@@ -72,7 +74,8 @@ def _reference(evidence: Evidence, name: str) -> Finding:
     """The reference case of Sec. 3.3.4: 10 mm, 600 rpm, fill 0.10."""
     columns = {"En": "normal_energy_J", "Et": "tangential_energy_J", "f": "frequency_per_ball_hz"}
     wanted = {"ball_diameter_mm": 10.0, "speed_rpm": 600.0, "fill_ratio": 0.10}
-    found = rows(evidence.table("fingerprint/descriptors.tsv"), mill=curves3.MILL, contact=curves3.CONTACT, **wanted)
+    table = rows(evidence.table("fingerprint/descriptors.tsv"), mill=curves3.MILL, contact=curves3.CONTACT)
+    found = rows(table, varied=NOTHING, **wanted)
     if found.empty:
         return not_run("the sweep has no calibrated case of 10 mm at 600 rpm and fill 0.10")
     row = found.iloc[0]

@@ -6,6 +6,9 @@ from scipy.stats import spearmanr
 
 from millprint.claims.evidence import Evidence, not_run, rows, yes_no
 from millprint.claims.finding import Finding
+from millprint.fingerprint.collapse import MACHINE
+from millprint.fingerprint.descriptors import NOTHING
+from millprint.fingerprint.exponents import FACTOR
 
 MILL, CONTACT = "emax", "calibrated"
 
@@ -26,7 +29,8 @@ def curve_value(evidence: Evidence, name: str) -> Finding:
 
 def _counting_rules(evidence: Evidence, fill_ratio: float) -> str:
     """The specific frequency under every recorded counting rule, in words."""
-    table = rows(evidence.table("fingerprint/counting_rules.tsv"), mill=MILL, contact=CONTACT, fill_ratio=fill_ratio)
+    table = rows(evidence.table("fingerprint/counting_rules.tsv"), mill=MILL, contact=CONTACT, varied=NOTHING)
+    table = rows(table, fill_ratio=fill_ratio)
     if table.empty:
         return ""
     means = table.groupby("counting_rule", sort=False)["f"].mean()
@@ -36,7 +40,7 @@ def _counting_rules(evidence: Evidence, fill_ratio: float) -> str:
 def _large_balls(evidence: Evidence, quantity: str) -> Finding:
     """Table 3.5 gives the powers of 10 mm balls at fill 0.08, over four speeds."""
     table = evidence.table("fingerprint/descriptors.tsv")
-    found = rows(table, mill=MILL, contact=CONTACT, ball_diameter_mm=10.0, fill_ratio=0.08)
+    found = rows(table, mill=MILL, contact=CONTACT, varied=NOTHING, ball_diameter_mm=10.0, fill_ratio=0.08)
     if found.empty:
         return not_run("the sweep has no calibrated case of 10 mm at fill 0.08")
     speeds = ", ".join(f"{speed:g}" for speed in sorted(found["speed_rpm"]))
@@ -44,9 +48,9 @@ def _large_balls(evidence: Evidence, quantity: str) -> Finding:
 
 
 def _curves(evidence: Evidence, contact: str):
-    """Master curves of a contact set, or an empty table if they are of another mill than the thesis's."""
-    table = evidence.table(f"fingerprint/curves_{contact}.tsv")
-    about = evidence.json(f"fingerprint/smooth_{contact}.json")
+    """Means of a contact set at its fill ratios, or an empty table if they are of another mill than the thesis's."""
+    table = evidence.table(f"fingerprint/means_{contact}.tsv")
+    about = evidence.json(f"fingerprint/fingerprint_{contact}.json").get("about", {})
     return table if about.get("mill") == MILL else table.iloc[:0]
 
 
@@ -126,7 +130,7 @@ def _trend(curves, falls: bool, contact: str) -> Finding:
 def collapse_findings(evidence: Evidence) -> dict[str, Finding]:
     """Claims on the collapse: the spread over the mean at each fill ratio, before and after."""
     table = evidence.table("fingerprint/collapse.tsv")
-    own = rows(table, scope=CONTACT)
+    own = rows(table, scope=CONTACT, compared=MACHINE)
     own = own[own["quantity"] != "ratio"] if len(own) else own
     if own.empty or not len(_curves(evidence, CONTACT)):
         collapse = not_run("no fill ratio of the sweep has two calibrated conditions")
@@ -136,12 +140,25 @@ def collapse_findings(evidence: Evidence) -> dict[str, Finding]:
             float(100 * worst["spread_scaled"]),
             f"largest spread in per cent, of {worst['quantity']} at fill {worst['fill_ratio']:g}; the median is "
             f"{100 * own['spread_scaled'].median():.1f} % after and {100 * own['spread_dimensional'].median():.0f} % "
-            "before the normalisation",
+            f"before the normalisation{_exponents(evidence)}",
         )
-    return {"3.collapse": collapse, "3.universal": _universal(table)}
+    return {"3.collapse": collapse, "3.universal": _universal(evidence, table)}
 
 
-def _universal(table) -> Finding:
+def _exponents(evidence: Evidence) -> str:
+    """The exponents that our runs give the powers of one ball, in words."""
+    table = rows(evidence.table("fingerprint/exponents.tsv"), contact=CONTACT)
+    words = []
+    for name in ("normal", "tangential"):
+        found = rows(table, quantity=f"{name}_power_per_ball_W").dropna(subset="exponent")
+        given = [
+            f"{row.variable} {row.exponent:.2f} ({row.lower:.2f} to {row.upper:.2f})" for row in found.itertuples()
+        ]
+        words += [f"{name} power {', '.join(given)}"] if given else []
+    return f"; exponents from our runs, of the {'; of the '.join(words)}" if words else ""
+
+
+def _universal(evidence: Evidence, table) -> Finding:
     """Both contact sets collapse if the factor narrows the median spread of each quantity."""
     pooled = rows(table, scope="universal")
     if pooled.empty:
@@ -152,4 +169,9 @@ def _universal(table) -> Finding:
     words = "; ".join(
         f"{name} {row['spread_scaled']:.1f} to {row['spread_universal']:.1f} %" for name, row in median.iterrows()
     )
-    return yes_no(holds, f"median spread over both sets without and with (1 - eps)^(1/2): {words}")
+    found = rows(evidence.table("fingerprint/exponents.tsv"), contact="all", variable=FACTOR).dropna(subset="exponent")
+    fitted = ", ".join(f"{-row.exponent:+.2f} for {row.quantity}" for row in found.itertuples())
+    best = f"; the power of 1 - eps that joins the sets in our runs, not 1/2: {fitted}" if fitted else ""
+    return yes_no(
+        holds, f"median spread over both sets without and with (1 - eps)^(1/2): {words}{'' if holds else best}"
+    )

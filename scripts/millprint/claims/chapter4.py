@@ -33,6 +33,12 @@ def _row(table, **wanted):
     return found.iloc[0]
 
 
+def _both(evidence: Evidence, number: str) -> tuple:
+    """A table of chapter 4 from the published curves and from ours."""
+    table = evidence.table(f"partition/table_{number}.tsv")
+    return rows(table, curves="published"), rows(table, curves="ours")
+
+
 def _value(table, case: str, column: str) -> float:
     return float(_row(table, case=case)[column])
 
@@ -41,7 +47,7 @@ def _case(evidence: Evidence, name: str) -> Finding:
     """An entry of Table 4.2, with that of our own curves beside it."""
     case, quantity = re.fullmatch(r"4\.case\.(.+)\.(\w+)", name).groups()
     column, factor = TABLE_4_2[quantity]
-    table, ours = evidence.table("partition/table_4_2.tsv"), evidence.table("partition/table_4_2_ours.tsv")
+    table, ours = _both(evidence, "4_2")
     value = factor * _value(table, case, column)
     if quantity == "yield":
         return Finding(value, "measured; from the table of cases")
@@ -58,16 +64,14 @@ def _case(evidence: Evidence, name: str) -> Finding:
 def _table_4_4(evidence: Evidence, name: str) -> Finding:
     quantity, case = re.fullmatch(r"4\.(specific_yield|mass_per_watt|gain)\.(.+)", name).groups()
     column = TABLE_4_4[quantity]
-    ours = _value(evidence.table("partition/table_4_4_ours.tsv"), case, column)
-    value = _value(evidence.table("partition/table_4_4.tsv"), case, column)
+    value, ours = (_value(table, case, column) for table in _both(evidence, "4_4"))
     return Finding(value, f"measured yield over the printed power; {ours:.3g} with the power of our curves")
 
 
 def _table_4_5(evidence: Evidence, name: str) -> Finding:
     case, baseline = re.fullmatch(r"4\.leverage\.(.+)\.(dH|dG|LHV)", name).groups()
     column = f"leverage_{baseline}_percent"
-    ours = _value(evidence.table("partition/table_4_5_ours.tsv"), case, column)
-    value = _value(evidence.table("partition/table_4_5.tsv"), case, column)
+    value, ours = (_value(table, case, column) for table in _both(evidence, "4_5"))
     return Finding(value, f"Eq. 4.7 with the printed power; {ours:.3g} with the power of our curves")
 
 
@@ -82,7 +86,7 @@ def _slope(evidence: Evidence, name: str) -> Finding:
 
 
 def _prior(evidence: Evidence, name: str) -> Finding:
-    row = _row(evidence.table("partition/table_4_3.tsv"), metric=PRIOR[name.rsplit(".", 1)[1]])
+    row = _row(_both(evidence, "4_3")[0], metric=PRIOR[name.rsplit(".", 1)[1]])
     return Finding(float(row["change"]), f"{row['this_work']:.4g} against {row['prior']:g}")
 
 

@@ -7,16 +7,39 @@ from pydantic import Field, model_validator
 from millprint.config.counting import RuleName
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
+DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
 
+class LikeConfig(Section):
+    """A condition of another mill, whose descriptors are wanted."""
+
+    fingerprint: str = Field(description="a fingerprint_CONTACT.json of that mill, as a path from the project's root")
+    speed_rpm: Positive = Field(description="mill speed [rpm]")
+    ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
+    fill_ratio: Fraction = Field(description="fill ratio [-]")
+
+
 class TargetConfig(Section):
-    """The descriptors that the inverse mode is asked to give back."""
+    """The descriptors that the inverse mode is asked to give back: numbers, or those of a condition of another mill."""
 
     name: Name = Field(description="name of the target")
-    normal_energy_J: Positive = Field(description="mean normal energy per collision [J]")
-    tangential_energy_J: Positive = Field(description="mean tangential energy per collision [J]")
-    frequency_per_ball_hz: Positive = Field(description="collisions of one ball a second [1/s]")
+    normal_energy_J: Positive | None = Field(default=None, description="mean normal energy per collision [J]")
+    tangential_energy_J: Positive | None = Field(default=None, description="mean tangential energy per collision [J]")
+    frequency_per_ball_hz: Positive | None = Field(default=None, description="collisions of one ball a second [1/s]")
+    like: LikeConfig | None = Field(default=None, description="a condition of another mill, in place of numbers")
+
+    @property
+    def wanted(self) -> dict[str, float]:
+        """The descriptors that are given as numbers."""
+        return {name: value for name in DESCRIPTORS if (value := getattr(self, name)) is not None}
+
+    @model_validator(mode="after")
+    def _numbers_or_a_condition(self):
+        if bool(self.wanted) == (self.like is not None):
+            raise ValueError(f"either one at least of {', '.join(DESCRIPTORS)}, or like: is wanted")
+        return self
 
 
 class WeightsConfig(Section):
@@ -26,24 +49,17 @@ class WeightsConfig(Section):
     tangential_energy_J: NonNegative = Field(default=1.0, description="weight of the tangential energy [-]")
     frequency_per_ball_hz: NonNegative = Field(default=1.0, description="weight of the frequency per ball [-]")
 
-    @model_validator(mode="after")
-    def _speed_can_be_told(self):
-        if self.normal_energy_J + self.tangential_energy_J + self.frequency_per_ball_hz == 0:
-            raise ValueError("at least one weight must be over 0")
-        return self
 
-
-class InverseConfig(Section):
-    """Inverse mode: which conditions give the wanted descriptors."""
+class MatchConfig(Section):
+    """What is wanted, and what a user can change to come near it."""
 
     targets: list[TargetConfig] = Field(min_length=1, description="wanted descriptors")
-    contact: Name = Field(description="contact set of the conditions sought at a fixed fill ratio and ball")
-    fixed_fill_ratio: Fraction = Field(description="fill ratio at which only the speed is sought [-]")
-    fixed_ball_diameter_mm: Positive = Field(description="ball diameter at which only the speed is sought [mm]")
     speeds_rpm: Range = Field(description="speeds that the user can set, from and to [rpm]")
     fill_ratios: Range = Field(description="fill ratios that the user can set, from and to [-]")
     ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that the user has [mm]")
-    contacts: list[Name] = Field(min_length=1, description="contact sets that the user can choose from")
+    densities_kg_m3: list[Positive] = Field(
+        default=[], description="densities of the user's balls; those of the contact set if left out [kg/m3]"
+    )
     weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
     ranked: Annotated[int, Field(ge=1)] = Field(default=10, description="conditions to list for each target")
 
@@ -56,6 +72,23 @@ class InverseConfig(Section):
         if self.fill_ratios[1] >= 1:
             raise ValueError(f"fill_ratios = {self.fill_ratios}: must be under 1")
         return self
+
+    @model_validator(mode="after")
+    def _something_weighs(self):
+        for target in self.targets:
+            counted = target.wanted or DESCRIPTORS
+            if not any(getattr(self.weights, name) for name in counted):
+                raise ValueError(f"weights: at least one of target {target.name} must be over 0 ({', '.join(counted)})")
+        return self
+
+
+class InverseConfig(MatchConfig):
+    """Inverse mode: which conditions give the wanted descriptors."""
+
+    contact: Name = Field(description="contact set of the conditions sought at a fixed fill ratio and ball")
+    fixed_fill_ratio: Fraction = Field(description="fill ratio at which only the speed is sought [-]")
+    fixed_ball_diameter_mm: Positive = Field(description="ball diameter at which only the speed is sought [mm]")
+    contacts: list[Name] = Field(min_length=1, description="contact sets that the user can choose from")
 
 
 class MapsConfig(Section):

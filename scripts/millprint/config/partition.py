@@ -21,6 +21,9 @@ class PartitionConfig(Section):
     contact: Name = Field(description="contact set whose master curves are used")
     ball_diameter_mm: Positive = Field(description="ball diameter of the cases [mm]")
     reference_speed_rpm: Positive = Field(description="speed of the reference and of the constant-speed cases [rpm]")
+    fill_ratios: list[Fraction] = Field(
+        default=[], description="fill ratios at which cases of equal speed and of equal power are designed besides [-]"
+    )
     borate_molar_mass_g_mol: Positive = Field(description="molar mass of NaBO2.4H2O [g/mol]")
     borohydride_molar_mass_g_mol: Positive = Field(description="molar mass of NaBH4 [g/mol]")
     enthalpy_kJ_mol: Positive = Field(description="size of the reaction enthalpy [kJ per mol NaBH4]")

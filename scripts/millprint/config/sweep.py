@@ -57,6 +57,12 @@ class SweepConfig(Section):
     young_moduli_gpa: list[Positive] | None = Field(
         default=None, description="Young's moduli in place of the contact set's [GPa]"
     )
+    amplitudes_mm: list[Positive] | None = Field(
+        default=None, description="radii of the mill's circle or sun wheel in place of the mill's own [mm]"
+    )
+    densities_kg_m3: list[Positive] | None = Field(
+        default=None, description="densities of the balls in place of the contact set's [kg/m3]"
+    )
     time_steps_s: list[Positive] | None = Field(
         default=None, min_length=2, description="integration steps in place of dem.time_step_s, to compare them [s]"
     )
@@ -83,9 +89,13 @@ class SweepConfig(Section):
 
     @model_validator(mode="after")
     def _a_study_of_convergence_varies_one_thing(self):
-        for other in ("rayleigh_fraction", "young_moduli_gpa"):
-            if self.time_steps_s and getattr(self, other):
-                raise ValueError(f"time_steps_s and {other} cannot both be given in one sweep")
+        for study in ("time_steps_s", "young_moduli_gpa"):
+            for other in ("rayleigh_fraction", "young_moduli_gpa", "amplitudes_mm", "densities_kg_m3"):
+                # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
+                if other == study or (study, other) == ("young_moduli_gpa", "rayleigh_fraction"):
+                    continue
+                if getattr(self, study) and getattr(self, other):
+                    raise ValueError(f"{study} and {other} cannot both be given in one sweep")
         if (self.time_steps_s or self.young_moduli_gpa) and 0 in self.speeds_rpm:
             raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
         return self
@@ -101,6 +111,8 @@ class Case(Section):
     speed_rpm: float
     seed: int
     young_modulus_gpa: float | None = None
+    amplitude_mm: float | None = None
+    density_kg_m3: float | None = None
     time_step_s: float | None = None
     rayleigh_fraction: float | None = None
     rayleigh_fraction_max: float | None = None
@@ -114,10 +126,15 @@ class Case(Section):
 
     @property
     def name(self) -> str:
-        modulus = f"_y{self.young_modulus_gpa:g}" if self.young_modulus_gpa else ""
-        step = f"_dt{self.time_step_s:g}" if self.time_step_s else ""
+        changed = {
+            "y": self.young_modulus_gpa,
+            "a": self.amplitude_mm,
+            "rho": self.density_kg_m3,
+            "dt": self.time_step_s,
+        }
+        changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value)
         fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
-        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{modulus}{step}_s{self.seed}"
+        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{changes}_s{self.seed}"
 
     @property
     def path(self) -> str:
@@ -137,6 +154,8 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
         sweep.fill_ratios,
         sweep.speeds_rpm,
         sweep.young_moduli_gpa or [None],
+        sweep.amplitudes_mm or [None],
+        sweep.densities_kg_m3 or [None],
         sweep.time_steps_s or [None],
         sweep.seeds,
     )
@@ -148,6 +167,8 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             fill_ratio=fill,
             speed_rpm=speed,
             young_modulus_gpa=modulus,
+            amplitude_mm=amplitude,
+            density_kg_m3=density,
             time_step_s=step,
             seed=seed,
             rayleigh_fraction=sweep.rayleigh_fraction,
@@ -158,7 +179,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             snapshot_interval_s=sweep.snapshot_interval_s,
             **times,
         )
-        for mill_name, contact, diameter, fill, speed, modulus, step, seed in combinations
+        for mill_name, contact, diameter, fill, speed, modulus, amplitude, density, step, seed in combinations
     ]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.override import overridden
 from millprint.config.sweep import Case, DemConfig, ball_count
 from millprint.dem import state
 from millprint.dem.advance import Recorder, Table, advance, begin_window, end_window
@@ -32,8 +33,7 @@ class Simulation:
     """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest."""
 
     def __init__(self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> None:
-        if case.young_modulus_gpa:
-            contact = contact.model_copy(update={"young_modulus_gpa": case.young_modulus_gpa})
+        mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
         self.diameter = case.ball_diameter_mm / 1e3
         self.radius = self.diameter / 2

@@ -21,6 +21,25 @@ ENERGY_LABELS = {
     "collision_frequency_hz": "collision frequency [1/s]",
     "frequency_per_ball_hz": "collisions of one ball [1/s]",
 }
+# Zones that a panel of the master curves shows.
+ZONES = {
+    "Pn": {"normal_maximum": "largest power", "choking": "both powers below 90 %"},
+    "Pt": {"tangential_maximum": "largest power", "choking": "both powers below 90 %"},
+    "ratio": {"elbow": "elbow"},
+}
+EXPONENT_LABELS = {
+    "rho": r"$\rho$: exponent $-$ 1 (f: 0)",
+    "omega": r"$\omega$: exponent $-$ 3 (E: 2, f: 1)",
+    "A": "A: exponent $-$ 2 (f: 0)",
+    "d": "d: exponent $-$ 3 (f: 0)",
+}
+QUANTITY_LABELS = {
+    "normal_power_per_ball_W": "normal power",
+    "tangential_power_per_ball_W": "tangential power",
+    "frequency_per_ball_hz": "frequency",
+    "normal_energy_J": "normal energy",
+    "tangential_energy_J": "tangential energy",
+}
 MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
 CONTACT_LINES = ("-", "--", ":", "-.")
 
@@ -35,6 +54,15 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
 def _legend_below(figure: Figure, axis, columns: int) -> None:
     handles, labels = axis.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+
+
+def _unique_legend_below(figure: Figure, axes: list, columns: int) -> None:
+    """One legend of what any of the axes shows, each label once."""
+    entries = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns)
 
 
 def _condition(diameter: float, speed: float) -> str:
@@ -108,30 +136,42 @@ def plot_energies(descriptors: pd.DataFrame) -> Figure:
     return figure
 
 
+def _show_zones(axis, zones: pd.DataFrame, shown: dict[str, str]) -> None:
+    """Fill ratios that were found in the curves: a dashed line, shaded over its interval."""
+    for index, (zone, label) in enumerate(shown.items()):
+        for found in zones[(zones["zone"] == zone) & zones["value"].notna()].itertuples():
+            colour = COLOURS[2 + index]
+            axis.axvspan(found.lower, found.upper, color=colour, alpha=0.15, linewidth=0)
+            axis.axvline(found.value, color=colour, linestyle="--", linewidth=0.9, label=label)
+
+
 def plot_master_curves(
-    descriptors: pd.DataFrame, curves: pd.DataFrame, smooth: pd.DataFrame, published: pd.DataFrame
+    descriptors: pd.DataFrame, means: pd.DataFrame, curves: pd.DataFrame, published: pd.DataFrame, zones: pd.DataFrame
 ) -> Figure:
-    """Figs 3.11 and 3.12: every condition, the mean and its spread, the smooth curve and its band, published values."""
-    figure, axes = _panels(2, 2, 4.6)
+    """Figs 3.11 and 3.12: every condition, the mean and its spread, the curve and its band, published values, zones.
+
+    zones: zone, value, lower, upper; lines where a power is largest, the ratio turns and both powers have fallen.
+    """
+    figure, axes = _panels(2, 2, 4.8)
     for axis, (quantity, label) in zip(axes, CURVE_LABELS.items(), strict=True):
         axis.fill_between(
-            smooth["fill_ratio"],
-            smooth[f"{quantity}_lower"],
-            smooth[f"{quantity}_upper"],
+            curves["fill_ratio"],
+            curves[f"{quantity}_lower"],
+            curves[f"{quantity}_upper"],
             color=COLOURS[0],
             alpha=0.15,
             linewidth=0,
-            label="band of a new condition",
+            label="band of a condition",
         )
-        axis.plot(smooth["fill_ratio"], smooth[quantity], color=COLOURS[0], label="smooth curve")
+        axis.plot(curves["fill_ratio"], curves[quantity], color=COLOURS[0], label="smooth curve")
         axis.plot(
             descriptors["fill_ratio"], descriptors[quantity], ".", color="0.6", markersize=3, label="single condition"
         )
-        below = curves[quantity] - curves[f"{quantity}_lower"]
-        above = curves[f"{quantity}_upper"] - curves[quantity]
+        below = means[quantity] - means[f"{quantity}_lower"]
+        above = means[f"{quantity}_upper"] - means[quantity]
         axis.errorbar(
-            curves["fill_ratio"],
-            curves[quantity],
+            means["fill_ratio"],
+            means[quantity],
             yerr=[below, above],
             fmt="o",
             capsize=2,
@@ -140,8 +180,44 @@ def plot_master_curves(
         )
         if quantity in published:
             axis.plot(published["fill_ratio"], published[quantity], label="published", **PUBLISHED)
+        _show_zones(axis, zones, ZONES.get(quantity, {}))
         axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
-    _legend_below(figure, axes[0], 3)
+    _unique_legend_below(figure, axes, 3)
+    return figure
+
+
+def plot_exponents(exponents: pd.DataFrame) -> Figure:
+    """How far the exponents of our runs lie from those that Eqs 3.28 and 3.29 suppose, with their intervals.
+
+    exponents: contact, quantity, variable, supposed, exponent, lower, upper; a panel a variable, a row a quantity.
+    """
+    variables = [name for name in EXPONENT_LABELS if name in set(exponents["variable"])]
+    quantities = [name for name in QUANTITY_LABELS if name in set(exponents["quantity"])]
+    figure, axes = plt.subplots(
+        1, max(len(variables), 1), figsize=(PAGE_WIDTH_IN, 2.6), sharey=True, squeeze=False, sharex=True
+    )
+    for axis, variable in zip(axes.flat, variables, strict=False):
+        shown = exponents[exponents["variable"] == variable]
+        axis.axvline(0.0, color="0.5", linewidth=0.8)
+        for index, (contact, points) in enumerate(shown.groupby("contact", sort=True)):
+            points = points[points["quantity"].isin(quantities)]
+            rows = [quantities.index(name) + 0.2 * index for name in points["quantity"]]
+            axis.errorbar(
+                points["exponent"] - points["supposed"],
+                rows,
+                xerr=[points["exponent"] - points["lower"], points["upper"] - points["exponent"]],
+                fmt=MARKERS[index],
+                markersize=3,
+                capsize=2,
+                color=COLOURS[index],
+                label=contact,
+            )
+        axis.set(xlabel=f"{EXPONENT_LABELS[variable]} [-]")
+        axis.xaxis.label.set_fontsize(7)
+    axes.flat[0].set_yticks(range(len(quantities)), [QUANTITY_LABELS[name] for name in quantities])
+    axes.flat[0].set(ylabel="quantity [-]")
+    axes.flat[0].invert_yaxis()
+    _unique_legend_below(figure, list(axes.flat), 4)
     return figure
 
 

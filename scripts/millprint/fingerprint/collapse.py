@@ -1,19 +1,22 @@
-"""How well the scaling collapses speeds and ball sizes on one curve: the spread before and after, as numbers."""
+"""How well the scaling collapses conditions on one curve: the spread before and after, as numbers."""
 
 import numpy as np
 import pandas as pd
 
 from millprint.fingerprint.curves import at_shared_fills, universal_descriptors
+from millprint.fingerprint.descriptors import NOTHING, as_built
 
 # Scaled quantity -> the same quantity of one ball in its own unit.
 DIMENSIONAL = {"Pn": "normal_power_W", "Pt": "tangential_power_W", "f": "collision_frequency_hz"}
+# What differs between the conditions that are compared, for what a sweep varied.
+MACHINE = "speed and ball size"
 
 
 def _spread(values: pd.Series) -> float:
     return float(values.std(ddof=1) / values.mean())
 
 
-def _rows(descriptors: pd.DataFrame, scope: str) -> list[dict]:
+def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> list[dict]:
     universal = universal_descriptors(descriptors)
     rows = []
     for fill, group in descriptors.groupby("fill_ratio", sort=True):
@@ -24,6 +27,7 @@ def _rows(descriptors: pd.DataFrame, scope: str) -> list[dict]:
             rows.append(
                 {
                     "scope": scope,
+                    "compared": compared,
                     "quantity": quantity,
                     "fill_ratio": fill,
                     "conditions": len(group),
@@ -35,18 +39,30 @@ def _rows(descriptors: pd.DataFrame, scope: str) -> list[dict]:
     return rows
 
 
+def _with_reference(runs: pd.DataFrame, varied: str) -> pd.DataFrame:
+    """The conditions of a sweep over amplitude or density, and those as built that are like them in all else."""
+    alike = ["ball_diameter_mm", "fill_ratio", "speed_rpm"]
+    swept = runs[runs["varied"] == varied]
+    built = as_built(runs)
+    return pd.concat([swept, built.merge(swept[alike].drop_duplicates(), on=alike)], ignore_index=True)
+
+
 def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Standard deviation over mean at each fill ratio with two or more conditions, for each contact set and for all.
 
     spread_dimensional: of power [W] or frequency [1/s] of one ball, before any scaling; spread_scaled: after Eqs 3.28
     and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or `universal` for all together,
-    which is left out unless there are at least two.
+    which is left out unless there are at least two. `compared` says what differs between the conditions: speed and
+    ball size, or what a sweep varied besides (amplitude, density).
     """
     rows = []
     contacts = sorted(descriptors["contact"].unique())
     for contact in contacts:
-        rows += _rows(descriptors[descriptors["contact"] == contact], contact)
+        runs = descriptors[descriptors["contact"] == contact]
+        rows += _rows(as_built(runs), contact)
+        for varied in sorted(set(runs["varied"]) - {NOTHING}):
+            rows += _rows(_with_reference(runs, varied), contact, varied)
     if len(contacts) > 1:
-        rows += _rows(at_shared_fills(descriptors), "universal")
-    columns = ["scope", "quantity", "fill_ratio", "conditions"]
+        rows += _rows(at_shared_fills(as_built(descriptors)), "universal")
+    columns = ["scope", "compared", "quantity", "fill_ratio", "conditions"]
     return pd.DataFrame(rows, columns=[*columns, "spread_dimensional", "spread_scaled", "spread_universal"])

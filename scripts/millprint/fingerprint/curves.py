@@ -8,6 +8,7 @@ from millprint.errors import ConfigError
 # The four panels of thesis Fig. 3.12, then what the predictions need besides.
 PANELS = ("Pn", "Pt", "f", "ratio")
 QUANTITIES = (*PANELS, "P", "En", "Et")
+FEWEST_FILLS = 3  # a master curve needs
 
 
 def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.DataFrame:

@@ -1,20 +1,22 @@
 """Dissipation of one revolution of the mill: its mean, spread and distribution (thesis Table 3.5, Fig. 3.5)."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 from scipy.stats import gaussian_kde
 
-from millprint.fingerprint.descriptors import CONDITION
+from millprint.fingerprint.descriptors import CONDITION, NOTHING, condition_of
 
 CHANNELS = ("normal", "tangential")
+PARTS = ("mean_J", "sd_J", "cv_percent")
 
 
 def _pooled(summaries: list[dict]) -> dict[tuple, dict[str, np.ndarray]]:
     """Energies of every revolution [J], all seeds of a condition together."""
     pooled: dict[tuple, dict[str, list]] = {}
     for summary in summaries:
-        case = summary["case"]
-        key = (summary["mill"], summary["contact"], *(case[name] for name in CONDITION[2:]))
+        key = tuple(condition_of(summary).values())
         cycles = pooled.setdefault(key, {channel: [] for channel in CHANNELS})
         for channel in CHANNELS:
             cycles[channel].extend(summary["per_revolution"][f"{channel}_J"])
@@ -42,16 +44,19 @@ def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
                 f"{channel}_cv_percent": 100.0 * deviation / mean,
             }
         rows.append(row)
-    columns = [*CONDITION, "revolutions", *(f"{c}_{s}" for c in CHANNELS for s in ("mean_J", "sd_J", "cv_percent"))]
+    columns = [*CONDITION, "revolutions", *(f"{c}_{s}" for c in CHANNELS for s in PARTS)]
     return pd.DataFrame(rows, columns=columns)
 
 
 def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 120) -> pd.DataFrame:
-    """Probability density [1/J] of the dissipation per revolution at one fill ratio, by a Gaussian kernel."""
+    """Probability density [1/J] of the dissipation per revolution at one fill ratio, by a Gaussian kernel.
+
+    Of the mill as built; conditions with fewer than three revolutions have no density.
+    """
     frames = []
     for key, cycles in _pooled(summaries).items():
         condition = dict(zip(CONDITION, key, strict=True))
-        if not np.isclose(condition["fill_ratio"], fill_ratio):
+        if not np.isclose(condition["fill_ratio"], fill_ratio) or condition["varied"] != NOTHING:
             continue
         for channel in CHANNELS:
             energies = cycles[channel]
@@ -67,3 +72,20 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
     if not frames:
         return pd.DataFrame(columns=[*CONDITION, "channel", "energy_J", "density_per_J"])
     return pd.concat(frames, ignore_index=True)
+
+
+def tabulate_published(cycles: pd.DataFrame, published: pd.DataFrame, mill: str, fill_ratio: float) -> pd.DataFrame:
+    """Table 3.5 side by side: ours, the published value, and our deviation from the published one [%].
+
+    cycles: as from `tabulate_cycles`; published: as from `published_cycles`. One row a condition of `mill` at the fill
+    ratio; conditions that the thesis does not print have empty published columns.
+    """
+    ours = cycles[(cycles["mill"] == mill) & np.isclose(cycles["fill_ratio"], fill_ratio)]
+    ours = ours[ours["varied"] == NOTHING].drop(columns=["mill", "varied", "density_kg_m3", "amplitude_m"])
+    key = ["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]
+    table = ours.merge(published, how="left", on=key, suffixes=("", "_published"))
+    for channel, part in itertools.product(CHANNELS, PARTS):
+        name = f"{channel}_{part}"
+        if f"{name}_published" in table:
+            table[f"{name}_deviation_percent"] = 100.0 * (table[name] / table[f"{name}_published"] - 1.0)
+    return table

@@ -11,18 +11,29 @@ from millprint.fingerprint.scaling import (
 )
 from millprint.fingerprint.summaries import counted
 
-CONDITION = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
+# What tells conditions apart. `varied` names what a sweep changed of the mill or its balls: NOTHING where as built.
+CONDITION = [
+    "mill",
+    "contact",
+    "varied",
+    "ball_diameter_mm",
+    "fill_ratio",
+    "speed_rpm",
+    "density_kg_m3",
+    "amplitude_m",
+]
+NOTHING = "nothing"
+OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # What a table of descriptors must hold for the stages after it.
-TEXT = ["mill", "contact", "counting_rule"]
+TEXT = ["mill", "contact", "varied", "counting_rule"]
 NUMBERS = [
-    *CONDITION[2:],
+    *CONDITION[3:],
     "balls",
     "ball_diameter_m",
-    "density_kg_m3",
     "restitution",
     "static_friction",
-    "amplitude_m",
+    "effective_restitution",
     "speed_hz",
     "collision_gap_s",
     "normal_energy_J",
@@ -48,22 +59,34 @@ RULE_COLUMNS = {
 }
 
 
+def condition_of(summary: dict) -> dict:
+    """The condition of a run: CONDITION by name."""
+    case = summary["case"]
+    changed = [word for key, word in OVERRIDES.items() if case.get(key) is not None]
+    return {
+        "mill": summary["mill"],
+        "contact": summary["contact"],
+        "varied": " and ".join(changed) or NOTHING,
+        **{name: case[name] for name in ("ball_diameter_mm", "fill_ratio", "speed_rpm")},
+        **{name: summary[name] for name in ("density_kg_m3", "amplitude_m")},
+    }
+
+
+def as_built(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of the mill and balls as they are described, without those of sweeps over amplitude or density."""
+    return table[table["varied"] == NOTHING]
+
+
 def run_row(summary: dict, rule_name: str) -> dict:
     """What one run measured, collisions counted by the rule of that name, which has no threshold."""
     rule = counted(summary, rule_name)
     power, error = summary["power_W"], summary["power_standard_error_W"]
     return {
-        "mill": summary["mill"],
-        "contact": summary["contact"],
-        "ball_diameter_mm": summary["case"]["ball_diameter_mm"],
-        "fill_ratio": summary["case"]["fill_ratio"],
-        "speed_rpm": summary["case"]["speed_rpm"],
+        **condition_of(summary),
         "balls": summary["balls"],
         "ball_diameter_m": summary["ball_diameter_m"],
-        "density_kg_m3": summary["density_kg_m3"],
         "restitution": summary["restitution"],
         "static_friction": summary["static_friction"],
-        "amplitude_m": summary["amplitude_m"],
         "speed_hz": summary["frequency_hz"],
         "window_s": summary["window_s"],
         "counting_rule": rule["name"],
@@ -146,13 +169,15 @@ def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
     """
     rows = []
     for summary in summaries:
-        case = summary["case"]
         for rule in summary["collisions"]:
             frequency = rule["frequency_hz"]
             rows.append(
                 {
-                    **{name: summary[name] if name in TEXT else case[name] for name in CONDITION},
+                    **condition_of(summary),
                     **{column: rule[key] for column, key in RULE_COLUMNS.items()},
+                    "speed_hz": summary["frequency_hz"],
+                    "ball_diameter_m": summary["ball_diameter_m"],
+                    "frequency_per_ball_hz": frequency / summary["balls"],
                     "collision_frequency_hz": frequency,
                     "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
                     "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from millprint.config.fingerprint import DESCRIPTORS
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.scaling import energy_scale
 
 # Descriptor -> power of the mill's speed that it grows with, at a fixed fill ratio and ball (Eqs 3.28, 3.29).
 SPEED_POWERS = {"normal_energy_J": 2, "tangential_energy_J": 2, "frequency_per_ball_hz": 1}
-DESCRIPTORS = tuple(SPEED_POWERS)
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,11 @@ def solve_speed(
 
 
 def residuals(found: dict[str, float], target: dict[str, float]) -> dict[str, float]:
-    """Relative deviation of each descriptor from its target, in per cent."""
-    return {f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) for name in DESCRIPTORS}
+    """Relative deviation of each descriptor from its target, in per cent; NaN for one that the target leaves open."""
+    return {
+        f"{name}_residual_percent": 100.0 * (found[name] / target[name] - 1.0) if name in target else np.nan
+        for name in DESCRIPTORS
+    }
 
 
 # What a user may keep: both energies as the thesis does, each descriptor alone, or all three at once.
@@ -84,13 +87,15 @@ def invert_speed(
     diameter: float,
     volume: float,
 ) -> pd.DataFrame:
-    """Speeds that keep the target at a fixed fill ratio and ball size, a row for each choice of what is kept.
+    """Speeds that keep the target at a fixed fill ratio and ball size, a row for each choice of what can be kept.
 
     The residuals show what is lost: energies grow with omega^2 and the frequency per ball with omega, so one speed
     can keep all three only where the scale of the balls has not changed.
     """
     rows = []
     for kept, weights in KEPT.items():
+        if not set(weights) <= set(target):
+            continue
         speed = solve_speed(target, point, density, amplitude, diameter, weights)
         found = descriptors_at(point, speed, density, amplitude, diameter)
         rows.append(

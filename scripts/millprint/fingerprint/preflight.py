@@ -5,14 +5,22 @@ from collections.abc import Iterator
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
+from millprint.fingerprint.content import read_content
+from millprint.fingerprint.curves import FEWEST_FILLS
 from millprint.fingerprint.published import read_published
 from millprint.fingerprint.regimes import read_regimes
 
-FEWEST_FILLS = 3  # a master curve needs
+
+def is_as_built(case: Case) -> bool:
+    """Whether a case runs the mill and the balls as they are described."""
+    return case.amplitude_mm is None and case.density_kg_m3 is None
 
 
-def described_cases(cases: dict[str, Case]) -> dict[str, Case]:
-    """The cases that descriptors are made of: snapshots, a changed modulus or step serve other questions."""
+def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str, Case]:
+    """The cases that descriptors are made of: snapshots, a changed modulus or step serve other questions.
+
+    Amplitude and density are varied for the fingerprint of the run's own mill: such a case of another mill is left out.
+    """
     return {
         path: case
         for path, case in cases.items()
@@ -20,6 +28,7 @@ def described_cases(cases: dict[str, Case]) -> dict[str, Case]:
         and case.snapshot_interval_s is None
         and case.young_modulus_gpa is None
         and case.time_step_s is None
+        and (is_as_built(case) or case.mill == config.mill)
     }
 
 
@@ -27,7 +36,9 @@ def mapped_cases(config: WorkflowConfig, cases: dict[str, Case], contact: str) -
     """Fill ratio to path of the cases that the heat maps of a contact set show: the first seed of each."""
     maps = config.fingerprint.maps
     chosen: dict[float, str] = {}
-    for path, case in described_cases(cases).items():
+    for path, case in described_cases(config, cases).items():
+        if not is_as_built(case):
+            continue
         place = (case.mill, case.contact, case.ball_diameter_mm, case.speed_rpm)
         if (
             place == (config.mill, contact, maps.ball_diameter_mm, maps.speed_rpm)
@@ -39,7 +50,12 @@ def mapped_cases(config: WorkflowConfig, cases: dict[str, Case], contact: str) -
 
 def fingerprint_faults(config: WorkflowConfig, cases: dict[str, Case], source: str) -> list[str]:
     """A line for each fault, naming file, key, value and what would be right; none if all holds."""
-    return [*_name_faults(config, source), *_sweep_faults(config, cases, source), *_data_faults(config, cases)]
+    return [
+        *_name_faults(config, source),
+        *_sweep_faults(config, cases, source),
+        *_target_faults(config, source),
+        *_data_faults(config, cases),
+    ]
 
 
 def _name_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
@@ -71,7 +87,7 @@ def _name_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
 
 
 def _fills(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> list[float]:
-    chosen = described_cases(cases).values()
+    chosen = filter(is_as_built, described_cases(config, cases).values())
     return sorted({case.fill_ratio for case in chosen if (case.mill, case.contact) == (config.mill, contact)})
 
 
@@ -95,6 +111,23 @@ def _sweep_faults(config: WorkflowConfig, cases: dict[str, Case], source: str) -
             f"{source}: fingerprint.inverse.fixed_fill_ratio = {fixed:g}: must lie within the simulated fill ratios, "
             f"{fills[0]:g} to {fills[-1]:g}"
         )
+    fills = _fills(config, cases, config.partition.contact)
+    for fill in config.partition.fill_ratios:
+        if fills and not fills[0] <= fill <= fills[-1]:
+            yield (
+                f"{source}: partition.fill_ratios = {fill:g}: must lie within the simulated fill ratios of "
+                f"{config.partition.contact}, {fills[0]:g} to {fills[-1]:g}"
+            )
+
+
+def _target_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
+    for target in config.fingerprint.inverse.targets:
+        if target.like is None:
+            continue
+        try:
+            read_content(target.like.fingerprint)
+        except ConfigError as error:
+            yield f"{source}: fingerprint.inverse.targets.{target.name}.like: {error}"
 
 
 def _data_faults(config: WorkflowConfig, cases: dict[str, Case]) -> Iterator[str]:

@@ -1,12 +1,17 @@
 """Design of milling cases at constant speed and at constant total power (thesis Sec. 4.2.1, Table 4.2)."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
+from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import read_table
-from millprint.fingerprint.master import MasterCurves
 from millprint.fingerprint.scaling import energy_scale, power_scale
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.model import Fingerprint
 
 MODES = ("reference", "speed", "power")
 CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"}
@@ -80,6 +85,9 @@ def design_cases(
     table["tangential_energy_J"] = table["Pt"] / table["f"] * scale
     both = table["normal_energy_J"] + table["tangential_energy_J"]
     table["power_W"] = table["balls"] * table["frequency_per_ball_hz"] * both
+    for end in ("lower", "upper"):
+        # Printed values have no interval.
+        table[f"power_{end}_W"] = table["power_W"] * cases.get(f"power_{end}_share", np.nan)
     table["power_as_printed_W"] = _power_as_printed(table)
     table["ratio"] = table["tangential_energy_J"] / table["normal_energy_J"]
     return table
@@ -90,13 +98,32 @@ def _power_as_printed(table: pd.DataFrame) -> pd.Series:
     return (table["balls"] * table["frequency_per_ball_hz"].round(0) * energies).round(1)
 
 
-def with_curves(cases: pd.DataFrame, curves: MasterCurves) -> pd.DataFrame:
-    """The cases with Pn, Pt and f of `curves` at their fill ratios; raises ConfigError for one outside the curves."""
-    cases = cases.copy()
-    scaled = [curves.at(fill_ratio) for fill_ratio in cases["fill_ratio"]]
-    for name in CURVES:
-        cases[name] = [point[name].value for point in scaled]
-    return cases
+def with_curves(cases: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:
+    """The cases with our Pn, Pt and f at their fill ratios, and the interval of the power over its value.
+
+    Columns power_lower_share and power_upper_share: the ends of the interval of Pn + Pt over Pn + Pt [-]. Raises
+    ConfigError for a fill ratio outside the curves.
+    """
+    curve = fingerprint.curve(cases["fill_ratio"].to_numpy()).set_index(cases.index)
+    shares = {f"power_{end}_share": curve[f"P_{end}"] / curve["P"] for end in ("lower", "upper")}
+    return cases.assign(**{name: curve[name] for name in CURVES}, **shares)
+
+
+def cases_at(fill_ratios: list[float], reference_fill: float, volume: float, diameter: float) -> pd.DataFrame:
+    """Cases at any fill ratios, without curve values: the reference, then each fill at its speed and at its power.
+
+    volume of the jar [m3], ball diameter [m].
+    """
+    rows = [("reference", "reference", reference_fill)]
+    rows += [(f"{mode}.{fill:g}", mode, fill) for mode in MODES[1:] for fill in sorted(set(fill_ratios))]
+    table = pd.DataFrame(rows, columns=["case", "mode", "fill_ratio"])
+    return table.assign(balls=[ball_count(fill, volume, diameter) for fill in table["fill_ratio"]])
+
+
+def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
+    """The cases at fill ratios at which the thesis prints curve values, with them; `measured` as of `read_regimes`."""
+    printed = measured.drop_duplicates("fill_ratio")[["fill_ratio", *CURVES]]
+    return cases.merge(printed, on="fill_ratio", how="inner")
 
 
 def power_as_run(cases: pd.DataFrame, speed, density: float, amplitude: float, diameter: float) -> pd.Series:

@@ -1,7 +1,13 @@
-"""The operational zones of a mill, found from its curves (thesis Secs 3.3.2, 3.3.3)."""
+"""The operational zones of a mill, found from its curves with their uncertainty (thesis Secs 3.3.2, 3.3.3)."""
 
 import numpy as np
 import pandas as pd
+
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.processes import logarithms
+
+QUANTITIES = ("Pn", "Pt", "ratio")
+POINTS, SAMPLES = 120, 500
 
 
 def elbow(fill_ratio: np.ndarray, ratio: np.ndarray) -> float:
@@ -26,15 +32,63 @@ def choking(fill_ratio: np.ndarray, normal: np.ndarray, tangential: np.ndarray) 
     return float(fill_ratio[still[-1] + 1]) if still[-1] + 1 < fill_ratio.size else float("nan")
 
 
-def find_zones(smooth: pd.DataFrame) -> dict[str, float]:
-    """Elbow, fill ratios of the largest powers, choking, and the ends of the ratio [-], from smooth curves."""
-    fill, normal = smooth["fill_ratio"].to_numpy(), smooth["Pn"].to_numpy()
-    tangential, ratio = smooth["Pt"].to_numpy(), smooth["ratio"].to_numpy()
+def zones_of(fill: np.ndarray, normal: np.ndarray, tangential: np.ndarray, ratio: np.ndarray) -> dict[str, float]:
+    """Elbow, fill ratios of the largest powers, choking [-], and the ratio at the elbow and its ends [-]."""
+    bend = elbow(fill, ratio)
     return {
-        "elbow_fill_ratio": elbow(fill, ratio),
-        "normal_max_fill_ratio": float(fill[np.argmax(normal)]),
-        "tangential_max_fill_ratio": float(fill[np.argmax(tangential)]),
-        "choking_fill_ratio": choking(fill, normal, tangential),
-        "ratio_max": float(ratio.max()),
-        "ratio_min": float(ratio.min()),
+        "elbow": bend,
+        "normal_maximum": float(fill[np.argmax(normal)]),
+        "tangential_maximum": float(fill[np.argmax(tangential)]),
+        "choking": choking(fill, normal, tangential),
+        "ratio_at_elbow": float(np.interp(bend, fill, ratio)) if np.isfinite(bend) else float("nan"),
+        "ratio_largest": float(ratio.max()),
+        "ratio_smallest": float(ratio.min()),
     }
+
+
+def _curves(fingerprint: Fingerprint, quantity: str, fills: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Log curves over the fills: of each setting (j, m), and the mean over the settings with SAMPLES drawn of it."""
+    inputs = logarithms(fingerprint.at_settings(fills))
+    mean, covariance = fingerprint.predictors[quantity].joint(inputs)
+    settings = len(inputs) // fills.size
+    average = np.kron(np.eye(fills.size), np.full(settings, 1.0 / settings))
+    centre = average @ mean
+    generator = np.random.default_rng(0)
+    drawn = generator.multivariate_normal(centre, average @ covariance @ average.T, size=SAMPLES, method="eigh")
+    return mean.reshape(fills.size, settings).T, np.vstack([centre, drawn])
+
+
+def _zones_of_all(fills: np.ndarray, curves: dict[str, np.ndarray]) -> pd.DataFrame:
+    lines = zip(*(np.exp(curves[name]) for name in QUANTITIES), strict=True)
+    return pd.DataFrame([zones_of(fills, *line) for line in lines])
+
+
+def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
+    """The zones with intervals: columns contact, zone, value, lower, upper, found, smallest, largest.
+
+    `value` is that of the curves, averaged over the simulated speeds and ball sizes. `lower` and `upper` hold the
+    fingerprint's probability of such curves drawn from the processes; `found` is the share of the drawn curves that
+    have the zone at all. `smallest` and `largest` are between single speeds and ball sizes. Fill ratios are looked for
+    on a grid within the simulated ones, so that a maximum at an end may lie beyond it. Powers and ratio come each from
+    its own process.
+    """
+    fills = np.geomspace(*fingerprint.fill_range, POINTS)
+    pairs = {name: _curves(fingerprint, name, fills) for name in QUANTITIES}
+    single = _zones_of_all(fills, {name: pair[0] for name, pair in pairs.items()})
+    average = _zones_of_all(fills, {name: pair[1] for name, pair in pairs.items()})
+    tail = 0.5 - 0.5 * fingerprint.about["probability"]
+    drawn = average.iloc[1:]
+    found = drawn.notna().mean()
+    told = found >= 0.5
+    return pd.DataFrame(
+        {
+            "contact": fingerprint.about["contact"],
+            "zone": average.columns,
+            "value": average.iloc[0].to_numpy(),
+            "lower": drawn.quantile(tail).where(told).to_numpy(),
+            "upper": drawn.quantile(1.0 - tail).where(told).to_numpy(),
+            "found": found.to_numpy(),
+            "smallest": single.min().to_numpy(),
+            "largest": single.max().to_numpy(),
+        }
+    )

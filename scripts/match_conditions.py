@@ -1,0 +1,106 @@
+"""Finds the conditions whose dissipation comes nearest to what is wanted, ranked, with what is lost in each.
+
+    python scripts/match_conditions.py results/fingerprint/fingerprint_calibrated.json \\
+        --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
+
+Give one fingerprint for each kind of powder or mill that could be used. What is wanted are energies per collision [J]
+and collisions of one ball [1/s], or a condition of another mill (--like FINGERPRINT SPEED_RPM BALL_MM FILL). All of it
+can stand in a YAML file instead (--request), as in fingerprint.inverse of config/config.yaml; an option goes before it.
+
+Printed are the residuals in per cent, the descriptors that the condition's interval holds (met), and what lies
+outside the simulated range; --out writes all of it.
+"""
+
+import argparse
+from pathlib import Path
+
+from millprint.config.checks import stop_on_bad_input
+from millprint.config.fingerprint import MatchConfig
+from millprint.config.load import check_model, read_yaml
+from millprint.errors import ConfigError
+from millprint.files import write_table
+from millprint.fingerprint.match import match_targets
+from millprint.fingerprint.model import Fingerprint
+
+SHOWN = {
+    "rank": "rank",
+    "contact": "contact",
+    "ball_diameter_mm": "ball/mm",
+    "fill_ratio": "fill",
+    "balls": "balls",
+    "speed_rpm": "rpm",
+    "normal_energy_J_residual_percent": "En %",
+    "tangential_energy_J_residual_percent": "Et %",
+    "frequency_per_ball_hz_residual_percent": "f %",
+    "within_interval": "met",
+    "outside": "outside the simulations",
+}
+FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(("En %", "Et %", "f %"), "{:+.1f}".format)
+SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ball_hz": "f"}
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("fingerprints", nargs="+", type=Path, help="fingerprint_CONTACT.json of what can be used")
+    parser.add_argument("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
+    parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="wanted [J]")
+    parser.add_argument("--frequency", type=float, metavar="HZ", help="wanted collisions of one ball [1/s]")
+    parser.add_argument(
+        "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALL_MM", "FILL"), help="a condition of another mill"
+    )
+    parser.add_argument("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="speeds that can be set [rpm]")
+    parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (all simulated) [-]")
+    parser.add_argument("--balls", nargs="+", type=float, metavar="MM", help="ball diameters at hand [mm]")
+    parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
+    parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
+    parser.add_argument("--out", type=Path, help="TSV file to write the whole table to")
+    return parser.parse_args(arguments)
+
+
+def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchConfig:
+    """The request of the YAML file with the options laid over it."""
+    content = {"fill_ratios": fill_range}
+    if options.request:
+        read = read_yaml(options.request)
+        if isinstance(read, dict) and "fingerprint" in read:  # a configuration of the workflow
+            inverse = (read["fingerprint"] or {}).get("inverse", {})
+            read = {key: value for key, value in inverse.items() if key in MatchConfig.model_fields}
+        if not isinstance(read, dict):
+            raise ConfigError(f"{options.request}: a mapping of keys to values is wanted")
+        content |= read
+    target = {"name": "command_line"}
+    if options.energies:
+        target |= dict(zip(("normal_energy_J", "tangential_energy_J"), options.energies, strict=True))
+    if options.frequency is not None:
+        target["frequency_per_ball_hz"] = options.frequency
+    if options.like:
+        names = ("fingerprint", "speed_rpm", "ball_diameter_mm", "fill_ratio")
+        target["like"] = dict(zip(names, options.like, strict=True))
+    if len(target) > 1:
+        content["targets"] = [target]
+    keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
+    keys |= {"densities": "densities_kg_m3", "ranked": "ranked"}
+    content |= {key: given for option, key in keys.items() if (given := getattr(options, option)) is not None}
+    return check_model(content, MatchConfig, str(options.request or "command line"))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Rank the conditions, print them, and write them where wanted."""
+    options = parse(arguments)
+    with stop_on_bad_input():
+        fingerprints = [Fingerprint.read(path) for path in options.fingerprints]
+        ranges = [fingerprint.fill_range for fingerprint in fingerprints]
+        request = request_of(options, [min(low for low, _ in ranges), max(high for _, high in ranges)])
+        table = match_targets(request, fingerprints)
+        if options.out:
+            write_table(table, options.out)
+    for name, rows in table.groupby("target", sort=False):
+        shown = rows[list(SHOWN)].rename(columns=SHOWN).replace(SHORT, regex=True)
+        print(f"{name}:\n{shown.to_string(index=False, formatters=FORMATS)}")
+    if table.empty:
+        print("no condition: the fill ratios that can be set were not simulated")
+
+
+if __name__ == "__main__":
+    main()

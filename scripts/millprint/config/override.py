@@ -1,0 +1,36 @@
+"""What a case changes of its mill and contact set: the amplitude, the balls' density, Young's modulus."""
+
+from pydantic import ValidationError
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.motion import CircleMotion, PlanetaryMotion
+from millprint.config.sweep import Case
+from millprint.errors import ConfigError
+
+
+def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[MillConfig, ContactConfig]:
+    """The mill and the contact set as a case runs them, its own values in place of theirs.
+
+    Raises ConfigError for an amplitude of a mill whose motion has no radius A of a circle, or one out of bounds.
+    """
+    if case.amplitude_mm is not None:
+        mill = mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
+    given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
+    return mill, contact.model_copy(update={name: value for name, value in given.items() if value is not None})
+
+
+def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> CircleMotion | PlanetaryMotion:
+    keys = {"circle": "amplitude_mm", "planetary": "sun_radius_mm"}
+    law = mill.motion
+    if law.kind not in keys:
+        raise ConfigError(
+            f"sweeps: amplitudes_mm = {amplitude_mm:g}: the motion of mill {mill.name} is a {law.kind}, which has no "
+            f"amplitude to set; a sweep over amplitudes needs one of {', '.join(keys)}"
+        )
+    try:
+        return type(law).model_validate({**law.model_dump(), keys[law.kind]: amplitude_mm})
+    except ValidationError as error:
+        raise ConfigError(
+            f"sweeps: amplitudes_mm = {amplitude_mm:g} of mill {mill.name}: {error.errors()[0]['msg'].lower()}"
+        ) from None

@@ -1,0 +1,69 @@
+"""Do the bands hold what they say? Conditions are left out, predicted by the rest, and counted."""
+
+import numpy as np
+import pandas as pd
+from scipy.stats import norm
+from statsmodels.stats.proportion import proportion_confint
+
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.processes import VARIABLES, Process
+
+# What is left out at a time -> the variables that its conditions share.
+LEFT_OUT = {
+    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
+    "fill ratio": ["fill_ratio"],
+    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
+}
+
+
+def _scores(process: Process, groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of the left-out log values and their standard deviations, all groups together."""
+    errors, deviations = [], []
+    for left in groups:
+        mean, deviation = process.leave_out(left)
+        errors.append(process.logs[left] - mean)
+        deviations.append(deviation)
+    return np.concatenate(errors), np.concatenate(deviations)
+
+
+def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
+    """Share of left-out values inside their interval, for each quantity and each way of leaving out.
+
+    A `condition` is left out alone, with all others of its `fill ratio`, or with all others of its `setting` (speed,
+    ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
+    processes stay those of all conditions. `covered_lower`, `covered_upper`: Wilson's interval of the share, at the
+    fingerprint's own probability; `error_percent`: root mean square of the errors; `half_width_percent`: median.
+    """
+    probability = fingerprint.about["probability"]
+    width = norm.ppf(0.5 + 0.5 * probability)
+    rows = []
+    for left_out, shared in LEFT_OUT.items():
+        for quantity, process in fingerprint.processes.items():
+            groups = grouped(process.inputs, shared)
+            if len(groups) < 2:
+                continue
+            errors, deviations = _scores(process, groups)
+            held = np.abs(errors) <= width * deviations
+            lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
+            rows.append(
+                {
+                    "contact": fingerprint.about["contact"],
+                    "left_out": left_out,
+                    "quantity": quantity,
+                    "conditions": held.size,
+                    "nominal": probability,
+                    "covered": held.mean(),
+                    "covered_lower": lower,
+                    "covered_upper": upper,
+                    "error_percent": 100 * np.sqrt(np.mean(errors**2)),
+                    "half_width_percent": 100 * np.expm1(width * np.median(deviations)),
+                    "stretch": process.stretch,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
+    """Indices of the conditions that have equal values of the variables `shared`."""
+    frame = pd.DataFrame(inputs.round(9), columns=VARIABLES)
+    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]

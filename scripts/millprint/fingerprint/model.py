@@ -1,0 +1,256 @@
+"""The fingerprint of one mill and contact set: an object that predicts descriptors with an interval, kept as JSON."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import norm
+
+from millprint.config.sweep import ball_count
+from millprint.errors import ConfigError
+from millprint.files import write_json
+from millprint.fingerprint.content import FORMAT, read_content
+from millprint.fingerprint.curves import FEWEST_FILLS, QUANTITIES
+from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.processes import VARIABLES, Predictor, Process, logarithms, varied_components
+from millprint.fingerprint.scaling import energy_scale, power_scale
+
+# What a fingerprint says of the runs that it was made of.
+SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
+# Quantities whose value follows from those of others, so that all agree; their bands are those of their own process.
+BASIC = ("Pn", "Pt", "f")
+
+
+@dataclass(frozen=True)
+class Band:
+    """A value with the ends of its interval."""
+
+    value: float
+    lower: float
+    upper: float
+
+    def times(self, factor: float) -> "Band":
+        return Band(self.value * factor, self.lower * factor, self.upper * factor)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Descriptors of one condition; `outside` names what lies beyond the simulated range."""
+
+    balls: int
+    normal_energy_J: Band
+    tangential_energy_J: Band
+    frequency_per_ball_hz: Band
+    normal_power_W: Band
+    tangential_power_W: Band
+    power_W: Band
+    outside: tuple[str, ...]
+
+
+def complete(basic: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Every quantity from Pn, Pt and f: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f."""
+    normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
+    return {
+        "Pn": normal,
+        "Pt": tangential,
+        "f": frequency,
+        "ratio": tangential / normal,
+        "P": normal + tangential,
+        "En": normal / frequency,
+        "Et": tangential / frequency,
+    }
+
+
+def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) -> dict:
+    """What a fingerprint was made of: mill, balls, counting rule, settings of the mill as built, simulated ranges."""
+    built = as_built(descriptors)
+    first = built.iloc[0]
+    settings = built[["speed_hz", "ball_diameter_m"]].drop_duplicates().sort_values(["ball_diameter_m", "speed_hz"])
+    return {
+        **{name: first[name] for name in ("mill", "contact", "counting_rule")},
+        **{name: float(first[name]) for name in SHARED},
+        "volume_m3": float(volume_m3),
+        "probability": float(probability),
+        "settings": settings.to_dict("list"),
+        "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
+    }
+
+
+class Fingerprint:
+    """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
+
+    `about` is what `describe` returns, `processes` a Process for each of QUANTITIES.
+    """
+
+    def __init__(self, about: dict, processes: dict[str, Process]) -> None:
+        self.about = about
+        self.processes = processes
+        self.width = float(norm.ppf(0.5 + 0.5 * about["probability"]))
+
+    @classmethod
+    def fit(cls, descriptors: pd.DataFrame, volume_m3: float, probability: float) -> "Fingerprint":
+        """The fingerprint of the conditions of one mill and contact set, all counted by one rule.
+
+        Raises ConfigError for fewer than three fill ratios of the mill as built, or a quantity that is not positive.
+        """
+        contact = descriptors["contact"].iloc[0]
+        fills = as_built(descriptors)["fill_ratio"].nunique()
+        if fills < FEWEST_FILLS:
+            raise ConfigError(
+                f"sweeps: contact set {contact} is simulated at {fills} fill ratios; a curve needs {FEWEST_FILLS}"
+            )
+        inputs, components = logarithms(descriptors), varied_components(descriptors)
+        processes = {}
+        for quantity in QUANTITIES:
+            known = descriptors[quantity].to_numpy(dtype=float)
+            if not np.all(known > 0):
+                raise ConfigError(
+                    f"descriptors: {quantity} = {known.min():g} with {contact}: a curve needs values over 0"
+                )
+            # A window of less than two revolutions has no standard error: its scatter is left to the noise.
+            errors = (descriptors[f"{quantity}_se"].fillna(0.0) / known).to_numpy(dtype=float)
+            processes[quantity] = Process.fit(inputs, np.log(known), errors, components)
+        return cls(describe(descriptors, volume_m3, probability), processes)
+
+    def write(self, path: str | Path) -> None:
+        """Write the fingerprint as JSON: what it was made of, its data and the parameters of its processes."""
+        inputs = np.exp(next(iter(self.processes.values())).inputs)
+        content = {
+            "format": FORMAT,
+            "about": self.about,
+            "inputs": dict(zip(VARIABLES, inputs.T.tolist(), strict=True)),
+            "processes": {name: process.to_dict() for name, process in self.processes.items()},
+        }
+        write_json(content, path)
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Fingerprint":
+        """Read what `write` wrote; raises ConfigError, in one line, for a missing or another file."""
+        content = read_content(path)
+        try:
+            inputs = np.log(np.column_stack([content["inputs"][name] for name in VARIABLES]))
+            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in QUANTITIES}
+            return cls(content["about"], processes)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
+
+    @cached_property
+    def predictors(self) -> dict[str, Predictor]:
+        return {name: process.predictor() for name, process in self.processes.items()}
+
+    @property
+    def fill_range(self) -> tuple[float, float]:
+        return tuple(self.about["ranges"]["fill_ratio"])
+
+    def machine(self) -> dict[str, float]:
+        """Density [kg/m3] and amplitude [m] of the mill as built."""
+        return {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
+
+    def means(self, conditions: pd.DataFrame) -> dict[str, np.ndarray]:
+        """Every scaled quantity (m,) of the conditions, a row each with the columns VARIABLES; without bands."""
+        inputs = logarithms(conditions)
+        return complete({name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC})
+
+    def scaled(self, conditions: pd.DataFrame) -> pd.DataFrame:
+        """Every scaled quantity Q of the conditions with Q_lower and Q_upper, the interval of a new condition."""
+        inputs = logarithms(conditions)
+        logs = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
+        values = complete({name: np.exp(logs[name][0]) for name in BASIC})
+        return banded(values, {name: deviation for name, (_, deviation) in logs.items()}, self.width)
+
+    def at_settings(self, fill_ratios: np.ndarray) -> pd.DataFrame:
+        """Each fill ratio with each speed and ball size of the mill as built: rows of VARIABLES, fill by fill."""
+        settings = pd.DataFrame(self.about["settings"]).assign(**self.machine())
+        return pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)}).merge(settings, how="cross")
+
+    def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
+        """The master curves: fill_ratio, then Q, Q_lower and Q_upper for every quantity Q.
+
+        The mean over the simulated speeds and ball sizes, and the interval of a condition drawn from them: its
+        variance is the mean of theirs and the variance between them. Raises ConfigError outside the simulated fills.
+        """
+        fill_ratios = np.atleast_1d(np.asarray(fill_ratios, dtype=float))
+        low, high = self.fill_range
+        for fill in fill_ratios:
+            if not low * (1 - 1e-9) <= fill <= high * (1 + 1e-9):
+                raise ConfigError(
+                    f"fill_ratio = {fill:g}: the curves of {self.about['contact']} hold from {low:g} to {high:g}"
+                )
+        inputs = logarithms(self.at_settings(fill_ratios))
+        means, deviations = {}, {}
+        for name, predictor in self.predictors.items():
+            log, deviation = (part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs))
+            means[name] = log.mean(axis=1)
+            deviations[name] = np.sqrt((deviation**2).mean(axis=1) + log.var(axis=1))
+        table = banded(complete({name: np.exp(means[name]) for name in BASIC}), deviations, self.width)
+        table.insert(0, "fill_ratio", fill_ratios)
+        return table
+
+    def at(self, fill_ratio: float) -> dict[str, Band]:
+        """The master curves at one fill ratio; raises ConfigError outside the simulated fill ratios."""
+        row = self.curve(np.array([fill_ratio])).iloc[0]
+        return {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in QUANTITIES}
+
+    def outside(self, condition: Mapping[str, float], volume_m3: float) -> tuple[str, ...]:
+        """Names of what lies beyond the simulated range, VARIABLES and the jar's volume."""
+        ranges = self.about["ranges"]
+        beyond = [
+            name
+            for name in VARIABLES
+            if not ranges[name][0] * (1 - 1e-9) <= condition[name] <= ranges[name][1] * (1 + 1e-9)
+        ]
+        return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
+
+    def predict(
+        self,
+        speed_hz: float,
+        ball_diameter_m: float,
+        fill_ratio: float,
+        density_kg_m3: float | None = None,
+        amplitude_m: float | None = None,
+        volume_m3: float | None = None,
+    ) -> Prediction:
+        """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, as `Prediction`, with what lies outside the range.
+
+        Density, amplitude and jar volume are those of the mill as built if left out. Beyond the simulated range the
+        scaling of the thesis carries the curves on, with an interval that widens. Raises ConfigError for a condition
+        that cannot be: a value of 0 or less, or a fill ratio of 1 or more.
+        """
+        machine = self.machine()
+        condition = {
+            "fill_ratio": fill_ratio,
+            "speed_hz": speed_hz,
+            "ball_diameter_m": ball_diameter_m,
+            "density_kg_m3": machine["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
+            "amplitude_m": machine["amplitude_m"] if amplitude_m is None else amplitude_m,
+        }
+        volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
+        for name, value in (*condition.items(), ("volume_m3", volume)):
+            if not 0 < value < (1 if name == "fill_ratio" else np.inf):
+                raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
+        row = self.scaled(pd.DataFrame([condition])).iloc[0]
+        band = {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in QUANTITIES}
+        scale = condition["density_kg_m3"], speed_hz, condition["amplitude_m"], ball_diameter_m
+        balls = ball_count(fill_ratio, volume, ball_diameter_m)
+        return Prediction(
+            balls=balls,
+            normal_energy_J=band["En"].times(energy_scale(*scale)),
+            tangential_energy_J=band["Et"].times(energy_scale(*scale)),
+            frequency_per_ball_hz=band["f"].times(speed_hz),
+            normal_power_W=band["Pn"].times(balls * power_scale(*scale)),
+            tangential_power_W=band["Pt"].times(balls * power_scale(*scale)),
+            power_W=band["P"].times(balls * power_scale(*scale)),
+            outside=self.outside(condition, volume),
+        )
+
+
+def banded(values: dict[str, np.ndarray], deviations: dict[str, np.ndarray], width: float) -> pd.DataFrame:
+    """Q, Q_lower and Q_upper for every quantity from values and standard deviations of their logarithms."""
+    table = {}
+    for name in QUANTITIES:
+        factor = np.exp(width * deviations[name])
+        table |= {name: values[name], f"{name}_lower": values[name] / factor, f"{name}_upper": values[name] * factor}
+    return pd.DataFrame(table)

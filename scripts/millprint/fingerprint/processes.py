@@ -1,0 +1,162 @@
+"""A Gaussian process of the logarithm of a scaled quantity: a curve over fill ratio, and departures from the scaling.
+
+If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ratio alone. The process takes that as
+its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
+    log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
+each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
+scaling of the thesis, and the band widens to what departures were worth elsewhere. Departures of amplitude and density
+are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
+"""
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
+
+VARIABLES = ("fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m")
+
+# Component -> what it depends on besides the fill ratio, the start and the bounds of its variance.
+COMPONENTS = {
+    "fill": ((), 0.1, (0.04, 10.0)),  # curves that vary by 20 % or more
+    "machine": (("speed_hz", "ball_diameter_m"), 0.02, (1e-4, 0.5)),
+    "amplitude": (("amplitude_m",), 0.02, (1e-4, 2.0)),
+    "density": (("density_kg_m3",), 1e-3, (1e-5, 0.5)),
+}
+# Bounds of lengths, in logarithms: a curve turns within a factor exp(0.3) to exp(3) of fill ratio, a departure within
+# a factor 2 to 1000 of a machine's variable.
+FILL_LENGTH, MACHINE_LENGTH = (0.3, 3.0), (0.7, 7.0)
+NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
+IDLE = 1e5  # length of a variable that a component does not depend on
+
+
+def logarithms(table: pd.DataFrame) -> np.ndarray:
+    """Logarithms (n, 5) of VARIABLES."""
+    return np.log(table[list(VARIABLES)].to_numpy(dtype=float))
+
+
+def varied_components(table: pd.DataFrame) -> dict[str, list[str]]:
+    """Component -> its variables, of those that the conditions of `table` vary; a departure needs one at least."""
+    varied = [name for name in VARIABLES if table[name].nunique() > 1]
+    found = {name: [v for v in others if v in varied] for name, (others, *_) in COMPONENTS.items()}
+    return {name: ["fill_ratio", *others] for name, others in found.items() if others or name == "fill"}
+
+
+def build_kernel(components: dict[str, list[str]]) -> Kernel:
+    """The sum of the components, without noise; a length at IDLE is held there."""
+    total = None
+    for name, variables in components.items():
+        _, variance, bounds = COMPONENTS[name]
+        lengths, length_bounds = [], []
+        for variable in VARIABLES:
+            own = FILL_LENGTH if variable == "fill_ratio" else MACHINE_LENGTH
+            used = variable in variables
+            lengths.append((1.0 if variable == "fill_ratio" else 2.0) if used else IDLE)
+            length_bounds.append(own if used else (IDLE, IDLE * (1 + 1e-9)))
+        part = ConstantKernel(variance, bounds) * Matern(lengths, length_bounds, nu=2.5)
+        total = part if total is None else total + part
+    return total
+
+
+@dataclass(frozen=True)
+class Process:
+    """One quantity: logarithms of the variables (n, 5), of the values (n,), and their relative standard errors (n,).
+
+    components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
+    values that no variable explains; stretch widens every deviation to what leaving conditions out has shown.
+    """
+
+    inputs: np.ndarray
+    logs: np.ndarray
+    errors: np.ndarray
+    components: dict[str, list[str]]
+    theta: np.ndarray
+    noise: float
+    stretch: float = 1.0
+
+    @classmethod
+    def fit(cls, inputs: np.ndarray, logs: np.ndarray, errors: np.ndarray, components: dict) -> "Process":
+        """Parameters of largest marginal likelihood, and the stretch that leaving one condition out asks for.
+
+        stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
+        (2013) 55: the likelihood alone is too sure of itself where the model is not quite right.
+        """
+        kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
+        regressor = GaussianProcessRegressor(kernel, alpha=errors**2 + 1e-10)
+        with warnings.catch_warnings():
+            # A parameter at its bound is meant: few conditions cannot tell noise from shape.
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            regressor.fit(inputs, logs - logs.mean())
+        theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
+        process = cls(inputs, logs, errors, components, theta, noise)
+        scores = [process.leave_out(np.array([index])) for index in range(len(logs))]
+        squares = [((logs[i] - mean[0]) ** 2 / deviation[0] ** 2) for i, (mean, deviation) in enumerate(scores)]
+        return replace(process, stretch=max(1.0, float(np.sqrt(np.mean(squares)))))
+
+    def _regressor(self, kept: np.ndarray) -> GaussianProcessRegressor:
+        kernel = build_kernel(self.components).clone_with_theta(self.theta)
+        alpha = self.errors[kept] ** 2 + self.noise + 1e-10
+        regressor = GaussianProcessRegressor(kernel, alpha=alpha, optimizer=None)
+        return regressor.fit(self.inputs[kept], self.logs[kept] - self.logs[kept].mean())
+
+    def predictor(self, kept: np.ndarray | None = None) -> "Predictor":
+        """What predicts new conditions, from all known ones or from those of the indices `kept`."""
+        kept = np.arange(len(self.logs)) if kept is None else kept
+        return Predictor(self._regressor(kept), float(self.logs[kept].mean()), self.noise, self.stretch)
+
+    def leave_out(self, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation of the log values at the indices `left`, as measured, predicted without them."""
+        kept = np.setdiff1d(np.arange(len(self.logs)), left)
+        mean, deviation = self.predictor(kept).predict(self.inputs[left])
+        return mean, np.hypot(deviation, self.errors[left] * self.stretch)
+
+    def to_dict(self) -> dict:
+        """Parameters and data as plain values."""
+        return {
+            "components": self.components,
+            "log_parameters": self.theta.tolist(),
+            "noise_variance": float(self.noise),
+            "stretch": float(self.stretch),
+            "values": np.exp(self.logs).tolist(),
+            "relative_errors": self.errors.tolist(),
+        }
+
+    @classmethod
+    def from_dict(cls, content: dict, inputs: np.ndarray) -> "Process":
+        """The process that `to_dict` described; raises KeyError or ValueError for a content that it did not write."""
+        return cls(
+            inputs=inputs,
+            logs=np.log(np.array(content["values"], dtype=float)),
+            errors=np.array(content["relative_errors"], dtype=float),
+            components=content["components"],
+            theta=np.array(content["log_parameters"], dtype=float),
+            noise=float(content["noise_variance"]),
+            stretch=float(content["stretch"]),
+        )
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """A fitted regressor of log values about their mean."""
+
+    regressor: GaussianProcessRegressor
+    centre: float
+    noise: float
+    stretch: float
+
+    def mean(self, inputs: np.ndarray) -> np.ndarray:
+        """Log values (m,) at inputs (m, 5)."""
+        return self.centre + self.regressor.predict(inputs)
+
+    def predict(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log values (m,) at inputs (m, 5) and their standard deviation for a new condition, noise included."""
+        mean, deviation = self.regressor.predict(inputs, return_std=True)
+        return self.centre + mean, self.stretch * np.sqrt(deviation**2 + self.noise)
+
+    def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log values (m,) and their covariance (m, m) without noise: how sure the curve is, not a new condition."""
+        mean, covariance = self.regressor.predict(inputs, return_cov=True)
+        return self.centre + mean, self.stretch**2 * covariance

@@ -1,0 +1,228 @@
+"""The fingerprint as an object: curves with bands, predictions, ranges, its file, coverage and zones."""
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.errors import ConfigError
+from millprint.fingerprint.coverage import tabulate_coverage
+from millprint.fingerprint.curves import QUANTITIES
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.model import Band, Fingerprint
+from millprint.fingerprint.processes import varied_components
+from millprint.fingerprint.zones import find_zones
+from tests.unit.synthetic_mill import (
+    AMPLITUDE,
+    DENSITY,
+    FILLS,
+    VOLUME,
+    descriptors,
+    fingerprint,
+    overrides,
+    summaries,
+    summary,
+    true_curves,
+)
+
+AT = {"fill_ratio": 0.10, "ball_diameter_m": 0.01, "speed_hz": 10.0}
+
+
+def scattered(seed: int, size: float = 0.05) -> pd.DataFrame:
+    """Conditions whose powers scatter by chance, with next to no error of their own."""
+    generator = np.random.default_rng(seed)
+    runs = [
+        summary(fill, diameter, speed, noise=size * generator.standard_normal(), error=1e-3)
+        for fill in FILLS
+        for diameter in (5.0, 10.0)
+        for speed in (600.0, 1200.0)
+    ]
+    return tabulate_descriptors(runs, "gap_3ms")
+
+
+@pytest.fixture(scope="module")
+def exact() -> pd.DataFrame:
+    return descriptors()
+
+
+@pytest.fixture(scope="module")
+def own() -> Fingerprint:
+    return fingerprint()
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Fingerprint:
+    return Fingerprint.fit(scattered(2), VOLUME, 0.95)
+
+
+def test_the_curve_passes_through_an_exact_mill(own):
+    table = own.curve(np.geomspace(0.04, 0.40, 60))
+    for name, curve in zip(("Pn", "Pt", "f"), true_curves(table["fill_ratio"]), strict=True):
+        np.testing.assert_allclose(table[name], curve, rtol=0.02)
+    for name in QUANTITIES:
+        assert (table[f"{name}_lower"] < table[name]).all() and (table[name] < table[f"{name}_upper"]).all()
+    np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
+
+
+def test_the_band_holds_new_conditions_as_often_as_it_says(noisy):
+    new = scattered(3)
+    band = noisy.curve(new["fill_ratio"].to_numpy())
+    held = (band["Pn_lower"] < new["Pn"]) & (new["Pn"] < band["Pn_upper"])
+    assert 0.85 <= held.mean() <= 1.0
+    # Two standard deviations of 5 % on either side, and not much more.
+    assert 1.15 < np.median(band["Pn_upper"] / band["Pn_lower"]) < 1.45
+
+
+def test_what_is_left_out_is_held_as_often_as_the_band_says(noisy):
+    table = tabulate_coverage(noisy).set_index(["left_out", "quantity"])
+    for quantity in ("Pn", "Pt"):
+        row = table.loc[("condition", quantity)]
+        assert row["conditions"] == 36 and row["nominal"] == 0.95
+        assert row["covered_lower"] <= 0.95 <= row["covered_upper"]
+        assert 4.0 < row["error_percent"] < 7.0
+    assert set(table.index.get_level_values(0)) == {"condition", "fill ratio", "setting"}
+
+
+def test_a_band_that_is_too_narrow_is_found_out(noisy):
+    """The check of the bands must be able to fail: with a tenth of the noise they hold too little."""
+    processes = {
+        name: type(process)(**{**vars(process), "noise": process.noise / 100, "stretch": 0.3})
+        for name, process in noisy.processes.items()
+    }
+    row = tabulate_coverage(Fingerprint(noisy.about, processes)).set_index(["left_out", "quantity"])
+    assert row.loc[("condition", "Pn")]["covered_upper"] < 0.95
+
+
+def test_predictions_return_the_simulated_conditions(exact, own):
+    for row in exact.itertuples():
+        found = own.predict(row.speed_hz, row.ball_diameter_m, row.fill_ratio)
+        assert found.outside == ()
+        assert found.balls == row.balls
+        assert found.normal_energy_J.value == pytest.approx(row.normal_energy_J, rel=0.02)
+        assert found.frequency_per_ball_hz.value == pytest.approx(row.frequency_per_ball_hz, rel=0.02)
+        assert found.power_W.lower < row.normal_power_W + row.tangential_power_W < found.power_W.upper
+
+
+def test_energies_times_frequency_are_the_power(own):
+    found = own.predict(13.14, 0.01, 0.06)
+    energies = found.normal_energy_J.value + found.tangential_energy_J.value
+    assert found.balls * found.frequency_per_ball_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
+
+
+def test_predictions_of_an_exact_mill_scale_as_the_equations_say(own):
+    base = own.predict(10.0, 0.01, 0.10)
+    assert own.predict(20.0, 0.01, 0.10).power_W.value == pytest.approx(8 * base.power_W.value, rel=5e-3)
+    assert own.predict(20.0, 0.01, 0.10).normal_energy_J.value == pytest.approx(
+        4 * base.normal_energy_J.value, rel=5e-3
+    )
+    half = own.predict(10.0, 0.005, 0.10)
+    assert half.tangential_energy_J.value == pytest.approx(base.tangential_energy_J.value / 8, rel=5e-3)
+    far = own.predict(10.0, 0.01, 0.10, density_kg_m3=2 * DENSITY, amplitude_m=1.4 * AMPLITUDE)
+    assert far.power_W.value == pytest.approx(2 * 1.4**2 * base.power_W.value, rel=5e-3)
+
+
+def test_a_departure_from_the_scaling_is_learned():
+    """A mill whose scaled frequency falls with omega^-0.3: predicted at a speed that was not simulated."""
+    runs = summaries(speeds=(600.0, 800.0, 1200.0), error=2e-3)
+    for run in runs:
+        run["collisions"][1]["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
+    model = Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)
+    found = model.predict(1000.0 / 60.0, 0.01, 0.12).frequency_per_ball_hz
+    true = true_curves(0.12)[2] * (1000.0 / 60.0) * (1000.0 / 600.0) ** -0.3
+    assert found.value == pytest.approx(true, rel=0.01)
+    assert found.lower < true < found.upper and found.upper / found.lower < 1.1
+    # The curve over all speeds cannot know the speed, and says so by its band.
+    band = model.at(0.12)["f"]
+    assert band.upper / band.lower > 1.3
+
+
+def test_the_band_widens_away_from_what_was_simulated(noisy):
+    width = {speed: (band := noisy.predict(speed, 0.01, 0.10).power_W).upper / band.lower for speed in (10.0, 60.0)}
+    assert width[60.0] >= width[10.0]
+
+
+def test_what_lies_outside_is_named_or_refused(own):
+    assert own.predict(20.0, 0.005, 0.40, density_kg_m3=3900.0, amplitude_m=0.024).outside == ()
+    assert set(own.predict(30.0, 0.02, 0.10, amplitude_m=0.03).outside) == {
+        "speed_hz",
+        "ball_diameter_m",
+        "amplitude_m",
+    }
+    assert own.predict(10.0, 0.01, 0.5).outside == ("fill_ratio",)
+    assert own.predict(10.0, 0.01, 0.10, volume_m3=2 * VOLUME).outside == ("volume_m3",)
+    with pytest.raises(ConfigError, match=r"fill_ratio = 0\.5.*0\.04 to 0\.4"):
+        own.at(0.5)
+    for wrong in ({"fill_ratio": 1.0}, {"speed_hz": 0.0}, {"ball_diameter_m": -0.01}):
+        with pytest.raises(ConfigError, match=f"{next(iter(wrong))} = .*must be over 0"):
+            own.predict(**(AT | wrong))
+
+
+def test_amplitude_and_density_are_ranged_only_if_they_were_varied(exact):
+    assert set(varied_components(exact)) == {"fill", "machine"}
+    model = Fingerprint.fit(exact, VOLUME, 0.95)
+    assert model.predict(10.0, 0.01, 0.10, amplitude_m=0.02).outside == ("amplitude_m",)
+    both = tabulate_descriptors(summaries() + overrides(), "gap_3ms")
+    assert set(varied_components(both)) == {"fill", "machine", "amplitude", "density"}
+    alone = tabulate_descriptors(summaries(diameters=(10.0,), speeds=(600.0,)), "gap_3ms")
+    assert varied_components(alone) == {"fill": ["fill_ratio"]}
+
+
+def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
+    path = tmp_path / "fingerprint_calibrated.json"
+    own.write(path)
+    content = json.loads(path.read_text())
+    assert content["about"]["ranges"]["amplitude_m"] == pytest.approx([0.014, 0.024])
+    with pytest.raises(pickle.UnpicklingError):
+        pickle.loads(path.read_bytes())
+    again = Fingerprint.read(path)
+    for name, one in vars(own.predict(12.0, 0.008, 0.13)).items():
+        other = getattr(again.predict(12.0, 0.008, 0.13), name)
+        if isinstance(one, Band):
+            assert vars(other) == pytest.approx(vars(one), rel=1e-9)
+        else:
+            assert other == one
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (None, "no such fingerprint"),
+        ("not json", "not a fingerprint"),
+        ('{"about": {}}', "format: must be"),
+        ('{"format": "millprint fingerprint 1", "inputs": {}}', "not a whole fingerprint: KeyError 'fill_ratio'"),
+    ],
+)
+def test_another_file_is_refused_in_one_line(tmp_path, text, message):
+    path = tmp_path / "other.json"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        Fingerprint.read(path)
+    assert message in str(error.value) and str(path) in str(error.value) and "\n" not in str(error.value)
+
+
+def test_too_few_fills_and_values_of_nothing_are_refused(exact):
+    with pytest.raises(ConfigError, match="2 fill ratios"):
+        Fingerprint.fit(exact[exact["fill_ratio"].isin([0.04, 0.10])], VOLUME, 0.95)
+    with pytest.raises(ConfigError, match="Pn = 0 with calibrated"):
+        Fingerprint.fit(exact.assign(Pn=0.0), VOLUME, 0.95)
+
+
+def test_zones_of_a_known_mill_lie_in_their_intervals(noisy):
+    zones = find_zones(noisy).set_index("zone")
+    maximum = zones.loc["normal_maximum"]
+    assert maximum["lower"] <= 0.15 <= maximum["upper"]
+    assert maximum["upper"] - maximum["lower"] > 0.005
+    assert zones.loc["tangential_maximum", "value"] == pytest.approx(0.04)
+    assert (zones["lower"] <= zones["upper"]).all() and (zones["found"] > 0.9).all()
+    assert (zones["smallest"] <= zones["largest"]).all()
+
+
+def test_the_library_of_fingerprints_is_free_of_pickle():
+    folder = Path(__file__).parents[2] / "scripts/millprint/fingerprint"
+    assert not [
+        path.name for path in folder.glob("*.py") if "pickle" in path.read_text() or "joblib" in path.read_text()
+    ]

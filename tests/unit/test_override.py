@@ -1,0 +1,103 @@
+"""A sweep over amplitude or density: its cases, their names, what they change, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from millprint.config.checks import load_workflow
+from millprint.config.contact import ContactConfig
+from millprint.config.load import check_model, load_named
+from millprint.config.mill import MillConfig
+from millprint.config.override import overridden
+from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
+from millprint.dem.simulation import Simulation
+from millprint.errors import ConfigError
+from millprint.preflight import check_before_running
+
+ROOT = Path(__file__).parents[2]
+MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
+CONTACT = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
+DEM = DemConfig(time_step_s=2e-6, settle_s=0.01, discard_s=0.0, window_s=0.01)
+BLOCK = {
+    "name": "block",
+    "contacts": ["calibrated"],
+    "ball_diameters_mm": [10],
+    "fill_ratios": [0.04],
+    "speeds_rpm": [600],
+    "seeds": [0],
+}
+
+
+def cases_of(**keys):
+    return expand_sweep(SweepConfig(**BLOCK, **keys), DEM, "emax")
+
+
+def test_every_combination_has_a_case_and_a_name_of_its_own():
+    cases = cases_of(amplitudes_mm=[14, 20.5], densities_kg_m3=[3900, 15000])
+    assert [case.name for case in cases] == [
+        "d10_f0.04_n600_a14_rho3900_s0",
+        "d10_f0.04_n600_a14_rho15000_s0",
+        "d10_f0.04_n600_a20.5_rho3900_s0",
+        "d10_f0.04_n600_a20.5_rho15000_s0",
+    ]
+    assert cases_of()[0].name == "d10_f0.04_n600_s0"
+
+
+def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
+    plain, changed = (Simulation(case, MILL, CONTACT, DEM) for case in (
+        cases_of()[0], cases_of(amplitudes_mm=[20], densities_kg_m3=[15400])[0],
+    ))  # fmt: skip
+    assert plain.motion.amplitude_m == pytest.approx(0.017) and changed.motion.amplitude_m == pytest.approx(0.020)
+    assert changed.balls.mass[0] == pytest.approx(2 * plain.balls.mass[0])
+    # Denser balls have a longer Rayleigh time, with the root of the density.
+    assert changed.rayleigh_s == pytest.approx(2**0.5 * plain.rayleigh_s)
+    assert changed.mill.geometry == MILL.geometry and changed.contact.restitution == CONTACT.restitution
+
+
+def test_a_case_without_overrides_leaves_mill_and_contact_set_alone():
+    assert overridden(cases_of()[0], MILL, CONTACT) == (MILL, CONTACT)
+
+
+def test_the_sun_wheel_of_a_planetary_mill_is_its_amplitude():
+    law = {"kind": "planetary", "sun_radius_mm": 120, "ratio": -2}
+    mill = check_model({**MILL.model_dump(), "motion": law}, MillConfig, "planetary.yaml")
+    changed, _ = overridden(cases_of(amplitudes_mm=[100])[0], mill, CONTACT)
+    assert changed.motion.sun_radius_mm == 100 and changed.motion.ratio == -2
+
+
+def test_a_motion_without_an_amplitude_is_refused_in_one_line(monkeypatch):
+    drum = check_model({**MILL.model_dump(), "motion": {"kind": "rotation", "axis": [1, 0, 0]}}, MillConfig, "x")
+    with pytest.raises(ConfigError, match="motion of mill emax is a rotation, which has no amplitude"):
+        overridden(cases_of(amplitudes_mm=[14])[0], drum, CONTACT)
+    with pytest.raises(ConfigError, match=r"amplitudes_mm = 99999 of mill emax: input should be less than"):
+        overridden(cases_of(amplitudes_mm=[99999])[0], MILL, CONTACT)
+
+
+def test_the_check_before_a_run_names_file_and_key(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    content = yaml.safe_load(Path("config/config.yaml").read_text())
+    block = next(sweep for sweep in content["sweeps"] if sweep["name"] == "amplitude")
+    block["mills"] = ["emax_motion1"]
+    config, mills, contacts, cases = load_workflow(content, ["config/config.yaml"])
+    with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps: amplitudes_mm = 14: the motion of mill emax_m"):
+        check_before_running(config, mills, contacts, cases, "config/config.yaml")
+
+
+def test_light_balls_whose_step_is_too_large_are_refused(monkeypatch):
+    """The Rayleigh time is that of the case's own density."""
+    monkeypatch.chdir(ROOT)
+    content = yaml.safe_load(Path("config/config.yaml").read_text())
+    next(sweep for sweep in content["sweeps"] if sweep["name"] == "density")["densities_kg_m3"] = [100]
+    config, mills, contacts, cases = load_workflow(content, ["config/config.yaml"])
+    with pytest.raises(
+        ConfigError, match=r"dem.time_step_s = 2e-06: more than 0.2 of the Rayleigh time of case .*_rho100"
+    ):
+        check_before_running(config, mills, contacts, cases, "config/config.yaml")
+
+
+@pytest.mark.parametrize("other", [{"amplitudes_mm": [14]}, {"densities_kg_m3": [3900]}])
+def test_a_study_of_step_or_modulus_varies_nothing_else(other):
+    for study in ({"time_steps_s": [1e-6, 2e-6]}, {"young_moduli_gpa": [2.05]}):
+        with pytest.raises(ValueError, match="cannot both be given in one sweep"):
+            SweepConfig(**BLOCK, **study, **other)
