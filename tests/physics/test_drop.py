@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from millprint.calibration.drop_test import bounce_height, simulate_drops
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.sweep import DemConfig
 from millprint.errors import ConfigError
-from millprint.calibration.drop_test import bounce_height, simulate_drops
 
 CONTACTS = Path(__file__).parents[2] / "config/contacts"
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.0, window_s=0.1)

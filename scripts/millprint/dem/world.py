@@ -40,7 +40,9 @@ class World:
     many worlds share those of one vessel.
     """
 
-    def __init__(self, vessel: Vessel, contact: ContactConfig, position, velocity=None, spin=None, radius=5e-3, **options):
+    def __init__(
+        self, vessel: Vessel, contact: ContactConfig, position, velocity=None, spin=None, radius=5e-3, **options
+    ):
         position = np.atleast_2d(np.asarray(position, dtype=float))
         radii = np.unique(np.broadcast_to(radius, len(position)))
         species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
