@@ -11,8 +11,8 @@ An interval is that of the profile: a coefficient belongs to it as long as the b
 with n the number of independent errors: neighbours in time err together, so that n is the number of places times
 (1 - r) / (1 + r), r the correlation of an error with the next. Every simulated pair that passes the test belongs to
 it too. An interval that reaches a bound of the search is open on that side: the track does not tell how far it goes.
-Where a profile does not rise steadily from the estimate, S is rough at the scale of the errors, and the interval holds
-what the search has found and may be too narrow.
+Where the profiles do not rise steadily from the estimate, S is rough at the scale of the errors and the search may have
+missed the best pair; the threshold is then raised by the median of their falls, and such a fit says is_steady = False.
 """
 
 from collections.abc import Callable
@@ -184,14 +184,24 @@ def fit_friction(
 
 def _tables(profiles: list[pd.DataFrame], best: np.ndarray, misfit: Misfit, error: _Error) -> dict[str, pd.DataFrame]:
     """The estimates with their intervals, and the profiles with the excess that the F test looks at."""
-    rows, tables = [], []
-    accepted = misfit.pairs_within(misfit.squares(best) + error.threshold * error.variance)
-    for index, (name, profile) in enumerate(zip(PARAMETERS, profiles, strict=True)):
-        table = profile.assign(excess=(profile["squares_mm2"] - misfit.squares(best)) / error.variance)
-        interval = _interval(table, best[index], error.threshold, accepted[:, index])
-        rows.append({"parameter": name, "estimate": np.exp(best[index]), **interval})
-        tables.append(table.assign(parameter=name, threshold=error.threshold))
+    squares = misfit.squares(best)
+    tables = [table.assign(excess=(table["squares_mm2"] - squares) / error.variance) for table in profiles]
+    falls = np.concatenate([_falls(table["excess"].to_numpy()) for table in tables])
+    threshold = error.threshold + (float(np.median(falls)) if falls.size else 0.0)
+    accepted = misfit.pairs_within(squares + threshold * error.variance)
+    rows = []
+    for index, (name, table) in enumerate(zip(PARAMETERS, tables, strict=True)):
+        interval = _interval(table, threshold, accepted[:, index])
+        rows.append({"parameter": name, "estimate": np.exp(best[index]), **interval, "is_steady": not falls.size})
+        tables[index] = table.assign(parameter=name, threshold=threshold)
     return {"summary": pd.DataFrame(rows), "profile": pd.concat(tables, ignore_index=True)}
+
+
+def _falls(excess: np.ndarray) -> np.ndarray:
+    """By how much a profile falls on its way out from its lowest point, wherever it does."""
+    lowest = int(excess.argmin())
+    steps = np.concatenate([np.diff(excess[lowest::-1]), np.diff(excess[lowest:])])
+    return -steps[steps < 0]
 
 
 def _search(misfit: Misfit, bounds: np.ndarray, simulations: int) -> np.ndarray:
@@ -272,11 +282,11 @@ def _with_other_free(misfit: Misfit, start: np.ndarray, bounds: np.ndarray, inde
     return whole(found.x)
 
 
-def _interval(profile: pd.DataFrame, best: float, threshold: float, accepted: np.ndarray) -> dict:
+def _interval(profile: pd.DataFrame, threshold: float, accepted: np.ndarray) -> dict:
     """Where the profile leaves the interval on either side, or the outermost pair that belongs to it.
 
     accepted: (k,) logarithms of pairs that pass the test. lower, upper; lower_open, upper_open where the profile never
-    leaves; is_steady unless the profile falls somewhere on its way out.
+    leaves.
     """
     places, excess = np.log(profile["value"].to_numpy()), profile["excess"].to_numpy()
     found = {}
@@ -291,6 +301,4 @@ def _interval(profile: pd.DataFrame, best: float, threshold: float, accepted: np
             edge += share * (ways[inside + 1] - ways[inside])
         found[side] = float(np.exp(sign * max(sign * edge, *(sign * accepted))))
         found[f"{side}_open"] = bool(is_open)
-    at = int(np.argmin(np.abs(places - best)))
-    found["is_steady"] = bool((np.diff(excess[: at + 1]) <= 0).all() and (np.diff(excess[at:]) >= 0).all())
     return found

@@ -25,7 +25,8 @@ def plot_drops(drops: pd.DataFrame, means: pd.DataFrame) -> Figure:
         axis.plot(line["drop_height_mm"], line["restitution"], marker, color=colour, label=label)
         axis.axhline(row.mean, color=colour, linewidth=0.8)
         axis.axhspan(row.lower, row.upper, color=colour, alpha=0.15, linewidth=0)
-    axis.set(xlabel="drop height [mm]", ylabel="restitution [-]", xlim=(0, None), ylim=(0, 1))
+    axis.set(xlabel="drop height [mm]", ylabel="restitution [-]", ylim=(0, 1))
+    axis.set_xlim(0, 1.08 * drops["drop_height_mm"].max())
     axis.legend()
     return figure
 
@@ -51,6 +52,7 @@ def _plot_profile(axis: Axes, profile: pd.DataFrame, row: pd.Series) -> None:
     axis.axhline(profile["threshold"].iloc[0], color=COLOURS[1], linestyle="--", linewidth=1)
     if pd.notna(row["given"]):
         axis.axvline(row["given"], color=COLOURS[2], linestyle="-.", linewidth=1)
+    axis.locator_params(axis="x", nbins=5)
     axis.set(xlabel=NAMES[row["parameter"]], ylabel="excess over the best fit [-]")
 
 
