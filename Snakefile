@@ -38,6 +38,7 @@ include: "workflow/rules/doe.smk"
 include: "workflow/rules/dem.smk"
 include: "workflow/rules/convergence.smk"
 include: "workflow/rules/view.smk"
+include: "workflow/rules/calibration.smk"
 include: "workflow/rules/fingerprint.smk"
 include: "workflow/rules/partition.smk"
 include: "workflow/rules/yields.smk"
@@ -48,6 +49,7 @@ STAGE_OUTPUTS = [
     *DOE_OUTPUTS,
     *CONVERGENCE_OUTPUTS,
     *VIEW_OUTPUTS,
+    *CALIBRATION_OUTPUTS,
     *FINGERPRINT_OUTPUTS,
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
@@ -81,6 +83,7 @@ rule chapter2:
 
 rule chapter3:
     input:
+        CALIBRATION_OUTPUTS,
         FINGERPRINT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,

@@ -2,6 +2,7 @@
 
 import math
 
+from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.override import overridden
@@ -47,7 +48,7 @@ def check_before_running(
         check_step(config, contact, case, source)
     check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
-    faults = fingerprint_faults(config, cases, source)
+    faults = [*fingerprint_faults(config, cases, source), *calibration_faults(config, mills, contacts)]
     if faults:
         raise ConfigError("\n".join(faults))
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from millprint.calibration.drop_test import bounce_height, simulate_drops
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.sweep import DemConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.drop_test import bounce_height, simulate_drops
 
 CONTACTS = Path(__file__).parents[2] / "config/contacts"
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.0, window_s=0.1)
@@ -20,8 +20,8 @@ def test_the_bounce_gives_the_restitution_back_at_every_height(restitution):
     contact = load_named(CONTACTS, "calibrated", ContactConfig, "contact set")
     contact = contact.model_copy(update={"restitution": restitution})
     table = simulate_drops(contact, DEM, 0.010, [0.010, 0.030])
-    np.testing.assert_allclose(table["restitution_found"], restitution, atol=5e-3)
-    np.testing.assert_allclose(table["bounce_height_m"], restitution**2 * table["drop_height_m"], rtol=0.03)
+    np.testing.assert_allclose(table["restitution"], restitution, atol=5e-3)
+    np.testing.assert_allclose(table["bounce_height_mm"], restitution**2 * table["drop_height_mm"], rtol=0.03)
 
 
 def test_the_first_bounce_is_found_among_several():

@@ -22,6 +22,8 @@ def summaries_over(key: str) -> list[str]:
     blocks = [block for block in CONFIG.sweeps if getattr(block, key)]
     cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
+
+
 def cases_of_sweep(name: str) -> list[str]:
     """Paths of every case of a sweep; none for a sweep that the configuration lacks."""
     blocks = [block for block in CONFIG.sweeps if block.name == name]

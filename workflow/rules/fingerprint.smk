@@ -11,29 +11,6 @@ wildcard_constraints:
     contact="|".join(CONFIG.contacts),
 
 
-rule simulate_drop_test:
-    input:
-        kernels=f"{RESULTS}/dem/kernels.json",
-    output:
-        table=f"{FINGERPRINT}/drop_test.tsv",
-    log:
-        f"{LOGS}/fingerprint/simulate_drop_test.log",
-    benchmark:
-        f"{BENCHMARKS}/fingerprint/simulate_drop_test.tsv"
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
-    params:
-        contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
-        dem=settings("dem"),
-        settings=settings("fingerprint"),
-        library=library("simulate_drop_test.py"),
-    message:
-        "Dropping a ball to read its restitution back"
-    script:
-        "../../scripts/simulate_drop_test.py"
-
-
 rule tabulate_descriptors:
     input:
         summaries=[f"{RESULTS}/dem/{path}/summary.json" for path in DESCRIBED_CASES],
@@ -267,7 +244,6 @@ rule plot_maps:
 
 
 FINGERPRINT_OUTPUTS = [
-    *rules.simulate_drop_test.output,
     *rules.tabulate_descriptors.output,
     *expand(rules.fit_master_curves.output, contact=CONFIG.contacts),
     *rules.measure_scaling.output,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.claims import chapter3_calibration as calibration
 from millprint.claims import chapter3_curves as curves3
 from millprint.claims.evidence import Evidence, not_run, rows, yes_no
 from millprint.claims.finding import Finding
@@ -85,18 +86,6 @@ def _reference(evidence: Evidence, name: str) -> Finding:
     )
 
 
-def _restitution(evidence: Evidence) -> Finding:
-    """The mean restitution of the virtual drop tests, as the thesis takes the mean of its 32."""
-    drops = rows(evidence.table("fingerprint/drop_test.tsv"), contact=curves3.CONTACT)
-    if drops.empty:
-        return not_run("contact set calibrated is not in the run")
-    given, found = drops["restitution_given"].iloc[0], drops["restitution_found"]
-    return Finding(
-        float(found.mean()),
-        f"mean of {len(drops)} simulated drops with {given:g} put in; from {found.min():.4f} to {found.max():.4f}",
-    )
-
-
 def _inverse(evidence: Evidence) -> Finding:
     table = rows(evidence.table("fingerprint/inverse.tsv"), target="thesis_reference", kept="normal energy")
     table = rows(table, fill_ratio=0.10, ball_diameter_mm=5.0)
@@ -158,6 +147,6 @@ def findings(results: Path, data: Path) -> dict[str, Finding]:
         for beginning, finder in BY_ID.items():
             if name.startswith(beginning):
                 found[name] = finder(evidence, name)
-    found["3.restitution"] = _restitution(evidence)
-    found["3.friction_fit"] = not_run("the virtual oscillation test is not in the pipeline yet")
+    found["3.restitution"] = calibration.restitution(evidence)
+    found["3.friction_fit"] = calibration.friction_fit(evidence, curves3.MILL)
     return found

@@ -99,13 +99,6 @@ class MapsConfig(Section):
     fill_ratios: list[Fraction] = Field(min_length=1, max_length=4, description="fill ratios, a row of maps each [-]")
 
 
-class DropTestConfig(Section):
-    """The virtual drop test: a ball falls on a flat floor, its bounce gives the restitution back (Eq. 3.19)."""
-
-    ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
-    heights_mm: list[Positive] = Field(min_length=1, description="drop heights over the floor [mm]")
-
-
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage."""
 
@@ -116,5 +109,4 @@ class FingerprintConfig(Section):
     )
     cycle_fill_ratio: Fraction = Field(description="fill ratio at which revolutions are compared (Table 3.5) [-]")
     maps: MapsConfig = Field(description="simulations shown as heat maps (Figs 3.9, 3.10)")
-    drop_test: DropTestConfig = Field(description="virtual drop test (Sec. 3.2.2)")
     inverse: InverseConfig = Field(description="inverse mode (Sec. 3.3.4)")

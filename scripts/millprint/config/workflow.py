@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from millprint.config.calibration import CalibrationConfig
 from millprint.config.convergence import ConvergenceConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
@@ -37,6 +38,7 @@ class WorkflowConfig(Section):
     sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
     convergence: ConvergenceConfig = ConvergenceConfig()
     view: ViewConfig
+    calibration: CalibrationConfig
     fingerprint: FingerprintConfig
     partition: PartitionConfig
     yields: YieldConfig

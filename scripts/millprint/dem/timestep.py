@@ -2,6 +2,7 @@
 
 import math
 
+from millprint.config.contact import ContactConfig
 from millprint.config.sweep import Case, DemConfig
 
 
@@ -32,3 +33,9 @@ def wanted_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
 def largest_fraction(case: Case, dem: DemConfig) -> float:
     """The largest step that is allowed for a case, over its Rayleigh time [-]."""
     return case.rayleigh_fraction_max or dem.rayleigh_fraction_max
+
+
+def resolved_step(contact: ContactConfig, dem: DemConfig, radius_m: float, wanted_s: float | None = None) -> float:
+    """The wanted step [s], or that of `dem`; a shorter one where the Rayleigh time of a ball asks for it."""
+    rayleigh = rayleigh_time(radius_m, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio)
+    return min(wanted_s or dem.time_step_s, dem.rayleigh_fraction_max * rayleigh)

@@ -1,0 +1,84 @@
+"""One oscillation experiment from its track to the tables of its fit."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.calibration.friction_fit import PARAMETERS, Fit, fit_friction
+from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, simulate_track
+from millprint.calibration.track import read_track
+from millprint.config.calibration import CalibrationConfig, ExperimentConfig
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.job import progress
+
+FITTED, VARIED = "fit", "varied"
+SIMULATED, MEASURED = "simulated", "measured"
+PATH_STEP_S = 2e-3
+
+
+def fit_experiment(
+    experiment: ExperimentConfig,
+    mills: dict[str, MillConfig],
+    contact: ContactConfig,
+    dem: DemConfig,
+    settings: CalibrationConfig,
+) -> dict[str, pd.DataFrame]:
+    """Fit the friction pair of one experiment; mills: by the keys `mill` and `track_mill` of the experiment.
+
+    Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied pairs) and swings
+    (what those look like in numbers). Raises ConfigError and SimulationError.
+    """
+    oscillation, diameter = settings.oscillation, experiment.ball_diameter_mm * 1e-3
+    swing = make_swing(mills["mill"], contact, dem, diameter, oscillation)
+    if experiment.track:
+        track = read_track(experiment.track)
+    else:
+        track = simulate_track(make_swing(mills["track_mill"], contact, dem, diameter, oscillation), oscillation)
+    with progress(None, f"fitting {experiment.name}", " simulations") as bar:
+        fit = fit_friction(track, swing.positions, oscillation, settings.interval, bar.update)
+    pairs = [tuple(fit.pair), *oscillation.varied]
+    duration = float(track["time_s"].iloc[-1])
+    return {
+        "track": track,
+        "fit": _fit_table(experiment, mills, contact, fit, len(track)),
+        "profile": fit.profile,
+        "paths": _paths(swing, pairs, duration, fit.release_s),
+        "swings": describe_swings(swing, pairs, duration),
+    }
+
+
+def _fit_table(
+    experiment: ExperimentConfig, mills: dict[str, MillConfig], contact: ContactConfig, fit: Fit, frames: int
+) -> pd.DataFrame:
+    """A row a coefficient, with what the track was and how well it is met; `given` is empty for a measured track."""
+    table = fit.summary.copy()
+    table.insert(0, "experiment", experiment.name)
+    table.insert(1, "source", MEASURED if experiment.track else SIMULATED)
+    table.insert(2, "contact", contact.name)
+    table.insert(3, "mill", mills["mill"].name)
+    table.insert(4, "track_mill", "" if experiment.track else mills["track_mill"].name)
+    given = [np.nan if experiment.track else getattr(contact, name) for name in PARAMETERS]
+    table.insert(6, "given", given)
+    return table.assign(
+        deviation_percent=100 * (table["estimate"] / table["given"] - 1),
+        rms_mm=fit.rms_mm,
+        release_s=fit.release_s,
+        frames=frames,
+        independent_places=fit.effective_places,
+        simulations=fit.simulations,
+    )
+
+
+def _paths(swing: Swing, pairs: list[tuple[float, float]], duration: float, release: float) -> pd.DataFrame:
+    """Simulated paths, the first being the fit: path, static_friction, rolling_friction, time_s and the places."""
+    times = np.arange(0, duration, PATH_STEP_S)
+    tables = []
+    for index, pair in enumerate(pairs):
+        places = swing.positions(pair, duration)(times)
+        table = pd.DataFrame({"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))})
+        table.insert(0, "path", VARIED if index else FITTED)
+        table.insert(1, "static_friction", pair[0])
+        table.insert(2, "rolling_friction", pair[1])
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)

@@ -1,0 +1,124 @@
+"""A ball let go at the wall of a jar, which swings until it rests (thesis Sec. 3.2.2, Figs 3.2 and 3.3).
+
+The jar is turned so that a curved wall is at the bottom: gravity has a direction in the jar's axes. The thesis starts
+the ball in the middle of a straight side that stands upright. It falls with no spin, meets the curved wall sliding,
+and rolls once friction has spun it up, so that the first swings tell of static friction and the later ones of rolling.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+from scipy.signal import find_peaks
+
+from millprint.calibration.drop_test import GRAVITY
+from millprint.config.calibration import OscillationConfig
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.dem.timestep import resolved_step
+from millprint.dem.world import World, walls_for
+from millprint.errors import ConfigError
+from millprint.mill.distance import signed_distance
+from millprint.mill.vessel import Vessel, build_vessel
+from millprint.mill.walls import Walls
+
+LOOK_S = 4e-3  # between looks at the ball: a cubic through them is exact to about a micrometre
+PLACES = ["across_mm", "height_mm"]
+STANDS_OUT_MM = 1.0  # a turn must differ from the middle by this much to count
+START_GAP = 1e-4  # gap to the wall at the start over the ball's radius [-]
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A jar on its side with a ball at its wall, for any friction pair; make it with `make_swing`."""
+
+    vessel: Vessel
+    walls: Walls
+    contact: ContactConfig
+    radius: float  # of the ball [m]
+    step: float  # [s]
+    start: np.ndarray  # (3,) centre of the ball in the jar's axes [m]
+    axes: np.ndarray  # (2, 3) unit vectors across and up
+    origin: np.ndarray  # (2,) across and up of the jar's middle and the ball's lowest place [m]
+
+    def positions(self, friction: tuple[float, float], duration: float) -> CubicSpline:
+        """Position (across, height) [mm] against time [s], for a pair (static, rolling) of friction coefficients.
+
+        across is counted from the jar's middle, height from the lowest place of the ball. Raises SimulationError.
+        """
+        contact = self.contact.model_copy(
+            update={"static_friction": float(friction[0]), "rolling_friction": float(friction[1])}
+        )
+        world = World(
+            self.vessel, contact, self.start, radius=self.radius, step=self.step, walls=self.walls,
+            gravity=-GRAVITY * self.axes[1],
+        )  # fmt: skip
+        # Two looks more: a spline is worst at its end.
+        times, positions = world.track(duration + 2 * LOOK_S, max(1, round(LOOK_S / self.step)))
+        return CubicSpline(times, 1e3 * (positions[:, 0] @ self.axes.T - self.origin))
+
+
+def make_swing(
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, diameter: float, settings: OscillationConfig
+) -> Swing:
+    """The jar of a mill at rest, turned, and a ball of a diameter [m] that just touches its wall.
+
+    Raises ConfigError if no such place is in the jar.
+    """
+    vessel, radius, release = build_vessel(mill), diameter / 2, settings.release
+    axes = np.array([release.across, [-component for component in release.down]], dtype=float)
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    middle = vessel.bounds.mean(axis=0)
+    across, heights = (vessel.vertices @ axes.T).T
+    level = heights.min() + release.height_fraction * np.ptp(heights)
+    begin = middle + (level - middle @ axes[1]) * axes[1]
+
+    def clearance(way: float) -> float:
+        """Gap between the ball and the wall, so far across from the middle [m]."""
+        return float(-signed_distance(vessel)(begin + way * axes[0])[0]) - radius * (1 + START_GAP)
+
+    if clearance(0.0) <= 0:
+        raise ConfigError(
+            f"config/mills/{mill.name}.yaml: a ball of {1e3 * diameter:g} mm does not fit at "
+            f"calibration.oscillation.release.height_fraction = {release.height_fraction:g}"
+        )
+    way = brentq(clearance, 0.0, np.ptp(across), xtol=1e-9)
+    return Swing(
+        vessel, walls_for(vessel, radius), contact, radius,
+        resolved_step(contact, dem, radius, settings.time_step_s),
+        start=begin + way * axes[0], axes=axes, origin=np.array([middle @ axes[0], heights.min() + radius]),
+    )  # fmt: skip
+
+
+def simulate_track(swing: Swing, settings: OscillationConfig) -> pd.DataFrame:
+    """A track as a camera would take it: time_s, across_mm, height_mm, each place with a normal error.
+
+    Raises SimulationError.
+    """
+    times = np.arange(0, settings.duration_s, 1 / settings.frames_per_second)
+    friction = swing.contact.static_friction, swing.contact.rolling_friction
+    places = swing.positions(friction, settings.duration_s)(times)
+    noise = np.random.default_rng(settings.seed).normal(0, settings.noise_mm, places.shape)
+    return pd.DataFrame({"time_s": times, **dict(zip(PLACES, (places + noise).T, strict=True))})
+
+
+def describe_swings(swing: Swing, pairs: list[tuple[float, float]], duration: float) -> pd.DataFrame:
+    """What each friction pair does to the swings: how many there are, how high the first ones go, when they end.
+
+    One row a pair: static_friction, rolling_friction, half_swings (turns that stand out by a millimetre across),
+    first_rise_mm and second_rise_mm (height at the first and second turn), first_turn_s, last_turn_s.
+    Raises SimulationError.
+    """
+    rows = []
+    times = np.arange(0, duration, 1e-3)
+    for pair in pairs:
+        across, height = swing.positions(pair, duration)(times).T
+        turns = find_peaks(np.abs(across), prominence=STANDS_OUT_MM)[0]
+        rises = [*height[turns], np.nan, np.nan][:2]
+        ends = (times[turns[0]], times[turns[-1]]) if turns.size else (np.nan, np.nan)
+        rows.append((*pair, len(turns), *rises, *ends))
+    columns = ["static_friction", "rolling_friction", "half_swings", "first_rise_mm", "second_rise_mm"]
+    return pd.DataFrame(rows, columns=[*columns, "first_turn_s", "last_turn_s"])

@@ -1,0 +1,114 @@
+"""A few balls in a vessel, placed by hand and driven from Python: calibration tests and the tests of the physics."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.dem import state
+from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance
+from millprint.dem.collisions import collision_table
+from millprint.dem.ledger import ledger_series
+from millprint.dem.recording import make_recorder, make_table
+from millprint.errors import SimulationError
+from millprint.mill.motion import REST, Motion
+from millprint.mill.vessel import Vessel
+from millprint.mill.walls import Walls, build_walls
+
+AT_REST = Motion(REST, np.zeros((1, 7)), 0.0)
+OVERLAP_MAX = 0.2  # overlap over the ball's radius at which a run stops [-]
+CANDIDATES_PER_BALL = 40
+COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
+
+TROUBLE = {
+    state.OVERLAP: f"overlaps something by more than {100 * OVERLAP_MAX:g} % of its radius",
+    state.ESCAPED: "has left the vessel",
+    state.NOT_FINITE: "has no finite position",
+    state.CONTACT_LOST: "has lost an open contact",
+    state.CANDIDATES_FULL: "has more neighbours than there is room for",
+}
+
+
+def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 0.01) -> Walls:
+    """Walls of a vessel at rest or in motion, for balls of at most `radius`; skin and pitch of the cells, all in m."""
+    return build_walls([vessel], radius, skin / 2, OVERLAP_MAX * radius, pitch)
+
+
+class World:
+    """Balls of given radii [m] in a vessel; positions, velocities, spins are (n, 3), in SI.
+
+    Options: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], and walls, where
+    many worlds share those of one vessel.
+    """
+
+    def __init__(
+        self, vessel: Vessel, contact: ContactConfig, position, velocity=None, spin=None, radius=5e-3, **options
+    ):
+        position = np.atleast_2d(np.asarray(position, dtype=float))
+        radii = np.unique(np.broadcast_to(radius, len(position)))
+        species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
+        self.vessel = vessel
+        self.step, skin = options.get("step", 1e-6), options.get("skin", 6e-4)
+        self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
+        for columns, value in ((slice(0, 3), velocity), (slice(3, 6), spin)):
+            if value is not None:
+                self.balls.rate[:, columns] = self.balls.rate_now[:, columns] = value
+        self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
+        self.open_contacts = state.make_contacts(self.candidates.partner.size)
+        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX)
+        self.walls = options.get("walls") or walls_for(vessel, radii.max(), skin, options.get("pitch", 0.01))
+        motion = options.get("motion", AT_REST)
+        self.clock = state.make_clock(self.balls, [motion], self.step, skin, options.get("gravity", 0.0))
+        self.totals = np.zeros(state.TOTALS)
+        self.counters = state.make_counters()
+
+    @property
+    def contacts(self) -> pd.DataFrame:
+        """The contacts that ended in the last run (millprint.dem.collisions.COLUMNS)."""
+        return collision_table(*self.collisions)
+
+    def run(self, seconds: float, sample_every: int = 0):
+        """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""
+        steps = round(seconds / self.step)
+        begin = int(self.counters[state.STEP])
+        recorder = _recorder(begin, sample_every, steps // sample_every + 2 if sample_every else 0)
+        table = make_table(COLLISION_ROWS)
+        self._advance(begin + steps - 1 + (1 if sample_every else 0), table, recorder)
+        rows = int(self.counters[state.RECORDS])
+        self.counters[state.RECORDS] = 0
+        self.collisions = [column[:rows] for column in table]
+        samples = int(self.counters[state.SAMPLES])
+        self.counters[state.SAMPLES] = 0
+        return ledger_series(recorder.sample[:samples]) if sample_every else None
+
+    def track(self, seconds: float, every: int) -> tuple[np.ndarray, np.ndarray]:
+        """Advance by a time [s] and look every so many steps: times (m,) [s] and positions (m, n, 3) [m].
+
+        Raises SimulationError.
+        """
+        looks = int(np.floor(seconds / self.step / every + 1e-9)) + 1
+        begin = int(self.counters[state.STEP])
+        table, recorder = make_table(0), _recorder(begin, 0, 0)
+        positions = np.empty((looks, *self.balls.position.shape))
+        for look in range(looks):
+            self._advance(begin + look * every - 1, table, recorder)
+            positions[look] = self.balls.position
+        return (begin + every * np.arange(looks)) * self.step, positions
+
+    def _advance(self, last_step: int, table, recorder: Recorder) -> None:
+        advance(
+            self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
+            self.counters, table, recorder, last_step,
+        )  # fmt: skip
+        counters = self.counters
+        if counters[state.STATUS] != state.RUNNING:
+            trouble = TROUBLE[int(counters[state.STATUS])]
+            when = counters[state.STEP] * self.step
+            raise SimulationError(f"ball {counters[state.BALL]} {trouble} at {when:.6f} s")
+        if counters[state.STEP] <= last_step:
+            raise SimulationError(f"more than {len(table.value)} contacts ended in one run")
+
+
+def _recorder(begin: int, sample_every: int, rows: int) -> Recorder:
+    """Buffers for `rows` samples of the ledger and for nothing else."""
+    recorder = make_recorder(np.zeros((2, 2)), 1.0, 0, 0, begin, (sample_every, 0, 0), 0)
+    return recorder._replace(sample=np.zeros((rows, len(SAMPLE_COLUMNS))))

@@ -1,0 +1,139 @@
+"""The oscillating ball: what the track obeys, and that the fit gives back the pair that was put in."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.calibration.experiment import fit_experiment
+from millprint.calibration.friction_fit import fit_friction
+from millprint.calibration.oscillation import describe_swings, make_swing, simulate_track
+from millprint.config.calibration import CalibrationConfig, ExperimentConfig, OscillationConfig
+from millprint.config.geometry import CylinderGeometry
+from millprint.config.sweep import DemConfig
+from millprint.errors import ConfigError
+
+DEM = DemConfig(time_step_s=5e-6, settle_s=0.1, discard_s=0.0, window_s=0.1)
+RADIUS, BALL = 0.030, 0.005
+
+
+def settings(**changed) -> OscillationConfig:
+    """The thesis's release, with a short track and a small search."""
+    values = {
+        "experiments": [{"name": "test", "contact": "calibrated"}],
+        "release": {"down": [-1, 0, 0], "across": [0, 1, 0]},
+        "time_step_s": 5e-6,
+        "duration_s": 0.8,
+        "frames_per_second": 60,
+        "noise_mm": 0.2,
+        "seed": 3,
+        "static_friction": [0.1, 1.0],
+        "rolling_friction": [0.01, 0.15],
+        "search_simulations": 100,
+        "profile_points": 2,
+        "varied": [],
+    }
+    return OscillationConfig(**values | changed)
+
+
+@pytest.fixture
+def cylinder(mills):
+    """A lying cylinder that is smooth to a micrometre."""
+    shape = CylinderGeometry(kind="cylinder", radius_mm=30, height_mm=30, axis="z", facets=360)
+    return mills["emax"].model_copy(update={"geometry": shape})
+
+
+def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
+    """T = 2 pi ((7/5) (R - r) / g)^(1/2) for a ball that rolls in a cylinder, with the first term in the angle."""
+    contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0, "rolling_friction": 1e-4})
+    changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.19})
+    swing = make_swing(cylinder, contact, DEM, 2 * BALL, changed)
+    times = np.arange(0, 1.6, 1e-4)
+    across = swing.positions((1.0, 1e-4), 1.6)(times)[:, 0]
+    crossings = times[np.flatnonzero(np.diff(np.sign(across)) != 0)]
+    angle = np.arcsin(np.abs(across[times > crossings[0]]).max() * 1e-3 / (RADIUS - BALL))
+    wanted = 2 * np.pi * np.sqrt(1.4 * (RADIUS - BALL) / 9.81) * (1 + angle**2 / 16)
+    assert 2 * np.diff(crossings).mean() == pytest.approx(wanted, rel=0.01)
+
+
+def test_rolling_friction_takes_its_share_of_every_half_swing(cylinder, contacts):
+    """While a ball rolls, mu_r N r (w_ball) dissipates mu_r N per way: the height falls by about mu_r times the way."""
+    changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.25})
+    contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0})
+    swing = make_swing(cylinder, contact, DEM, 2 * BALL, changed)
+    lost = {}
+    for rolling in (1e-4, 0.02):
+        table = describe_swings(swing, [(1.0, rolling)], 1.2).iloc[0]
+        lost[rolling] = table["first_rise_mm"] - table["second_rise_mm"]
+    heights = describe_swings(swing, [(1.0, 0.02)], 1.2).iloc[0]
+    angles = np.arccos(1 - np.array([heights["first_rise_mm"], heights["second_rise_mm"]]) * 1e-3 / (RADIUS - BALL))
+    # N = m g cos(angle) and the centripetal part average to about m g over a small swing.
+    assert lost[0.02] - lost[1e-4] == pytest.approx(1e3 * 0.02 * (RADIUS - BALL) * angles.sum(), rel=0.25)
+
+
+def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, contacts):
+    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, settings())
+    np.testing.assert_allclose(swing.start, [0.0, 0.0267 - BALL, 0.0175], atol=2e-6)
+    path = swing.positions((0.3, 0.045), 0.5)
+    np.testing.assert_allclose(path(0.0), [21.7, 53.4 / 2 * 1.5 - 5], atol=0.05)
+    # It falls freely along the straight wall, which does not touch it.
+    assert path(0.0)[1] - path(0.04)[1] == pytest.approx(1e3 * 9.81 / 2 * 0.04**2, rel=1e-3)
+
+
+def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(mills, contacts):
+    """What the thesis says of Fig. 3.3: both coefficients show, each in its own way."""
+    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, settings())
+    table = describe_swings(swing, [(0.15, 0.045), (0.3, 0.045), (0.6, 0.045), (0.3, 0.02)], 2.5)
+    low, reference, high, rolls = (row for _, row in table.iterrows())
+    assert low["first_rise_mm"] < reference["first_rise_mm"] < high["first_rise_mm"]
+    assert rolls["half_swings"] >= reference["half_swings"] + 4
+
+
+def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
+    chosen = settings()
+    contact = contacts["calibrated"].model_copy(update={"static_friction": 0.42, "rolling_friction": 0.031})
+    swing = make_swing(mills["emax"], contact, DEM, 2 * BALL, chosen)
+    track = simulate_track(swing, chosen)
+    # A camera that starts 8 ms before the ball is let go.
+    track["time_s"] += 0.008
+    fit = fit_friction(track, swing.positions, chosen, 0.95)
+    np.testing.assert_allclose(fit.pair, [0.42, 0.031], rtol=0.05)
+    assert fit.release_s == pytest.approx(0.008, abs=0.001)
+    assert fit.rms_mm == pytest.approx(0.2, rel=0.2)
+    assert (fit.summary["lower"] < fit.pair).all() and (fit.summary["upper"] > fit.pair).all()
+    assert (fit.profile["excess"] >= -0.05).all()
+
+
+def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, contacts):
+    """A ball that starts low rolls from the first: Burmeister's case, in which static friction does not matter."""
+    chosen = settings(
+        release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2},
+        static_friction=[0.3, 1.0],
+        search_simulations=60,
+        duration_s=0.6,
+    )
+    swing = make_swing(cylinder, contacts["calibrated"], DEM, 2 * BALL, chosen)
+    fit = fit_friction(simulate_track(swing, chosen), swing.positions, chosen, 0.95)
+    static, rolling = (row for _, row in fit.summary.iterrows())
+    assert static["upper_open"] and static["upper"] == pytest.approx(1.0)
+    assert rolling["estimate"] == pytest.approx(0.045, rel=0.05)
+
+
+def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
+    """Heights alone will do; `given` stays empty, since nobody knows the pair."""
+    chosen = settings(search_simulations=40, duration_s=0.5)
+    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, chosen)
+    path = tmp_path / "track.tsv"
+    simulate_track(swing, chosen)[["time_s", "height_mm"]].to_csv(path, sep="\t", index=False)
+    whole = CalibrationConfig(drop_test={"heights_mm": [10, 20]}, oscillation=chosen)
+    test = ExperimentConfig(name="mine", contact="calibrated", track=str(path))
+    mill = mills["emax"]
+    tables = fit_experiment(test, {"mill": mill, "track_mill": mill}, contacts["calibrated"], DEM, whole)
+    assert list(tables["track"].columns) == ["time_s", "height_mm"]
+    assert tables["fit"]["given"].isna().all() and set(tables["fit"]["source"]) == {"measured"}
+    assert tables["fit"]["rms_mm"].iloc[0] < 0.5
+    assert isinstance(tables["paths"], pd.DataFrame) and set(tables["paths"]["path"]) == {"fit"}
+
+
+def test_a_ball_that_does_not_fit_is_refused_in_one_line(mills, contacts):
+    with pytest.raises(ConfigError, match=r"emax\.yaml: a ball of 60 mm does not fit"):
+        make_swing(mills["emax"], contacts["calibrated"], DEM, 0.06, settings())

@@ -1,0 +1,114 @@
+"""The user's tables of the calibration, its configuration, and what is said of its claims."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from millprint.calibration.drop_test import read_heights, summarise_drops
+from millprint.calibration.track import read_track
+from millprint.claims import chapter3_calibration
+from millprint.claims.compare import verdict
+from millprint.claims.evidence import Evidence
+from millprint.config.calibration import CalibrationConfig
+from millprint.config.load import check_model
+from millprint.errors import ConfigError
+from millprint.files import write_table
+
+CONFIG = Path(__file__).parents[2] / "config/config.yaml"
+
+
+def written(folder: Path, **columns) -> str:
+    path = folder / "table.tsv"
+    write_table(pd.DataFrame(columns), path)
+    return str(path)
+
+
+def test_measured_drops_give_the_mean_of_eq_3_19_with_students_interval(tmp_path):
+    path = written(tmp_path, drop_height_mm=[100, 100, 50], bounce_height_mm=[9, 16, 4.5])
+    drops = read_heights(path)
+    np.testing.assert_allclose(drops["restitution"], [0.3, 0.4, 0.3])
+    found = summarise_drops(drops, 0.95)
+    assert found["mean"] == pytest.approx(1 / 3)
+    # t(0.975; 2) = 4.303 times the standard error 0.1 / 3.
+    assert found["upper"] - found["mean"] == pytest.approx(4.3027 * 0.1 / 3, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("columns", "parts"),
+    [
+        ({"drop_height_mm": [10, 10]}, ["bounce_height_mm", "missing"]),
+        ({"drop_height_mm": [10, 10], "bounce_height_mm": [1, 11]}, ["bounce_height_mm, row 2 = 11", "at most"]),
+        ({"drop_height_mm": [10, -10], "bounce_height_mm": [1, 1]}, ["drop_height_mm", "row 2 = -10", "above 0"]),
+        ({"drop_height_mm": [10], "bounce_height_mm": [1]}, ["1 drop", "at least 2"]),
+    ],
+)
+def test_bad_drops_are_refused_in_one_line(tmp_path, columns, parts):
+    with pytest.raises(ConfigError) as caught:
+        read_heights(written(tmp_path, **columns))
+    assert "\n" not in str(caught.value) and all(part in str(caught.value) for part in ["table.tsv", *parts])
+
+
+TIMES = np.arange(30) / 50
+
+
+@pytest.mark.parametrize(
+    ("columns", "parts"),
+    [
+        ({"time_s": TIMES}, ["across_mm or height_mm", "missing"]),
+        ({"time_s": TIMES, "across_cm": TIMES}, ["across_mm or height_mm", "missing", "across_cm"]),
+        ({"time_s": TIMES[:5], "across_mm": TIMES[:5]}, ["5 frame(s)", "at least 20"]),
+        ({"time_s": TIMES[::-1], "across_mm": TIMES}, ["time_s, row 2", "more than the row before"]),
+        ({"time_s": TIMES - 1, "across_mm": TIMES}, ["time_s", "row 1 = -1", "at least 0"]),
+        ({"time_s": TIMES, "height_mm": ["lost", *TIMES[1:]]}, ["height_mm, row 1", "lost", "finite number"]),
+    ],
+)
+def test_bad_tracks_are_refused_in_one_line(tmp_path, columns, parts):
+    with pytest.raises(ConfigError) as caught:
+        read_track(written(tmp_path, **columns))
+    assert "\n" not in str(caught.value) and all(part in str(caught.value) for part in ["table.tsv", *parts])
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "parts"),
+    [
+        (("release", "across"), [1, 0, 0], ["release", "across", "square"]),
+        (("static_friction",), [1.0, 0.5], ["static_friction", "below"]),
+        (("experiments", 0), {"name": "a", "contact": "b", "track": "c", "track_mill": "d"}, ["track_mill", "both"]),
+        (("experiments", 1, "name"), "calibrated", ["experiments", "calibrated"]),
+        (("noise_mm",), -1, ["noise_mm", "-1"]),
+    ],
+)
+def test_a_bad_section_is_refused_in_one_line(place, value, parts):
+    content = yaml.safe_load(CONFIG.read_text())["calibration"]
+    inner = content["oscillation"]
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, CalibrationConfig, "config.yaml")
+    assert "\n" not in str(caught.value) and all(part in str(caught.value) for part in parts)
+
+
+def friction_table(static: float, rolling: float, **changed) -> pd.DataFrame:
+    rows = {"parameter": ["static_friction", "rolling_friction"], "estimate": [static, rolling]}
+    fixed = {"experiment": "calibrated", "source": "simulated", "contact": "calibrated", "mill": "emax"}
+    fixed |= {"track_mill": "emax", "lower": 0.0, "upper": 1.0, "rms_mm": 0.3, "frames": 180}
+    return pd.DataFrame(rows).assign(**fixed | changed)
+
+
+@pytest.mark.parametrize(("pair", "wanted"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
+def test_the_friction_claim_is_judged_by_the_track_made_in_the_same_mill(tmp_path, pair, wanted):
+    write_table(friction_table(*pair), tmp_path / "calibration/calibrated/friction_fit.tsv")
+    other = friction_table(0.45, 0.04, experiment="another", track_mill="emax_smooth")
+    write_table(other, tmp_path / "calibration/another/friction_fit.tsv")
+    finding = chapter3_calibration.friction_fit(Evidence(tmp_path), "emax")
+    assert verdict("0.30/0.045", "recover", finding) == wanted
+    assert "emax_smooth gives 0.45/0.04" in finding.explanation
+
+
+def test_without_a_simulated_track_the_friction_claim_is_not_run(tmp_path):
+    write_table(friction_table(0.3, 0.045, source="measured"), tmp_path / "calibration/mine/friction_fit.tsv")
+    assert chapter3_calibration.friction_fit(Evidence(tmp_path), "emax").value is None

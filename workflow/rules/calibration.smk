@@ -1,0 +1,139 @@
+"""Virtual calibration: the drop test and the oscillating ball (thesis Sec. 3.2.2)."""
+
+from millprint.calibration.preflight import experiment_mills
+
+CALIBRATION = f"{RESULTS}/calibration"
+EXPERIMENTS = {test.name: test for test in CONFIG.calibration.oscillation.experiments}
+
+
+wildcard_constraints:
+    experiment="|".join(EXPERIMENTS),
+
+
+rule calibrate_restitution:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        measured=[path for path in [CONFIG.calibration.drop_test.measured] if path],
+    output:
+        drops=f"{CALIBRATION}/drop_test.tsv",
+        restitution=f"{CALIBRATION}/restitution.tsv",
+    log:
+        f"{LOGS}/calibration/calibrate_restitution.log",
+    benchmark:
+        f"{BENCHMARKS}/calibration/calibrate_restitution.tsv"
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
+        dem=settings("dem"),
+        settings=settings("calibration"),
+        library=library("calibrate_restitution.py"),
+    message:
+        "Dropping a ball to read its restitution back"
+    script:
+        "../../scripts/calibrate_restitution.py"
+
+
+rule plot_drop_test:
+    input:
+        drops=rules.calibrate_restitution.output.drops,
+        restitution=rules.calibrate_restitution.output.restitution,
+    output:
+        svg=report(
+            f"{CALIBRATION}/drop_test.svg",
+            caption="../report/drop_test.rst",
+            category="Chapter 3",
+            labels={"figure": "Sec. 3.2.2", "shows": "restitution from the drop test"},
+        ),
+        png=f"{CALIBRATION}/drop_test.png",
+    log:
+        f"{LOGS}/calibration/plot_drop_test.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_drop_test.py"),
+    message:
+        "Drawing the drop test"
+    script:
+        "../../scripts/plot_drop_test.py"
+
+
+rule fit_friction:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        track=lambda wildcards: [path for path in [EXPERIMENTS[wildcards.experiment].track] if path],
+        meshes=lambda wildcards: [
+            file
+            for name in experiment_mills(CONFIG, EXPERIMENTS[wildcards.experiment]).values()
+            for file in MILLS[name].mesh_files
+        ],
+    output:
+        track=f"{CALIBRATION}/{{experiment}}/track.tsv",
+        fit=f"{CALIBRATION}/{{experiment}}/friction_fit.tsv",
+        profile=f"{CALIBRATION}/{{experiment}}/profile.tsv",
+        paths=f"{CALIBRATION}/{{experiment}}/paths.tsv",
+        swings=f"{CALIBRATION}/{{experiment}}/swings.tsv",
+    log:
+        f"{LOGS}/calibration/fit_friction_{{experiment}}.log",
+    benchmark:
+        f"{BENCHMARKS}/calibration/fit_friction_{{experiment}}.tsv"
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        experiment=lambda wildcards: EXPERIMENTS[wildcards.experiment].model_dump(mode="json"),
+        mills=lambda wildcards: {
+            key: MILLS[name].model_dump(mode="json")
+            for key, name in experiment_mills(CONFIG, EXPERIMENTS[wildcards.experiment]).items()
+        },
+        contact=lambda wildcards: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
+        dem=settings("dem"),
+        settings=settings("calibration"),
+        library=library("fit_friction.py"),
+    message:
+        "Fitting the friction pair of experiment {wildcards.experiment}"
+    script:
+        "../../scripts/fit_friction.py"
+
+
+rule plot_friction_fit:
+    input:
+        track=rules.fit_friction.output.track,
+        fit=rules.fit_friction.output.fit,
+        profile=rules.fit_friction.output.profile,
+        paths=rules.fit_friction.output.paths,
+    output:
+        svg=report(
+            f"{CALIBRATION}/{{experiment}}/friction_fit.svg",
+            caption="../report/friction_fit.rst",
+            category="Chapter 3",
+            labels={"figure": "3.3", "shows": "friction pair of the oscillating ball, {experiment}"},
+        ),
+        png=f"{CALIBRATION}/{{experiment}}/friction_fit.png",
+    log:
+        f"{LOGS}/calibration/plot_friction_fit_{{experiment}}.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        library=library("plot_friction_fit.py"),
+    message:
+        "Drawing the friction fit of experiment {wildcards.experiment}"
+    script:
+        "../../scripts/plot_friction_fit.py"
+
+
+CALIBRATION_OUTPUTS = [
+    *rules.calibrate_restitution.output,
+    *rules.plot_drop_test.output,
+    *expand(rules.fit_friction.output, experiment=EXPERIMENTS),
+    *expand(rules.plot_friction_fit.output, experiment=EXPERIMENTS),
+]
+
+
+rule calibration:
+    input:
+        CALIBRATION_OUTPUTS,
+    localrule: True
