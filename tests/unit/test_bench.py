@@ -337,12 +337,12 @@ def test_a_jar_scales_with_what_stands_in_it(mill):
 
 
 def test_large_start_is_a_bed_in_the_lower_part_of_the_jar(config, mill, contact):
-    few = config.large.model_copy(update={"balls": 3000, "settle_s": 0.002})
+    few = config.large.model_copy(update={"balls": 8000, "settle_s": 0.0005})
     setup = large_setup(config.model_copy(update={"large": few}), mill, contact)
     start = large_start(setup)
     height = setup.jar.vessel.bounds[1, 2]
-    loose = pack(setup.jar.vessel, setup.diameter_m, 3000, 0, setup.jar.vessel.volume_m3)
-    assert start.shape == (3000, 3)
+    loose = pack(setup.jar.vessel, setup.diameter_m, 8000, 0, setup.jar.vessel.volume_m3)
+    assert start.shape == (8000, 3)
     assert start[:, 2].max() < 0.75 * height < loose[:, 2].max()
 
 

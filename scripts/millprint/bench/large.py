@@ -17,8 +17,9 @@ from millprint.dem.packing import pack
 from millprint.errors import ConfigError
 from millprint.mill.vessel import build_vessel
 
-# Share of its room that the start fills [-]: that of balls at rest, so that they need not fall far to be so.
-START_DENSITY = 0.55
+# Share of its room that the start fills [-]: that of balls at rest, so that they need not fall far to be so. A looser
+# start would still be falling when the mill sets off, with fewer contacts and so at too low a cost.
+START_DENSITY = 0.6
 
 
 def scaled_lengths(values: dict[str, Any], scale: float) -> dict[str, Any]:
