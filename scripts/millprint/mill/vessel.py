@@ -1,5 +1,6 @@
 """A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,9 +15,9 @@ from millprint.mill.stadium import stadium_facets
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
 
-# Vertices lie on a lattice of this pitch [m], so that a shape is the same to the last bit wherever it comes from, and
-# with it the motion in it.
-LATTICE = 1e-12
+# Vertices lie on a lattice of about this fraction of the vessel's size, so that a shape is the same to the last bit
+# wherever it comes from, and with it the motion in it.
+LATTICE = 2.0**-40
 
 # Outlines of the facets of a shape by parameters, seen from inside it.
 SHAPES = {"stadium": stadium_facets, "cylinder": cylinder_facets, "box": box_facets, "paddles": paddles_facets}
@@ -36,8 +37,7 @@ class Facet:
     @classmethod
     def from_loops(cls, loops: list[np.ndarray]) -> "Facet":
         """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
-        loops = tuple(_canonical(np.asarray(loop, dtype=float)) for loop in loops)
-        loops = (loops[0], *sorted(loops[1:], key=lambda loop: tuple(loop[0])))
+        loops = tuple(np.asarray(loop, dtype=float) for loop in loops)
         area = sum(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops) / 2
         normal = area / np.linalg.norm(area)
         return cls(normal, float(np.concatenate(loops).mean(axis=0) @ normal), loops)
@@ -58,11 +58,14 @@ class Facet:
         return first, np.cross(self.normal, first)
 
 
-def _canonical(loop: np.ndarray) -> np.ndarray:
-    """An outline (k, 3) with its vertices on the lattice, beginning with the smallest one."""
-    # The sum turns a negative zero into a positive one.
-    loop = np.round(loop / LATTICE) * LATTICE + 0.0
-    return np.roll(loop, -min(range(len(loop)), key=lambda k: tuple(loop[k])), axis=0)
+def _canonical(facet: Facet, pitch: float) -> Facet:
+    """The facet with its vertices on a lattice of a pitch [m], each outline beginning with its smallest vertex."""
+    loops = []
+    for loop in facet.loops:
+        # The sum turns a negative zero into a positive one.
+        loop = np.round(loop / pitch) * pitch + 0.0
+        loops.append(np.roll(loop, -min(range(len(loop)), key=lambda k: tuple(loop[k])), axis=0))
+    return Facet.from_loops([loops[0], *sorted(loops[1:], key=lambda loop: tuple(loop[0]))])
 
 
 @dataclass(frozen=True)
@@ -99,8 +102,11 @@ class Vessel:
     def __init__(self, facets: list[Facet], name: str = "vessel", solid: bool = False) -> None:
         self.name = name
         self.solid = solid
-        self.facets = tuple(sorted(facets, key=lambda facet: (*facet.loops[0][0], *facet.normal)))
         self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
+        # A power of two, so that a shape and its double are the same on their lattices.
+        pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
+        placed = (_canonical(facet, pitch) for facet in facets)
+        self.facets = tuple(sorted(placed, key=lambda facet: (*facet.loops[0][0], *facet.normal)))
         self._edge_at = self._find_edges()
         if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
