@@ -83,11 +83,11 @@ def test_the_ledger_closes_with_threads(runs, name):
 def test_lists_that_are_too_short_are_made_longer_with_threads(mills, contacts, runs):
     scarce = lively(mills, contacts, 2)
     names = ("ball", "partner", "plane", "sure", "lane", "trigger")
-    cut = {name: getattr(scarce.candidates, name)[: scarce.count] for name in names}
-    scarce.candidates = scarce.candidates._replace(**cut, found=scarce.candidates.found[: scarce.count + 1])
+    cut = {name: getattr(scarce.candidates, name)[:100] for name in names}
+    scarce.candidates = scarce.candidates._replace(**cut, found=scarce.candidates.found[:101])
     scarce._share_out()
     scarce.run("scarce")
-    assert scarce.candidates.partner.size > scarce.count
+    assert scarce.candidates.partner.size > 100
     assert np.array_equal(scarce.balls.position, runs["2"][0].balls.position)
 
 

@@ -219,7 +219,7 @@ class Simulation:
 
     def _lengthen_lists(self) -> None:
         """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
-        per_ball = 2 * self.candidates.partner.size // self.count
+        per_ball = max(1, 2 * self.candidates.partner.size // self.count)
         aside, kept = int(self.counters[state.ASIDE]), self.contacts
         self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
         self.contacts = state.make_contacts(self.candidates.partner.size)
