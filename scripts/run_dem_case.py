@@ -15,4 +15,5 @@ if "snakemake" in globals():
             DemConfig(**snakemake.params.settings),
             snakemake.output.run,
             snakemake.output.summary,
+            cores=snakemake.threads,
         )

@@ -1,4 +1,4 @@
-"""How the numerical kernels are compiled: one thread, no Python, machine code kept between runs.
+"""How the numerical kernels are compiled: no Python, one thread but where a run asks for more, machine code kept.
 
 Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
 calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one.
@@ -20,7 +20,7 @@ CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
 def kernel_files() -> list[Path]:
     """Every library file that holds kernels, or numbers that are compiled into them."""
     files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py")]
-    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inlined|array_maker)\b")
+    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inlined|threaded|array_maker)\b")
     kernels = [file for file in files if makers.search(file.read_text())]
     return sorted({Path(__file__), PACKAGE / "dem" / "state.py", *kernels})
 
@@ -55,6 +55,9 @@ _OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
 inlined = partial(numba.njit, _nrt=False, forceinline=True, **_OPTIONS)
+
+# For loops over `prange` whose body is the call of one kernel: these count references, once a call.
+threaded = partial(numba.njit, parallel=True, **_OPTIONS)
 
 # For the few functions that do make arrays, outside of any step.
 array_maker = partial(numba.njit, **_OPTIONS)

@@ -4,7 +4,9 @@ import os
 import sys
 from pathlib import Path
 
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+# Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
+# can never be given more than it began with.
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def prepare_environment() -> None:

@@ -1,5 +1,12 @@
 """Simulations: compile the kernels once, run every case of the sweeps."""
 
+from millprint.config.sweep import threads_of
+
+
+def case_of(wildcards):
+    """The case whose run.h5 is asked for."""
+    return CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"]
+
 
 rule compile_kernels:
     output:
@@ -10,6 +17,7 @@ rule compile_kernels:
         "../../envs/millprint.yaml"
     threads: 1
     params:
+        with_threads=any(threads_of(case, CONFIG.dem) > 1 for case in CASES.values()),
         library=library("compile_kernels.py"),
     message:
         "Compiling the DEM kernels"
@@ -30,9 +38,9 @@ rule run_dem_case:
         f"{BENCHMARKS}/dem/{{mill}}/{{contact}}/{{case}}.tsv"
     conda:
         "../../envs/millprint.yaml"
-    threads: 1
+    threads: lambda wildcards: threads_of(case_of(wildcards), CONFIG.dem)
     params:
-        case=lambda wildcards: CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"].model_dump(mode="json"),
+        case=lambda wildcards: case_of(wildcards).model_dump(mode="json"),
         mill=lambda wildcards: MILLS[wildcards.mill].model_dump(mode="json"),
         contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
         settings=settings("dem"),

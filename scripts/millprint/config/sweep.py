@@ -8,6 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
+Threads = Annotated[int, Field(ge=1)]
+
 
 class DemConfig(Section):
     """Settings of every simulation unless a sweep overrides them."""
@@ -42,6 +44,11 @@ class DemConfig(Section):
     closure_max: Fraction = Field(
         default=0.002, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
     )
+    threads: Threads = Field(
+        default=1,
+        description="threads inside one simulation, worth it from some thousands of balls; results depend on their "
+        "number by rounding",
+    )
 
 
 class SweepConfig(Section):
@@ -73,6 +80,7 @@ class SweepConfig(Section):
         default=None, description="in place of dem.rayleigh_fraction_max [-]"
     )
     closure_max: Fraction | None = Field(default=None, description="in place of dem.closure_max [-]")
+    threads: Threads | None = Field(default=None, description="in place of dem.threads")
     settle_s: Positive | None = Field(default=None, description="in place of dem.settle_s [s]")
     discard_s: NonNegative | None = Field(default=None, description="in place of dem.discard_s [s]")
     window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
@@ -117,6 +125,7 @@ class Case(Section):
     rayleigh_fraction: float | None = None
     rayleigh_fraction_max: float | None = None
     closure_max: float | None = None
+    threads: int | None = None
     settle_s: float
     discard_s: float
     window_s: float
@@ -174,6 +183,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             rayleigh_fraction=sweep.rayleigh_fraction,
             rayleigh_fraction_max=sweep.rayleigh_fraction_max,
             closure_max=sweep.closure_max,
+            threads=sweep.threads,
             power_error_max=sweep.power_error_max,
             window_max_s=sweep.window_max_s,
             snapshot_interval_s=sweep.snapshot_interval_s,
@@ -181,6 +191,11 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
         )
         for mill_name, contact, diameter, fill, speed, modulus, amplitude, density, step, seed in combinations
     ]
+
+
+def threads_of(case: Case, dem: DemConfig) -> int:
+    """The threads that a case asks for: its own, or those of `dem`."""
+    return case.threads or dem.threads
 
 
 def ball_count(fill_ratio: float, volume_m3: float, diameter_m: float) -> int:

@@ -194,6 +194,30 @@ def record(balls, candidates, contacts, clock, time, since, totals, counters, re
         write_snapshot(balls, candidates, clock, time, now, counters, recorder)
 
 
+@inlined()
+def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+    """Pose the bodies and bring the lists up to date; whether the step may be taken: no trouble, and room to write."""
+    write_poses(clock.motions, time)
+    if counters[state.CHECK_IN] <= 0:
+        look(balls, candidates, contacts, laws, walls, clock, counters)
+        if counters[state.STATUS] != state.RUNNING:
+            return False
+    return room_left(candidates, counters, table, recorder)
+
+
+@inlined()
+def record_due(recorder, since):
+    """Whether an energy sample or a snapshot is written."""
+    return is_due(recorder.sample_every, since) or is_due(recorder.snapshot_every, since)
+
+
+@inlined()
+def count_step(counters):
+    """One step is done."""
+    counters[state.STEP] += 1
+    counters[state.CHECK_IN] -= 1
+
+
 @kernel()
 def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step):
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
@@ -205,15 +229,10 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
     rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
     while counters[state.STEP] <= last_step and counters[state.STATUS] == state.RUNNING:
         time = counters[state.STEP] * clock.step
-        write_poses(clock.motions, time)
-        if counters[state.CHECK_IN] <= 0:
-            look(balls, candidates, contacts, laws, walls, clock, counters)
-            if counters[state.STATUS] != state.RUNNING:
-                break
-        if not room_left(candidates, counters, table, recorder):
+        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
             break
         since = counters[state.STEP] - recorder.origin
-        is_recorded = is_due(recorder.sample_every, since) or is_due(recorder.snapshot_every, since)
+        is_recorded = record_due(recorder, since)
         if is_recorded:
             all_works(contacts, counters, totals, recorder.work[0])
         apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
@@ -223,8 +242,7 @@ def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, t
             count_occupancy(balls, clock, recorder)
         kick(rate, rate_now, load, clock.gain, clock.fall)
         drift(balls.position, balls.rate, clock.step)
-        counters[state.STEP] += 1
-        counters[state.CHECK_IN] -= 1
+        count_step(counters)
 
 
 @kernel()

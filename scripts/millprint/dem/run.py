@@ -1,6 +1,7 @@
 """One case from its description to its files."""
 
 import logging
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from millprint.dem.ledger import ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
 from millprint.dem.summary import is_certain, summarise
+from millprint.dem.threads import use_threads
 from millprint.files import write_json
 
 logger = logging.getLogger("millprint")
@@ -29,8 +31,12 @@ def _enough(case: Case, dem: DemConfig):
     return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest)
 
 
-def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, run_path, summary_path) -> dict:
+def run_case(
+    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, run_path, summary_path, cores: int = 1
+) -> dict:
     """Simulate a case, write run.h5 and summary.json, and return the summary.
+
+    cores: how many the case's threads may run on; with fewer than it has threads it is slower, and the same.
 
     A run that was stopped goes on from its restart file beside run.h5, which is removed at the end.
 
@@ -47,7 +53,8 @@ def run_case(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
         sum(len(body.vessel.facets) for body in simulation.bodies),
     )
     restart = Path(run_path).with_name(RESTART)
-    recording = simulation.run(case.path, restart, _enough(case, dem))
+    with use_threads(cores) if simulation.threads > 1 else nullcontext():
+        recording = simulation.run(case.path, restart, _enough(case, dem))
     series = ledger_series(np.concatenate(recording.samples))
     pieces = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
     table = collision_table(*pieces) if pieces else collision_table(*(np.empty(0, int),) * 3, np.empty((0, 9)))

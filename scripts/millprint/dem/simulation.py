@@ -10,12 +10,13 @@ import numpy as np
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.override import overridden
-from millprint.config.sweep import Case, DemConfig, ball_count
+from millprint.config.sweep import Case, DemConfig, ball_count, threads_of
 from millprint.dem import state
 from millprint.dem.advance import Recorder, Table, advance, begin_window, end_window
 from millprint.dem.packing import pack
 from millprint.dem.recording import TABLE_ROWS, Recording, grid_edges, make_recorder, make_table, silent_recorder
 from millprint.dem.restart import read_restart, write_restart
+from millprint.dem.threads import advance_threaded, make_shares, use_threads
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, wanted_step
 from millprint.errors import SimulationError
 from millprint.job import progress
@@ -64,6 +65,8 @@ class Simulation:
             dem.overlap_max * self.radius,
             pitch=max(0.4 * self.radius, 1e-3),
         )
+        self.threads = threads_of(case, dem)
+        self._share_out()
         self.totals = np.zeros(state.TOTALS)
         self.counters = state.make_counters()
         self.wall_clock_s = 0.0
@@ -180,10 +183,7 @@ class Simulation:
         while counters[state.STEP] <= last_step:
             before = int(counters[state.STEP])
             begin = time.perf_counter(), time.process_time()
-            advance(
-                self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, counters,
-                table, recorder, min(before + chunk, last_step),
-            )  # fmt: skip
+            self._call_kernel(table, recorder, min(before + chunk, last_step))
             self.wall_clock_s += time.perf_counter() - begin[0]
             self.processor_s += time.process_time() - begin[1]
             if counters[state.STATUS] == state.CANDIDATES_FULL:
@@ -194,6 +194,23 @@ class Simulation:
             self._write_restart_if_due(recording)
             bar.update(int(counters[state.STEP]) - before)
 
+    def _share_out(self) -> None:
+        """What the threads write to, where there are any; anew whenever the lists are."""
+        if self.threads > 1:
+            self._shares = make_shares(self.threads, self.count, len(self.bodies), self.candidates, self.contacts)
+
+    def _call_kernel(self, table: Table, recorder: Recorder, last_step: int) -> None:
+        """One call of the serial kernel, or of the one with threads, which only then is compiled."""
+        arguments = (
+            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
+            table, recorder, last_step,
+        )  # fmt: skip
+        if self.threads == 1:
+            advance(*arguments)
+        else:
+            with use_threads(self.threads):
+                advance_threaded(*arguments, self._shares)
+
     def _write_restart_if_due(self, recording: Recording) -> None:
         """Write the restart file if the last one is old enough."""
         if self._restart and time.monotonic() - self._written >= self.dem.restart_interval_s:
@@ -202,13 +219,14 @@ class Simulation:
 
     def _lengthen_lists(self) -> None:
         """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
-        per_ball = 2 * self.candidates.partner.size // self.count
+        per_ball = max(1, 2 * self.candidates.partner.size // self.count)
         aside, kept = int(self.counters[state.ASIDE]), self.contacts
         self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
         self.contacts = state.make_contacts(self.candidates.partner.size)
         self.contacts.kept_ball[:aside] = kept.kept_ball[:aside]
         self.contacts.kept_partner[:aside] = kept.kept_partner[:aside]
         self.contacts.kept_history[:aside] = kept.kept_history[:aside]
+        self._share_out()
         self.counters[state.STATUS] = state.RUNNING
         self.counters[state.CHECK_IN] = 0
 

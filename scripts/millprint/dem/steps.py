@@ -23,10 +23,10 @@ def spin_of(rates, i):
 
 
 @inlined()
-def add_load(balls, i, force, torque):
+def add_load(load, i, force, torque):
     for c in range(3):
-        balls.load[i, c] += force[c]
-        balls.load[i, 3 + c] += torque[c]
+        load[i, c] += force[c]
+        load[i, 3 + c] += torque[c]
 
 
 @inlined()
@@ -60,6 +60,14 @@ def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
 
 
 @inlined()
+def gather(balls, candidates, contacts, walls, motions, lane, block, m):
+    """Put the state of both partners into their lane; returns whether they still touch."""
+    if contacts.partner[lane] >= 0:
+        return gather_pair(balls, contacts, lane, block, m)
+    return gather_wall(balls, candidates, contacts, walls, motions, lane, block, m)
+
+
+@inlined()
 def load_body(walls, motions, load, position, away, feature, force, back):
     """Book what a body exerts on a ball: force [N], and torque about the body's origin [N m]."""
     body = body_of(walls, feature)
@@ -71,38 +79,46 @@ def load_body(walls, motions, load, position, away, feature, force, back):
 
 
 @inlined()
-def scatter(balls, contacts, walls, clock, lane, block, m):
-    """Hand what came out of a lane to its partners."""
+def scatter(balls, contacts, walls, motions, load, body_load, lane, block, m):
+    """Hand what came out of a lane to its partners: onto the loads of balls (n, 6) and of bodies (bodies, 6)."""
     i, j = contacts.ball[lane], contacts.partner[lane]
     force = lanes.get_vector(contacts.lanes, block, lanes.FORCE, m)
     back = lanes.get_vector(contacts.lanes, block, lanes.BACK, m)
-    add_load(balls, i, force, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
+    add_load(load, i, force, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
     if j >= 0:
-        add_load(balls, np.uint32(j), scale(-1.0, force), back)
+        add_load(load, np.uint32(j), scale(-1.0, force), back)
     else:
         away = lanes.get_vector(contacts.lanes, block, lanes.AWAY, m)
-        load_body(walls, clock.motions, clock.load, row(balls.position, i), away, -1 - j, force, back)
+        load_body(walls, motions, body_load, row(balls.position, i), away, -1 - j, force, back)
+
+
+@inlined()
+def width_of(counters, block):
+    """The lanes of a block that have been in use."""
+    return np.uint64(min(LANES, counters[state.USED] - block * LANES))
+
+
+@inlined()
+def blocks_in_use(counters):
+    """The number of blocks of lanes that have been in use."""
+    return (counters[state.USED] + LANES - 1) // LANES
 
 
 @inlined()
 def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table):
     """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
     first = np.uint64(block * LANES)
-    width = np.uint64(min(LANES, counters[state.USED] - block * LANES))
+    width = width_of(counters, block)
     for m in range(width):
         lane = first + m
         if contacts.slot[lane] < 0:
             continue
-        if contacts.partner[lane] >= 0:
-            touches = gather_pair(balls, contacts, lane, block, m)
-        else:
-            touches = gather_wall(balls, candidates, contacts, walls, clock.motions, lane, block, m)
-        if not touches:
+        if not gather(balls, candidates, contacts, walls, clock.motions, lane, block, m):
             close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table)
     evaluate(contacts.lanes, block, clock.step)
     for m in range(width):
         if contacts.slot[first + m] >= 0:
-            scatter(balls, contacts, walls, clock, first + m, block, m)
+            scatter(balls, contacts, walls, clock.motions, balls.load, clock.load, first + m, block, m)
 
 
 @inlined()
@@ -119,7 +135,7 @@ def book_wall_work(clock, totals):
 def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
     open_contacts(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
-    for block in range((counters[state.USED] + LANES - 1) // LANES):
+    for block in range(blocks_in_use(counters)):
         resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
     book_wall_work(clock, totals)
 

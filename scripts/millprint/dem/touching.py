@@ -140,14 +140,20 @@ def wall_away(walls, candidates, motions, k, body, position, limit):
 
 
 @inlined()
-def find_pairs(balls, candidates):
-    """Write the closed candidates whose balls have come within reach to candidates.found; returns how many."""
+def pairs_listed(candidates):
+    """The number of candidates that are pairs of balls."""
+    return candidates.first[candidates.first.size - 1]
+
+
+@inlined()
+def find_pairs(balls, candidates, begin, end, found):
+    """Write the closed candidates begin to end whose balls have come within reach to `found`; returns how many."""
     count = np.uint64(0)
-    for k in range(candidates.first[candidates.first.size - 1]):
+    for k in range(begin, end):
         i, j = candidates.ball[k], np.uint32(candidates.partner[k])
         away = subtract(row(balls.position, i), row(balls.position, j))
         # Written always and kept now and then, so that nothing depends on a branch.
-        candidates.found[count] = k
+        found[count] = k
         count += np.uint64(dot(away, away) < candidates.trigger[k])
     return count
 
@@ -192,9 +198,22 @@ def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, ti
 
 
 @inlined()
-def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, time):
-    """Open the contacts of all that have come within reach."""
-    for at in range(find_pairs(balls, candidates)):
-        open_pair(balls, candidates, contacts, laws, counters, candidates.found[at], time)
+def open_pairs(balls, candidates, contacts, laws, counters, found, count, time):
+    """Open the contacts of the first `count` pairs of balls in `found`."""
+    for at in range(count):
+        open_pair(balls, candidates, contacts, laws, counters, found[at], time)
+
+
+@inlined()
+def open_walls(balls, candidates, contacts, laws, walls, motions, counters, time):
+    """Open the contacts with walls of all balls that have come within reach."""
     for at in range(find_walls(balls, candidates, motions)):
         open_wall(balls, candidates, contacts, laws, walls, motions, counters, candidates.found[at], time)
+
+
+@inlined()
+def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, time):
+    """Open the contacts of all that have come within reach."""
+    count = find_pairs(balls, candidates, np.uint64(0), pairs_listed(candidates), candidates.found)
+    open_pairs(balls, candidates, contacts, laws, counters, candidates.found, count, time)
+    open_walls(balls, candidates, contacts, laws, walls, motions, counters, time)

@@ -1,0 +1,208 @@
+"""The step loop with threads inside one simulation: the same steps as in `advance`, each shared out in chunks.
+
+Each thread takes one chunk and adds the forces of its contacts to loads of its own, which are then summed in the order
+of the chunks. So a run depends on the number of chunks by rounding, and on nothing else: not on which thread comes
+first, nor on how many the machine has. Contacts open and close in one thread, in the order of the serial loop.
+
+A loop over `prange` cannot take groups of arrays within groups, so a clock is passed as its parts.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from millprint.dem import state
+from millprint.dem.advance import all_works, can_step, count_occupancy, count_step, is_due, record, record_due
+from millprint.dem.lanes import LANES, evaluate
+from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_of
+from millprint.dem.touching import find_pairs, open_pairs, open_walls, pairs_listed
+from millprint.kernel import inlined, kernel, threaded
+
+
+class Shares(NamedTuple):
+    """What each of `threads` chunks writes to on its own."""
+
+    found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
+    waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
+    count: np.ndarray  # (threads, 8) of these; a line of the cache for each
+    load: np.ndarray  # (threads, n, 6) contact force [N] and torque [N m] of the present step
+    body_load: np.ndarray  # (threads, bodies, 6) as Clock.load
+
+
+def make_shares(
+    threads: int, balls: int, bodies: int, candidates: state.Candidates, contacts: state.Contacts
+) -> Shares:
+    """Empty shares; candidates and contacts that are made longer need new ones."""
+    return Shares(
+        found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
+        waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
+        count=np.zeros((threads, 8), dtype=np.int64),
+        load=np.zeros((threads, balls, 6)),
+        body_load=np.zeros((threads, bodies, 6)),
+    )
+
+
+@contextmanager
+def use_threads(threads: int) -> Iterator[None]:
+    """Let loops run in up to `threads` threads; where the process has been given fewer, in those, with equal results.
+
+    A call from within goes on with what it was given: the number is put back at the end.
+    """
+    given = numba.get_num_threads()
+    numba.set_num_threads(min(threads, given))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(given)
+
+
+@inlined()
+def chunk(whole, t, threads):
+    """Where chunk t of `threads` begins and ends in `whole` things."""
+    return whole * t // threads, whole * (t + 1) // threads
+
+
+@kernel()
+def find_chunk(balls, candidates, shares, t):
+    """Pairs of one chunk of the candidates that have come within reach."""
+    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.count.shape[0])
+    shares.count[t, 0] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
+
+
+@threaded()
+def find_in_threads(balls, candidates, shares):
+    """Pairs that have come within reach, chunk by chunk."""
+    for t in numba.prange(shares.count.shape[0]):
+        find_chunk(balls, candidates, shares, t)
+
+
+@inlined()
+def gather_block(balls, candidates, contacts, walls, motions, block, width):
+    """Fill the lanes of a block; returns whether all its contacts still touch."""
+    touch = True
+    first = np.uint64(block * LANES)
+    for m in range(width):
+        if contacts.slot[first + m] >= 0:
+            touch = gather(balls, candidates, contacts, walls, motions, first + m, block, m) and touch
+    return touch
+
+
+@kernel()
+def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step):
+    """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
+    begin, end = chunk(blocks_in_use(counters), t, shares.count.shape[0])
+    load, body_load, waiting = shares.load[t], shares.body_load[t], 0
+    for block in range(begin, end):
+        width = width_of(counters, block)
+        if not gather_block(balls, candidates, contacts, walls, motions, block, width):
+            shares.waiting[t, waiting] = block
+            waiting += 1
+            continue
+        evaluate(contacts.lanes, block, step)
+        first = np.uint64(block * LANES)
+        for m in range(width):
+            if contacts.slot[first + m] >= 0:
+                scatter(balls, contacts, walls, motions, load, body_load, first + m, block, m)
+    shares.count[t, 0] = waiting
+
+
+@threaded()
+def resolve_in_threads(balls, candidates, contacts, walls, motions, counters, shares, step):
+    """The contacts of all blocks but those that wait."""
+    for t in numba.prange(shares.count.shape[0]):
+        resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step)
+
+
+@kernel()
+def sum_chunk(balls, shares, t):
+    """Add the loads of all threads to one chunk of the balls, in the threads' order, and clear them."""
+    threads = shares.count.shape[0]
+    begin, end = chunk(balls.species.size, t, threads)
+    for source in range(threads):
+        for i in range(begin, end):
+            for c in range(6):
+                balls.load[i, c] += shares.load[source, i, c]
+                shares.load[source, i, c] = 0.0
+
+
+@threaded()
+def sum_in_threads(balls, shares):
+    """The load of every ball."""
+    for t in numba.prange(shares.count.shape[0]):
+        sum_chunk(balls, shares, t)
+
+
+@kernel()
+def move_chunk(balls, gain, fall, step, threads, t):
+    """Kick and drift of one chunk of the balls."""
+    begin, end = chunk(balls.species.size, t, threads)
+    rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
+    a, b = 6 * begin, 6 * end
+    kick(rate[a:b], rate_now[a:b], load[a:b], gain[a:b], fall[a:b])
+    drift(balls.position[begin:end], balls.rate[begin:end], step)
+
+
+@threaded()
+def move_in_threads(balls, gain, fall, step, threads):
+    """Kick and drift of all balls."""
+    for t in numba.prange(threads):
+        move_chunk(balls, gain, fall, step, threads, t)
+
+
+@kernel()
+def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
+    """Open the contacts of all that have come within reach, in the order of the lists."""
+    for t in range(shares.count.shape[0]):
+        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.count[t, 0], time)
+    open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
+
+
+@kernel()
+def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
+    """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
+    for t in range(shares.count.shape[0]):
+        for at in range(shares.count[t, 0]):
+            block = shares.waiting[t, at]
+            resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
+        for body in range(clock.load.shape[0]):
+            for c in range(6):
+                clock.load[body, c] += shares.body_load[t, body, c]
+                shares.body_load[t, body, c] = 0.0
+    book_wall_work(clock, totals)
+
+
+@inlined()
+def apply_forces_in_threads(
+    balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares
+):  # fmt: skip
+    """As steps.apply_forces."""
+    find_in_threads(balls, candidates, shares)
+    open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares)
+    resolve_in_threads(balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
+    resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
+    sum_in_threads(balls, shares)
+
+
+@kernel()
+def advance_threaded(
+    balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares
+):
+    """As advance.advance, with a chunk of everything for each row of `shares`."""
+    while counters[state.STEP] <= last_step and counters[state.STATUS] == state.RUNNING:
+        time = counters[state.STEP] * clock.step
+        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+            break
+        since = counters[state.STEP] - recorder.origin
+        is_recorded = record_due(recorder, since)
+        if is_recorded:
+            all_works(contacts, counters, totals, recorder.work[0])
+        apply_forces_in_threads(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
+        if is_recorded:
+            record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
+        if is_due(recorder.occupancy_every, since):
+            count_occupancy(balls, clock, recorder)
+        move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.count.shape[0])
+        count_step(counters)

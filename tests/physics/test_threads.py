@@ -1,0 +1,107 @@
+"""The step loop with threads does what the serial one does, up to rounding, and the same whenever it is run."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from millprint.config.sweep import Case, DemConfig, threads_of
+from millprint.dem import state
+from millprint.dem.ledger import ledger_series, ledger_summary
+from millprint.dem.simulation import Simulation
+from millprint.dem.threads import chunk
+
+DEM = DemConfig(
+    time_step_s=2e-6, settle_s=1e-6, discard_s=0.0, window_s=2e-3, ledger_samples_per_revolution=500, closure_max=0.05
+)
+CASE = Case(
+    mill="emax", contact="calibrated", ball_diameter_mm=5, fill_ratio=0.16, speed_rpm=1200, seed=0,
+    settle_s=1e-6, discard_s=0.0, window_s=2e-3, snapshot_interval_s=1e-3,
+)  # fmt: skip
+
+
+def lively(mills, contacts, threads: int, **change) -> Simulation:
+    """Balls that fly at random at 2 m/s [rms], so that contacts begin and end in almost every step."""
+    case = CASE.model_copy(update={"threads": threads, **change})
+    simulation = Simulation(case, mills["emax"], contacts["calibrated"], DEM)
+    simulation.balls.rate[:, :3] = np.random.default_rng(1).normal(0, 2 / np.sqrt(3), (simulation.count, 3))
+    simulation.balls.rate_now[:] = simulation.balls.rate
+    return simulation
+
+
+@pytest.fixture(scope="module")
+def runs(mills, contacts):
+    """Simulations after 2 ms and their recordings, by number of threads; 3 has been run twice."""
+    found = {}
+    for name, threads in {"1": 1, "2": 2, "3": 3, "3 again": 3}.items():
+        simulation = lively(mills, contacts, threads)
+        found[name] = simulation, simulation.run(f"{threads} threads")
+    return found
+
+
+def table(recording) -> list[np.ndarray]:
+    """The table of collisions, sorted by start and partners."""
+    columns = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
+    order = np.lexsort((columns[1], columns[0]))
+    return [column[order] for column in columns]
+
+
+@pytest.mark.parametrize("name", ["2", "3"])
+def test_threads_change_a_run_by_rounding_alone(runs, name):
+    (serial, alone), (shared, together) = runs["1"], runs[name]
+    assert serial.count > 300
+    assert np.abs(shared.balls.position - serial.balls.position).max() < 1e-9
+    first, second = table(alone), table(together)
+    # Enough contacts have ended for blocks that wait to matter, and each is the same one with the same works.
+    assert np.count_nonzero(first[2]) > 50
+    for a, b in zip(first[:3], second[:3], strict=True):
+        assert np.array_equal(a, b)
+    np.testing.assert_allclose(second[3], first[3], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(shared.totals, serial.totals, rtol=1e-9)
+    assert shared.counters[state.REBUILDS] == serial.counters[state.REBUILDS]
+
+
+def test_the_same_number_of_threads_gives_the_same_bits(runs):
+    (first, one), (second, other) = runs["3"], runs["3 again"]
+    assert np.array_equal(first.balls.position, second.balls.position)
+    assert np.array_equal(first.totals, second.totals)
+    for a, b in zip(table(one), table(other), strict=True):
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("name", ["2", "3"])
+def test_the_ledger_closes_with_threads(runs, name):
+    serial, shared = (ledger_summary(ledger_series(np.concatenate(runs[key][1].samples))) for key in ("1", name))
+    # The walls do little work in 2 ms, so the balance is held against what the collisions turn over.
+    dissipated = sum(shared[channel] for channel in ("normal_damping", "tangential_damping", "sliding", "rolling"))
+    assert dissipated > 0
+    assert abs(shared["imbalance"]) < 0.002 * dissipated
+    for channel, energy in serial.items():
+        assert shared[channel] == pytest.approx(energy, rel=1e-7, abs=1e-9 * dissipated), channel
+
+
+def test_lists_that_are_too_short_are_made_longer_with_threads(mills, contacts, runs):
+    scarce = lively(mills, contacts, 2)
+    names = ("ball", "partner", "plane", "sure", "lane", "trigger")
+    cut = {name: getattr(scarce.candidates, name)[:100] for name in names}
+    scarce.candidates = scarce.candidates._replace(**cut, found=scarce.candidates.found[:101])
+    scarce._share_out()
+    scarce.run("scarce")
+    assert scarce.candidates.partner.size > 100
+    assert np.array_equal(scarce.balls.position, runs["2"][0].balls.position)
+
+
+@pytest.mark.parametrize("whole", [0, 1, 7, 20_000])
+@pytest.mark.parametrize("threads", [1, 2, 3, 16])
+def test_chunks_follow_each_other_and_cover_everything(whole, threads):
+    bounds = [chunk.py_func(whole, t, threads) for t in range(threads)]
+    assert bounds[0][0] == 0 and bounds[-1][1] == whole
+    assert all(before[1] == after[0] for before, after in itertools.pairwise(bounds))
+    assert max(end - begin for begin, end in bounds) - min(end - begin for begin, end in bounds) <= 1
+
+
+def test_a_case_may_have_threads_of_its_own():
+    dem = DEM.model_copy(update={"threads": 2})
+    assert threads_of(CASE, DEM) == 1
+    assert threads_of(CASE, dem) == 2
+    assert threads_of(CASE.model_copy(update={"threads": 4}), dem) == 4
