@@ -24,6 +24,11 @@ def summaries_over(key: str) -> list[str]:
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
 
 
+def case_of(wildcards):
+    """The case whose run.h5 is asked for."""
+    return CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"]
+
+
 def cases_of_sweep(name: str) -> list[str]:
     """Paths of every case of a sweep; none for a sweep that the configuration lacks."""
     blocks = [block for block in CONFIG.sweeps if block.name == name]

@@ -3,11 +3,6 @@
 from millprint.config.sweep import threads_of
 
 
-def case_of(wildcards):
-    """The case whose run.h5 is asked for."""
-    return CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"]
-
-
 rule compile_kernels:
     output:
         report=f"{RESULTS}/dem/kernels.json",
