@@ -26,10 +26,10 @@ HISTORY_COLUMNS = 14
 # centres [m/s]; angular velocities [rad/s]; 1 for a wall; radius of the first less that of the second [m]; the law.
 AWAY, VELOCITY, SPIN, OTHER_SPIN, IS_WALL, DIFFERENCE, LAW = 0, 3, 6, 9, 12, 13, 14
 HISTORY = LAW + COLUMNS
-# Out: force on the first [N], torque on both about their centres or the foot [N m], elastic energies [J], overlap [m].
+# Out: force on the first [N], torque on both about their centres or the foot [N m], elastic energies [J].
 FORCE = HISTORY + HISTORY_COLUMNS
-TORQUE, BACK, STORED, OVERLAP = FORCE + 3, FORCE + 6, FORCE + 9, FORCE + 11
-QUANTITIES = OVERLAP + 1
+TORQUE, BACK, STORED = FORCE + 3, FORCE + 6, FORCE + 9
+QUANTITIES = STORED + 2
 
 # Two steel balls of 10 mm that touch.
 IDLE = np.zeros(QUANTITIES)
@@ -127,4 +127,3 @@ def evaluate(lanes, block, step):
         put_vector(lanes, block, BACK, m, subtract(scale(other, lever), rolling))
         put(lanes, block, STORED, m, stored[0])
         put(lanes, block, STORED + 1, m, stored[1])
-        put(lanes, block, OVERLAP, m, overlap)

@@ -14,7 +14,7 @@ from millprint.predict.features import CONDITIONS
 from millprint.predict.inputs import InputScaling, describe
 from millprint.predict.links import LINKS, to_conversion
 from millprint.predict.model import YieldModel
-from millprint.predict.store import AGREEMENT_PP, load_model, read_stored
+from millprint.predict.store import check_agreement, load_model, read_stored
 from millprint.predict.structured import Process, terms_of
 
 FORMAT = "millprint averaged yield model 1"
@@ -75,13 +75,7 @@ def load_averaged(path: str) -> AveragedModel:
     rows = pd.DataFrame(content["rows"])
     members = [_restore(stored, rows, content["margin"]) for stored in content["members"]]
     model = AveragedModel(members, np.array([stored["weight"] for stored in content["members"]]))
-    worst = float(np.max(np.abs(model.predict(rows) - np.array(content["predicted_percent"]))))
-    if not worst <= AGREEMENT_PP:
-        then = ", ".join(f"{name} {number}" for name, number in content["versions"].items())
-        raise ConfigError(
-            f"{path}: predictions for the training rows are off by {worst:.2g} points: the file was changed, or it was "
-            f"written by libraries that compute otherwise ({then})"
-        )
+    check_agreement(path, content, model.predict(rows))
     return model
 
 

@@ -101,6 +101,17 @@ def stored_search(path: str) -> list[dict | None]:
     return [step["search"] for step in read_json(path)["steps"]]
 
 
+def check_agreement(path: str, content: dict, predicted: np.ndarray) -> None:
+    """Raise ConfigError unless a model read back predicts what it did when it was written, `predicted` (rows,) [%]."""
+    worst = float(np.max(np.abs(predicted - np.array(content["predicted_percent"]))))
+    if not worst <= AGREEMENT_PP:
+        then = ", ".join(f"{name} {number}" for name, number in content["versions"].items())
+        raise ConfigError(
+            f"{path}: predictions for the training rows are off by {worst:.2g} points: the file was changed, or it was "
+            f"written by libraries that compute otherwise ({then})"
+        )
+
+
 def load_model(path: str) -> YieldModel:
     """Read a model written by save_model and check that it predicts its training rows as it did then.
 
@@ -113,11 +124,5 @@ def load_model(path: str) -> YieldModel:
         steps.append(_restore(step, features, target, choices, content["seed"]))
         target = target - steps[-1].predict(features)
     model = YieldModel(content["algorithm"], content["strategy"], steps)
-    worst = float(np.max(np.abs(model.predict(rows) - np.array(content["predicted_percent"]))))
-    if not worst <= AGREEMENT_PP:
-        then = ", ".join(f"{name} {number}" for name, number in content["versions"].items())
-        raise ConfigError(
-            f"{path}: predictions for the training rows are off by {worst:.2g} points: the file was changed, or it was "
-            f"written by libraries that compute otherwise ({then})"
-        )
+    check_agreement(path, content, model.predict(rows))
     return model
