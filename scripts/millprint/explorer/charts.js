@@ -1,7 +1,7 @@
 /* Line charts with bands, as SVG. */
 
 const SVG = "http://www.w3.org/2000/svg";
-const CHART = { width: 300, height: 215, left: 42, right: 10, top: 28, bottom: 36 };
+const CHART = { width: 300, height: 225, left: 42, right: 10, top: 40, bottom: 36 };
 
 /** An element with attributes and children; text where a child is a string. */
 function element(name, attributes = {}, ...children) {
@@ -66,7 +66,7 @@ function drawChart(chart) {
   const inside = element("svg:g", { "clip-path": `url(#${id})` });
   for (const line of chart.lines) inside.append(...drawLine(line, chart.x, x, y));
   svg.append(inside);
-  if (chart.lines.length > 1) svg.append(...drawNames(chart.lines, width - right));
+  if (chart.lines.length > 1) svg.append(drawNames(chart.lines));
   for (const line of chart.lines) {
     if (line.now.value <= upper) {
       svg.append(element("svg:circle", { cx: x(chart.at), cy: y(line.now.value), r: 4, fill: line.colour, class: "now" }));
@@ -93,15 +93,10 @@ function drawLine(line, places, x, y) {
   return drawn;
 }
 
-/** Names of the lines in their colours, at the top right. */
-function drawNames(lines, right) {
-  return [...lines].reverse().reduce(
-    ({ drawn, end }, line) => ({
-      drawn: [...drawn, element("svg:text", { x: end, y: 14, "text-anchor": "end", fill: line.colour, class: "name" }, line.name)],
-      end: end - 7 * line.name.length - 8,
-    }),
-    { drawn: [], end: right },
-  ).drawn;
+/** Names of the lines in their colours, under the title. */
+function drawNames(lines) {
+  const names = lines.map((line) => element("svg:tspan", { fill: line.colour, dx: 8 }, line.name));
+  return element("svg:text", { x: CHART.left - 8, y: 31, class: "name" }, ...names);
 }
 
 /** What a chart says, for those who do not see it. */

@@ -236,7 +236,7 @@ class Explorer {
       return item(label, `${digits(value)} ${unit}`, `${digits(lower)} to ${digits(upper)}`, found.outside.length > 0);
     });
     const { value, lower, upper, outside } = found.yield_percent;
-    const about = outside.length ? "extrapolated, do not rely on it" : `${digits(lower)} to ${digits(upper)}`;
+    const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
     rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length > 0));
     rows.push(item("To weigh in", `${digits(found.powder_g)} g of powder`, `with ${found.balls} balls`, false));
     list.replaceChildren(...rows);

@@ -55,7 +55,7 @@ def sum_stages(runtimes: pd.DataFrame) -> pd.DataFrame:
         {
             "jobs": groups.size(),
             "wall_min": groups["wall_s"].sum() / 60,
-            "processor_min": groups["processor_s"].sum() / 60,
+            "processor_min": groups["processor_s"].sum(min_count=1) / 60,
             "longest_job": longest["job"],
             "longest_s": longest["wall_s"],
         }

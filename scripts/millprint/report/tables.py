@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
@@ -41,21 +42,23 @@ class Section:
     def columns(self) -> list[str]:
         return [str(name).replace("_", " ") for name in self.frame.columns]
 
-    @property
+    @cached_property
     def rows(self) -> list[list[Cell]]:
-        return [[_cell(value) for value in row] for row in self.frame.itertuples(index=False, name=None)]
+        columns = [_cells(self.frame.iloc[:, index]) for index in range(self.frame.shape[1])]
+        return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _cell(value: object) -> Cell:
-    if pd.isna(value):
-        return Cell("")
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        try:
-            # A table read as text keeps the digits that it was written with.
-            return Cell(str(value), float(value)) if str(value).strip() else Cell("")
-        except ValueError:
-            return Cell(str(value))
-    return Cell(f"{value:.{DIGITS}g}", float(value))
+def _cells(column: pd.Series) -> list[Cell]:
+    """The cells of a column: numbers if all that it holds are, with the digits they have where they are text."""
+    blank = column.isna() | (column.astype(str).str.strip() == "")
+    numbers = pd.to_numeric(column.where(~blank), errors="coerce")
+    if (numbers.isna() & ~blank).any() or pd.api.types.is_bool_dtype(column):
+        return [Cell("" if empty else str(value)) for value, empty in zip(column, blank, strict=True)]
+    is_text = not pd.api.types.is_numeric_dtype(column)
+    return [
+        Cell("") if empty else Cell(str(value) if is_text else f"{value:.{DIGITS}g}", float(number))
+        for value, number, empty in zip(column, numbers, blank, strict=True)
+    ]
 
 
 def tables_page(title: str, introduction: str, sections: list[Section]) -> str:
