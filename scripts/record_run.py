@@ -1,19 +1,17 @@
 """Writes the merged configuration of a run; the file can be given back to Snakemake with --configfile."""
 
 import platform
-from importlib.metadata import version
 
 import yaml
 
 from millprint.files import whole_file
 from millprint.job import job
-
-PACKAGES = ("snakemake", "numpy", "numba", "scipy", "pandas", "statsmodels", "scikit-learn", "torch", "torch-geometric")
+from millprint.provenance import package_versions
 
 
 def main(config: dict, output: str) -> None:
     """Write `config` as YAML below a comment with the versions that ran it."""
-    versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    versions = ", ".join(f"{name} {number}" for name, number in package_versions().items())
     with whole_file(output) as partial:
         partial.write_text(
             f"# Python {platform.python_version()}; {versions}\n{yaml.safe_dump(config, sort_keys=False)}"

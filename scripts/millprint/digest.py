@@ -6,6 +6,8 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
+# Files that a module reads from its own folder: pages and what is on them.
+TEMPLATES = (".html", ".css", ".js")
 
 
 def _module_files(module: str) -> list[Path]:
@@ -35,7 +37,7 @@ def _imports(file: Path) -> frozenset[Path]:
 
 
 def library_files(script: str | Path) -> list[Path]:
-    """Every file of the library that `script` imports, directly or through another, sorted."""
+    """Every file of the library that `script` imports, directly or through another, with their templates, sorted."""
     seen: set[Path] = set()
     waiting = list(_imports(Path(script).resolve()))
     while waiting:
@@ -43,7 +45,8 @@ def library_files(script: str | Path) -> list[Path]:
         if file not in seen:
             seen.add(file)
             waiting.extend(_imports(file))
-    return sorted(seen)
+    folders = {file.parent for file in seen}
+    return sorted(seen | {file for folder in folders for file in folder.iterdir() if file.suffix in TEMPLATES})
 
 
 @cache

@@ -1,4 +1,6 @@
-"""The table of claims, and one HTML file that opens offline."""
+"""The claims, tables that sort, runtimes, the explorer, and one HTML file that opens offline."""
+
+from millprint.report.catalogue import TABLES
 
 
 rule record_run:
@@ -23,24 +25,27 @@ rule tabulate_claims:
         stages=STAGE_OUTPUTS,
         claims=CONFIG.data.claims,
     output:
-        claims=report(
-            f"{RESULTS}/report/claims.tsv",
-            caption="../report/claims.rst",
-            category="Claims",
-            labels={"table": "every claim of the thesis"},
-        ),
         summary=report(
-            f"{RESULTS}/report/claims_by_chapter.tsv",
+            f"{RESULTS}/report/summary.html",
+            caption="../report/summary.rst",
+            category="Claims",
+            labels={"shows": "summary by chapter, errata"},
+        ),
+        page=report(
+            f"{RESULTS}/report/claims.html",
             caption="../report/claims.rst",
             category="Claims",
-            labels={"table": "verdicts by chapter"},
+            labels={"shows": "every claim, to sort and filter"},
         ),
         svg=report(
             f"{RESULTS}/report/claims_by_chapter.svg",
-            caption="../report/claims.rst",
+            caption="../report/claims_by_chapter.rst",
             category="Claims",
-            labels={"figure": "verdicts by chapter"},
+            labels={"shows": "verdicts by chapter (figure)"},
         ),
+        claims=f"{RESULTS}/report/claims.tsv",
+        counts=f"{RESULTS}/report/claims_by_chapter.tsv",
+        errata=f"{RESULTS}/report/errata.tsv",
         png=f"{RESULTS}/report/claims_by_chapter.png",
     log:
         f"{LOGS}/report/tabulate_claims.log",
@@ -48,6 +53,7 @@ rule tabulate_claims:
     conda:
         "../../envs/millprint.yaml"
     params:
+        name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
         library=library("tabulate_claims.py"),
     message:
@@ -56,12 +62,104 @@ rule tabulate_claims:
         "../../scripts/tabulate_claims.py"
 
 
+rule tabulate_chapter:
+    input:
+        tables=lambda wildcards: [f"{RESULTS}/{listed.path}" for listed in TABLES[wildcards.chapter]],
+    output:
+        html=report(
+            f"{RESULTS}/report/tables_{{chapter}}.html",
+            caption="../report/tables.rst",
+            category="Chapter {chapter}",
+            labels={"figure": "tables", "shows": "tables of chapter {chapter}, to sort and filter"},
+        ),
+    log:
+        f"{LOGS}/report/tabulate_chapter_{{chapter}}.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        name=CONFIG.name,
+        library=library("tabulate_chapter.py"),
+    message:
+        "Showing the tables of chapter {wildcards.chapter}"
+    script:
+        "../../scripts/tabulate_chapter.py"
+
+
+rule tabulate_runtimes:
+    input:
+        STAGE_OUTPUTS,
+    output:
+        html=report(
+            f"{RESULTS}/report/runtimes.html",
+            caption="../report/runtimes.rst",
+            category="Runtime and versions",
+            labels={"shows": "every job's time, versions, commit"},
+        ),
+        runtimes=f"{RESULTS}/report/runtimes.tsv",
+    log:
+        f"{LOGS}/report/tabulate_runtimes.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        name=CONFIG.name,
+        benchmarks=BENCHMARKS,
+        logs=LOGS,
+        library=library("tabulate_runtimes.py"),
+    message:
+        "Adding up how long every job took"
+    script:
+        "../../scripts/tabulate_runtimes.py"
+
+
+rule build_explorer:
+    input:
+        fingerprints=expand(f"{RESULTS}/fingerprint/fingerprint_{{contact}}.json", contact=CONFIG.contacts),
+        yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
+    output:
+        html=report(
+            f"{RESULTS}/report/explorer.html",
+            caption="../report/explorer.rst",
+            category="Explorer",
+            labels={"shows": "sliders: descriptors, power, yield; nearest conditions"},
+        ),
+    log:
+        f"{LOGS}/report/build_explorer.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        about={
+            "name": CONFIG.name,
+            "title": MILLS[CONFIG.mill].title,
+            "request": CONFIG.fingerprint.inverse.model_dump(mode="json"),
+            "prediction": CONFIG.yields.prediction.model_dump(mode="json"),
+            "level": CONFIG.yields.interval_level,
+        },
+        library=library("build_explorer.py"),
+    message:
+        "Building the explorer, a page that needs no server"
+    script:
+        "../../scripts/build_explorer.py"
+
+
+REPORT_PAGES = [
+    *rules.tabulate_claims.output,
+    *expand(rules.tabulate_chapter.output.html, chapter=TABLES),
+    *rules.tabulate_runtimes.output,
+    rules.build_explorer.output.html,
+]
+
+
 # Snakemake writes its report only after a run, so this last job calls it on all that the run has made.
 rule build_report:
     input:
         stages=STAGE_OUTPUTS,
-        claims=rules.tabulate_claims.output.claims,
+        pages=REPORT_PAGES,
         run=rules.record_run.output.run,
+        landing="workflow/report/landing.yaml",
+        stylesheet="workflow/report/report.css",
     output:
         html=f"{RESULTS}/report/report.html",
     log:
@@ -75,4 +173,5 @@ rule build_report:
         "Building the report, which opens offline"
     shell:
         "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock --cores 1"
-        " --report {output.html:q} {input.claims:q} > {log:q} 2>&1"
+        " --report {output.html:q} --report-html-stylesheet-path {input.stylesheet:q}"
+        " --report-metadata {input.landing:q} {input.pages:q} > {log:q} 2>&1"

@@ -17,6 +17,7 @@ SURROGATE_OUTPUTS = [
         name=("loss", "error_growth", "dissipation", "distributions"),
         kind=("svg", "png"),
     ),
+    *expand(f"{SURROGATE}/{{variant}}/{CONFIG.surrogate.trained_test}/rollout.gif", variant=CONFIG.surrogate.variants),
 ]
 
 
@@ -237,6 +238,33 @@ rule plot_surrogate:
         "Draw loss and roll-outs of the surrogate {wildcards.variant}"
     script:
         "../../scripts/plot_surrogate.py"
+
+
+rule animate_surrogate:
+    input:
+        run=lambda wildcards: simulated(CONFIG.surrogate.tests[wildcards.test].case),
+        rollout=rules.roll_out_surrogate.output.rollout,
+    output:
+        gif=f"{SURROGATE}/{{variant}}/{{test}}/rollout.gif",
+        # Snakemake's report shows a PNG, also one that moves, but hands a GIF out as a download only.
+        png=report(
+            f"{SURROGATE}/{{variant}}/{{test}}/rollout.png",
+            caption="../report/surrogate_animation.rst",
+            category="Chapter 6",
+            labels={"figure": "animation of {variant}, {test}, beside the simulation"},
+        ),
+    log:
+        f"{LOGS}/surrogate/{{variant}}/{{test}}/animate_surrogate.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        settings=settings("view"),
+        library=library("animate_surrogate.py"),
+    message:
+        "Animate the surrogate {wildcards.variant} below the simulation: {wildcards.test}"
+    script:
+        "../../scripts/animate_surrogate.py"
 
 
 rule collect_ablations:

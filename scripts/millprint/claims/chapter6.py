@@ -13,6 +13,7 @@ VARIANT = "thesis"
 BASELINE = "baseline"
 # Tables 6.1 and 6.3.
 SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
+BALL_THRESHOLD_M, SNAP_BACK_M = 0.0015, -0.0049
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
 
 # Ablations whose claim is a word, and what the thesis says of them.

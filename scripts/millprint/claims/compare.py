@@ -7,6 +7,7 @@ from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
 from millprint.claims.finding import Finding
 
 REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
+VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)
 
 # Fitted pairs (tolerance `recover`) and claims that only ask for a report are held to these relative bounds.
 RECOVER_BOUND = 0.05

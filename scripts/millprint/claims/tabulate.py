@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.claims import chapter2, chapter3, chapter4, chapter5, chapter6
-from millprint.claims.compare import deviation, verdict
+from millprint.claims.compare import VERDICTS, deviation, verdict
 from millprint.claims.finding import Finding
 from millprint.errors import ConfigError
 from millprint.files import read_table
@@ -53,10 +53,19 @@ def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd
     return pd.DataFrame(rows)
 
 
+def chapter_of(claim: str) -> str:
+    """The chapter, in words, of a claim's id."""
+    name = claim.split(".")[0]
+    return f"chapter {name}" if name != "A" else "appendix A"
+
+
 def count_verdicts(table: pd.DataFrame) -> pd.DataFrame:
-    """Number of claims by chapter and verdict."""
-    chapter = table["id"].str.split(".").str[0].map(lambda name: f"chapter {name}" if name != "A" else "appendix A")
-    return pd.crosstab(chapter, table["verdict"]).rename_axis(index="chapter", columns=None).reset_index()
+    """Number of claims by chapter and verdict: chapter, claims, and a column for every verdict; chapters first."""
+    counts = pd.crosstab(table["id"].map(chapter_of), table["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
+    counts.insert(0, "claims", counts.sum(axis=1))
+    # By the first claim of each, so that the appendix comes last.
+    ordered = counts.loc[table["id"].map(chapter_of).unique()]
+    return ordered.rename_axis(index="chapter", columns=None).reset_index()
 
 
 def _text(value: float | str | None, digits: int = 6) -> str:

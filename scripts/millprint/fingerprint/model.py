@@ -47,7 +47,13 @@ class Prediction:
     normal_power_W: Band
     tangential_power_W: Band
     power_W: Band
+    tangential_share: Band
     outside: tuple[str, ...]
+
+
+def share_of(ratio: Band) -> Band:
+    """Tangential over all dissipation, Et / (En + Et) [-], from Et / En, which it rises with."""
+    return Band(*(end / (1.0 + end) for end in (ratio.value, ratio.lower, ratio.upper)))
 
 
 def complete(basic: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -243,6 +249,7 @@ class Fingerprint:
             normal_power_W=band["Pn"].times(balls * power_scale(*scale)),
             tangential_power_W=band["Pt"].times(balls * power_scale(*scale)),
             power_W=band["P"].times(balls * power_scale(*scale)),
+            tangential_share=share_of(band["ratio"]),
             outside=self.outside(condition, volume),
         )
 

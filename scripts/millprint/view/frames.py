@@ -9,7 +9,7 @@ import trimesh
 
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
-from millprint.view.snapshots import Block, Snapshots, open_run
+from millprint.view.snapshots import Block, Poses, Snapshots, open_run
 
 # Edges at which the wall turns by more than this are drawn, besides the silhouette [rad].
 SHARP = np.radians(30)
@@ -87,7 +87,7 @@ class Movie:
     frames: tuple[Frame, ...]
 
 
-class _Shape:
+class Shape:
     """The walls' triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
@@ -117,34 +117,38 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     with open_run(run) as file:
         snapshots = _chosen(file, settings, start_s)
         blocks = list(snapshots.blocks())
-    frequency_hz = _frequency(snapshots.config)
-    shape = _Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
+    frequency_hz = frequency_of(snapshots.config)
+    shape = Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
     frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, frequency_hz)]
     middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
-    low, high = _bounds(snapshots, blocks)
+    low, high = bounds_of(snapshots, blocks)
     # The delays of a GIF are hundredths of a second.
     delay_ms = 10 * round(100 / settings.frames_per_second)
     interval_s = float(snapshots.time_s[-1] - snapshots.time_s[0]) / max(1, len(snapshots) - 1)
     return Movie(
-        heading=_heading(snapshots),
+        heading=heading_of(snapshots),
         radius_mm=snapshots.radius_m * MM,
         speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
         delay_ms=delay_ms,
         slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
         panels=tuple(
-            Panel(
-                view.title,
-                (f"{'xyz'[view.right]} [mm]", f"{'xyz'[view.up]} [mm]"),
-                view.flat(np.array([low, high])) + MARGIN_MM * np.array([[-1.0], [1.0]]),
-                view.flat(middle[: settings.frames_per_revolution + 1]),
-            )
-            for view in VIEWS
+            panel_of(view, view.title, (low, high), middle[: settings.frames_per_revolution + 1]) for view in VIEWS
         ),
         frames=tuple(frames),
     )
 
 
-def _frequency(config: dict) -> float:
+def panel_of(view: View, title: str, corners: tuple[np.ndarray, np.ndarray], path_m: np.ndarray) -> Panel:
+    """A panel that holds everything between two corners (3,) [m], with the path (m, 3) [m] of the jar's middle."""
+    return Panel(
+        title,
+        (f"{'xyz'[view.right]} [mm]", f"{'xyz'[view.up]} [mm]"),
+        view.flat(np.array(corners)) + MARGIN_MM * np.array([[-1.0], [1.0]]),
+        view.flat(path_m),
+    )
+
+
+def frequency_of(config: dict) -> float:
     """Revolutions of the mill in a second; 0 for one at rest."""
     return 0.0 if config["mill"]["motion"]["kind"] == "rest" else config["case"]["speed_rpm"] / 60
 
@@ -153,7 +157,7 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
     """As many snapshots as the settings want, at equal distances."""
     every = Snapshots(file)
     time_s, wanted = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
-    frequency_hz = _frequency(every.config)
+    frequency_hz = frequency_of(every.config)
     if start_s is not None and not time_s[0] - 1e-9 <= start_s < time_s[-1]:
         raise ConfigError(
             f"{file.filename}: no snapshots from {start_s:g} s on; there are some from {time_s[0]:g} to "
@@ -169,12 +173,12 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
     return Snapshots(file, stride, first, max(last, first + 1))
 
 
-def _heading(snapshots: Snapshots) -> str:
+def heading_of(snapshots: Snapshots) -> str:
     mill, case = snapshots.config["mill"], snapshots.config["case"]
     return f"{mill['title']}\n{snapshots.balls} balls of {case['ball_diameter_mm']:g} mm, {case['speed_rpm']:g} rpm"
 
 
-def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+def bounds_of(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corner (3,) of all that the walls pass through [m]."""
     moved = [block.poses.to_laboratory(snapshots.geometry.vertices_m) for block in blocks]
     return np.min([points.min(axis=(0, 1)) for points in moved], axis=0), np.max(
@@ -182,17 +186,20 @@ def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.n
     )
 
 
-def _frames(block: Block, snapshots: Snapshots, shape: _Shape, frequency_hz: float) -> list[Frame]:
+def _frames(block: Block, snapshots: Snapshots, shape: Shape, frequency_hz: float) -> list[Frame]:
     position, poses = block.balls["position_m"], block.poses
     speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
-    vertices, middle = poses.to_laboratory(shape.vertices_m), poses.to_laboratory(shape.middle_m[None])[:, 0]
     frames = []
     for k, time_s in enumerate(snapshots.time_s[block.rows]):
-        pictures = []
-        for view in VIEWS:
-            order = np.argsort(view.nearness(position[k]))
-            seen = shape.seen(view, vertices[k], poses.rotation[k])
-            balls = view.flat(position[k][order]), speed[k][order]
-            pictures.append(Picture(*seen, *balls, view.flat(middle[k])))
-        frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, tuple(pictures)))
+        pictures = tuple(picture_of(view, shape, poses, k, position[k], speed[k]) for view in VIEWS)
+        frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, pictures))
     return frames
+
+
+def picture_of(view: View, shape: Shape, poses: Poses, k: int, position: np.ndarray, speed: np.ndarray) -> Picture:
+    """One view at pose k, with balls at positions (balls, 3) [m] of speeds (balls,) [m/s]."""
+    turn, place = poses.rotation[k], poses.position_m[k]
+    vertices, middle = (points @ turn.T + place for points in (shape.vertices_m, shape.middle_m))
+    order = np.argsort(view.nearness(position))
+    seen = shape.seen(view, vertices, turn)
+    return Picture(*seen, view.flat(position[order]), speed[order], view.flat(middle))

@@ -1,0 +1,33 @@
+"""Builds the explorer: the fingerprints and the yield model of a run on one page that needs no server."""
+
+from millprint.config.fingerprint import InverseConfig
+from millprint.config.proposals import PredictionConfig
+from millprint.explorer.content import explorer_content
+from millprint.explorer.page import explorer_page
+from millprint.files import whole_file
+from millprint.job import job
+
+
+def main(fingerprints: list[str], yield_model: str, output: str, about: dict) -> None:
+    """Write the page; `about` holds name, title, request, prediction and level."""
+    content = explorer_content(
+        about["name"],
+        about["title"],
+        fingerprints,
+        yield_model,
+        InverseConfig(**about["request"]),
+        PredictionConfig(**about["prediction"]),
+        about["level"],
+    )
+    with whole_file(output) as partial:
+        partial.write_text(explorer_page(content))
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "build explorer"):
+        main(
+            list(snakemake.input.fingerprints),
+            snakemake.input.yield_model,
+            snakemake.output.html,
+            dict(snakemake.params.about),
+        )

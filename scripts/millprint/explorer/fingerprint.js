@@ -1,0 +1,168 @@
+/* The fingerprint of one mill and contact set, as millprint.fingerprint.model computes it. */
+
+const BASIC = ["Pn", "Pt", "f"];
+
+/** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
+class LogProcess {
+  /** content: what Process.to_dict wrote; inputs: logarithms of the variables, a row a condition. */
+  constructor(content, inputs) {
+    const parameters = content.log_parameters.map(Math.exp);
+    const width = inputs[0].length + 1;
+    this.parts = [];
+    for (let first = 0; first < parameters.length; first += width) {
+      this.parts.push({ variance: parameters[first], lengths: parameters.slice(first + 1, first + width) });
+    }
+    this.inputs = inputs;
+    this.noise = content.noise_variance;
+    this.stretch = content.stretch;
+    const logs = content.values.map(Math.log);
+    this.centre = logs.reduce((sum, value) => sum + value, 0) / logs.length;
+    const matrix = inputs.map((row) => this.covariance(row));
+    matrix.forEach((row, i) => {
+      row[i] += content.relative_errors[i] ** 2 + this.noise + 1e-10;
+    });
+    this.factor = cholesky(matrix);
+    this.weights = solveFactored(this.factor, logs.map((value) => value - this.centre));
+    this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
+  }
+
+  /** Covariance of one point with every known condition: a sum of Matern 5/2 kernels. */
+  covariance(point) {
+    const found = new Float64Array(this.inputs.length);
+    for (const { variance, lengths } of this.parts) {
+      for (let i = 0; i < found.length; i += 1) {
+        let square = 0;
+        for (let k = 0; k < lengths.length; k += 1) square += ((point[k] - this.inputs[i][k]) / lengths[k]) ** 2;
+        const distance = Math.sqrt(5 * square);
+        found[i] += variance * (1 + distance + (distance * distance) / 3) * Math.exp(-distance);
+      }
+    }
+    return found;
+  }
+
+  mean(point) {
+    return this.centre + dot(this.covariance(point), this.weights);
+  }
+
+  /** Mean and standard deviation of a new condition's logarithm, noise included. */
+  predict(point) {
+    const covariance = this.covariance(point);
+    const solved = solveLower(this.factor, covariance);
+    const own = Math.max(0, this.variance - dot(solved, solved));
+    return {
+      mean: this.centre + dot(covariance, this.weights),
+      deviation: this.stretch * Math.sqrt(own + this.noise),
+    };
+  }
+}
+
+/** Every quantity from Pn, Pt and f. */
+function complete({ Pn, Pt, f }) {
+  return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f };
+}
+
+class Fingerprint {
+  /** content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations. */
+  constructor(content, variables, width) {
+    this.about = content.about;
+    this.variables = variables;
+    this.width = width;
+    const columns = variables.map((name) => content.inputs[name].map(Math.log));
+    const inputs = columns[0].map((_, i) => Float64Array.from(columns, (column) => column[i]));
+    this.processes = Object.fromEntries(
+      Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs)]),
+    );
+  }
+
+  /** A condition with the mill's own density and amplitude where it gives none. */
+  whole(condition) {
+    const { density_kg_m3, amplitude_m } = this.about;
+    return { density_kg_m3, amplitude_m, ...condition };
+  }
+
+  point(condition) {
+    return Float64Array.from(this.variables, (name) => Math.log(condition[name]));
+  }
+
+  /** Scaled quantities without bands. */
+  means(condition) {
+    const point = this.point(condition);
+    return complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(this.processes[name].mean(point))])));
+  }
+
+  /** Scaled quantities with the interval of a new condition. */
+  scaled(condition) {
+    const point = this.point(condition);
+    const logs = Object.fromEntries(
+      Object.entries(this.processes).map(([name, process]) => [name, process.predict(point)]),
+    );
+    const values = complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(logs[name].mean)])));
+    return Object.fromEntries(
+      Object.entries(values).map(([name, value]) => {
+        const factor = Math.exp(this.width * logs[name].deviation);
+        return [name, { value, lower: value / factor, upper: value * factor }];
+      }),
+    );
+  }
+
+  balls(condition) {
+    return roundHalfEven(
+      (condition.fill_ratio * this.about.volume_m3) / ((Math.PI / 6) * condition.ball_diameter_m ** 3),
+    );
+  }
+
+  outside(condition) {
+    return this.variables.filter((name) => {
+      const [low, high] = this.about.ranges[name];
+      return !(low * (1 - 1e-9) <= condition[name] && condition[name] <= high * (1 + 1e-9));
+    });
+  }
+
+  /** Descriptors and powers of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */
+  predict(given) {
+    const condition = this.whole(given);
+    const scaled = this.scaled(condition);
+    const balls = this.balls(condition);
+    const energy = energyScale(condition);
+    const power = balls * energy * condition.speed_hz;
+    return {
+      balls,
+      normal_energy_J: times(scaled.En, energy),
+      tangential_energy_J: times(scaled.Et, energy),
+      frequency_per_ball_hz: times(scaled.f, condition.speed_hz),
+      normal_power_W: times(scaled.Pn, power),
+      tangential_power_W: times(scaled.Pt, power),
+      power_W: times(scaled.P, power),
+      tangential_share: share(scaled.ratio),
+      outside: this.outside(condition),
+    };
+  }
+
+  /** The three descriptors without bands. */
+  descriptors(condition) {
+    const scaled = this.means(condition);
+    const energy = energyScale(condition);
+    return {
+      normal_energy_J: scaled.En * energy,
+      tangential_energy_J: scaled.Et * energy,
+      frequency_per_ball_hz: scaled.f * condition.speed_hz,
+    };
+  }
+}
+
+/** rho omega^2 A^2 d^3 [J]. */
+function energyScale(condition) {
+  return (
+    condition.density_kg_m3 * condition.speed_hz ** 2 * condition.amplitude_m ** 2 * condition.ball_diameter_m ** 3
+  );
+}
+
+function times(band, factor) {
+  return { value: band.value * factor, lower: band.lower * factor, upper: band.upper * factor };
+}
+
+/** Et / (En + Et) from Et / En, which it rises with. */
+function share(ratio) {
+  const of = (r) => r / (1 + r);
+  return { value: of(ratio.value), lower: of(ratio.lower), upper: of(ratio.upper) };
+}

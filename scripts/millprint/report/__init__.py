@@ -1,0 +1,1 @@
+"""What people read of a run: the summary of the claims, tables that sort, runtimes and versions."""

@@ -1,0 +1,73 @@
+"""Tables as HTML pages that sort and filter in the browser, with nothing fetched."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.pages import embed_files, render_page
+
+FOLDER = Path(__file__).parent
+DIGITS = 4
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a cell shows and, of a number, what it is sorted by."""
+
+    text: str
+    value: float | None = None
+
+    @property
+    def number(self) -> bool:
+        return self.value is not None
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table under its title; `cards` for one that a phone shows row by row, since its cells hold sentences."""
+
+    title: str
+    frame: pd.DataFrame
+    note: str = ""
+    cards: bool = False
+
+    @property
+    def id(self) -> str:
+        return re.sub(r"\W+", "-", self.title.lower()).strip("-")
+
+    @property
+    def columns(self) -> list[str]:
+        return [str(name).replace("_", " ") for name in self.frame.columns]
+
+    @cached_property
+    def rows(self) -> list[list[Cell]]:
+        columns = [_cells(self.frame.iloc[:, index]) for index in range(self.frame.shape[1])]
+        return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _cells(column: pd.Series) -> list[Cell]:
+    """The cells of a column: numbers if all that it holds are, with the digits they have where they are text."""
+    blank = column.isna() | (column.astype(str).str.strip() == "")
+    numbers = pd.to_numeric(column.where(~blank), errors="coerce")
+    if (numbers.isna() & ~blank).any() or pd.api.types.is_bool_dtype(column):
+        return [Cell("" if empty else str(value)) for value, empty in zip(column, blank, strict=True)]
+    is_text = not pd.api.types.is_numeric_dtype(column)
+    return [
+        Cell("") if empty else Cell(str(value) if is_text else f"{value:.{DIGITS}g}", float(number))
+        for value, number, empty in zip(column, numbers, blank, strict=True)
+    ]
+
+
+def tables_page(title: str, introduction: str, sections: list[Section]) -> str:
+    """One page with every table, each under its title."""
+    return render_page(
+        FOLDER / "tables.html",
+        title=title,
+        introduction=introduction,
+        sections=sections,
+        style=embed_files(FOLDER, "page.css"),
+        script=embed_files(FOLDER, "tables.js"),
+    )

@@ -1,0 +1,242 @@
+"""The explorer in a browser: the library's numbers, nothing fetched, and a page that can be read on a phone."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.config.averaging import AveragingConfig
+from millprint.config.fingerprint import DESCRIPTORS, InverseConfig
+from millprint.config.load import read_yaml
+from millprint.config.proposals import PredictionConfig
+from millprint.doe.runs import YIELD
+from millprint.errors import ConfigError
+from millprint.explorer.content import explorer_content, sliders
+from millprint.explorer.page import explorer_page
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import Allowed, rank_conditions
+from millprint.predict.answer import range_warnings, trained_ranges
+from millprint.predict.archive import load_averaged, save_averaged, training_rows
+from millprint.predict.averaging import average, fit_library
+from tests.browser import DESKTOP, PHONE, answer_of, fetched, needs_browser, overflow_of, screenshot
+from tests.conftest import ROOT
+from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
+from tests.unit.yield_settings import all_runs, thesis_yields
+
+CONTACTS = ("calibrated", "steel")
+CHEMICAL = ("bpr", "molar_ratio", "time_h")
+BANDS = (
+    *("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W"),
+    *("power_W", "tangential_share"),
+)
+LEVEL = 0.95
+
+
+def _fingerprint(contact: str, seed: int) -> Fingerprint:
+    """A mill that departs from the scaling, so that every part of the model has something to say."""
+    generator = np.random.default_rng(seed)
+    runs = [
+        summary(fill, diameter, speed, contact, noise=0.05 * generator.standard_normal() + 0.1 * (diameter > 5))
+        for fill in FILLS[1:-2:2]
+        for diameter in (5.0, 10.0)
+        for speed in (600.0, 1200.0)
+    ]
+    return Fingerprint.fit(tabulate_descriptors(runs + overrides(contact=contact), "gap_3ms"), VOLUME, 0.95)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> dict:
+    """Two fingerprints, a yield model with every link and kind of structure, and the page of both."""
+    folder = tmp_path_factory.mktemp("explorer")
+    paths = [folder / f"fingerprint_{contact}.json" for contact in CONTACTS]
+    for seed, (contact, path) in enumerate(zip(CONTACTS, paths, strict=True)):
+        _fingerprint(contact, seed).write(path)
+    section = thesis_yields()
+    settings = AveragingConfig(
+        **section["averaging"]
+        | {
+            "structures": ["trend_product"],
+            "scales": {name: scales[-1:] for name, scales in section["averaging"]["scales"].items()},
+            "smallest_weight": 1e-9,
+        }
+    )
+    rows = all_runs()
+    model = average(fit_library(rows, rows[YIELD].to_numpy(float), settings), settings)
+    save_averaged(model, rows, settings.margin, str(folder / "yield.json"))
+    request = InverseConfig(**read_yaml(ROOT / "config/config.yaml")["fingerprint"]["inverse"])
+    request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})
+    prediction = PredictionConfig(**section["prediction"])
+    content = explorer_content("test", "A mill <of> ours", paths, folder / "yield.json", request, prediction, LEVEL)
+    page = folder / "explorer.html"
+    page.write_text(explorer_page(content))
+    return {
+        "page": page,
+        "folder": folder,
+        "content": content,
+        "fingerprints": [Fingerprint.read(path) for path in paths],
+        "yield": folder / "yield.json",
+        "prediction": prediction,
+        "request": request,
+    }
+
+
+def _states(content: dict, count: int) -> list[dict]:
+    """Conditions at random, half over all that the sliders can reach and half over what was simulated."""
+    generator = np.random.default_rng(7)
+    trained = {name: (0.8 * low, 1.2 * high) for name, (low, _, high) in content["chemistry"].items()}
+    simulated = content["fingerprints"][0]["about"]["ranges"]
+    inside = {name: simulated[name] for name in content["sliders"]}
+    return [
+        {"contact": k % 2, **{name: float(generator.uniform(*ends)) for name, ends in (ranges | trained).items()}}
+        for ranges in (content["sliders"], inside)
+        for k in range(count // 2)
+    ]
+
+
+def _library(run: dict, state: dict) -> dict:
+    """What the library says of a state of the page."""
+    condition = {name: state[name] for name in ("speed_hz", "ball_diameter_m", "fill_ratio", "density_kg_m3")}
+    found = run["fingerprints"][state["contact"]].predict(**condition)
+    rows = pd.DataFrame(
+        [
+            {name: state[name] for name in CHEMICAL}
+            | {
+                "normal_energy_uJ": 1e6 * found.normal_energy_J.value,
+                "tangential_energy_uJ": 1e6 * found.tangential_energy_J.value,
+                "specific_frequency_hz": found.frequency_per_ball_hz.value,
+            }
+        ]
+    )
+    model = load_averaged(str(run["yield"]))
+    lower, upper = model.interval(rows, LEVEL)
+    told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
+    return {
+        "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],
+        "balls": found.balls,
+        "outside": sorted(found.outside),
+        "yield": [float(model.predict(rows)[0]), float(lower[0]), float(upper[0])],
+        "not_trained": sorted(text.split(" = ")[0] for text in told.split("; ") if text),
+    }
+
+
+@needs_browser
+def test_the_page_computes_what_the_library_computes(run, tmp_path):
+    states = _states(run["content"], 24)
+    script = f"""
+      const ends = (band) => [band.value, band.lower, band.upper];
+      return {states!r}.map((state) => {{
+        const found = explorer.answer(state, explorer.fingerprints[state.contact]);
+        return {{ bands: {list(BANDS)!r}.map((name) => ends(found[name])), balls: found.balls,
+          outside: [...found.outside].sort(), yield: ends(found.yield_percent),
+          not_trained: found.yield_percent.outside.map((each) => each.name).sort() }};
+      }});"""
+    ours, theirs = answer_of(run["page"], script, tmp_path), [_library(run, state) for state in states]
+    for key in ("bands", "yield"):
+        np.testing.assert_allclose(
+            np.array([each[key] for each in ours]), np.array([each[key] for each in theirs]), rtol=1e-6, atol=1e-9
+        )
+    for key in ("balls", "outside", "not_trained"):
+        assert [each[key] for each in ours] == [each[key] for each in theirs]
+    assert any(each["outside"] for each in theirs) and any(not each["outside"] for each in theirs)
+
+
+@needs_browser
+@pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
+def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, tmp_path, left_open):
+    wanted = run["request"].targets[0].wanted
+    target = {name: wanted[name] for name in DESCRIPTORS if name not in left_open}
+    script = f"""
+      const rows = await explorer.search({target!r});
+      return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,
+        row.condition.fill_ratio, row.condition.speed_hz * 60]);"""
+    ours = np.array(answer_of(run["page"], script, tmp_path))
+    request = run["request"]
+    allowed = Allowed(tuple(speed / 60 for speed in request.speeds_rpm), tuple(request.fill_ratios), (5e-3, 10e-3))
+    weights = request.weights.model_dump()
+    table = rank_conditions(target, run["fingerprints"], allowed, weights, request.ranked)
+    theirs = table[["distance", "ball_diameter_mm", "fill_ratio", "speed_rpm"]].to_numpy(float)
+    assert len(ours) == len(theirs) > 2
+    np.testing.assert_allclose(ours[:, 0], theirs[:, 0], rtol=1e-4, atol=1e-6)
+    apart = theirs[:, 0] > 1e-5
+    np.testing.assert_allclose(ours[apart, 1:], theirs[apart, 1:], rtol=2e-3)
+
+
+@needs_browser
+def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(run, tmp_path):
+    script = """
+      const shown = () => [...document.querySelectorAll("#results dd:nth-of-type(1)")].map((e) => e.textContent);
+      const slide = (name, value) => { const slider = document.getElementById(name); slider.value = value;
+        slider.dispatchEvent(new Event("input")); };
+      slide("speed_hz", 700); const before = shown(); const quiet = document.getElementById("outside").textContent;
+      slide("speed_hz", 1100); const after = shown();
+      slide("speed_hz", 2400); const warned = document.getElementById("outside").textContent;
+      return { before, after, quiet, warned, hint: document.getElementById("speed_hz-hint").textContent,
+        charts: document.querySelectorAll("#charts svg[role=img][aria-label]").length };"""
+    said = answer_of(run["page"], script, tmp_path)
+    # The speed changes neither the tangential share by much nor what is weighed in; all else moves.
+    assert sum(one != other for one, other in zip(said["before"], said["after"], strict=True)) >= 7
+    assert "Not simulated" not in said["quiet"] and "Not simulated: speed" in said["warned"]
+    assert said["hint"].startswith("outside") and "600 to 1200 rpm" in said["hint"]
+    assert said["charts"] == 5
+
+
+@needs_browser
+def test_the_search_form_fills_its_table_and_sets_the_sliders(run, tmp_path):
+    script = """
+      document.getElementById("take").click();
+      await explorer.showSearch();
+      const rows = document.querySelectorAll("#found tbody tr");
+      explorer.state.speed_hz = 20; rows[0].querySelector("button").click();
+      return { rows: rows.length, speed: explorer.state.speed_hz * 60, shown: !document.getElementById("found").hidden,
+        met: rows[0].querySelectorAll(".met").length };"""
+    said = answer_of(run["page"], script, tmp_path)
+    assert said["rows"] > 2 and said["shown"] and said["met"] == 3
+    # The target was that of the first condition, so the nearest condition is that one.
+    assert said["speed"] == pytest.approx(900, rel=0.01)
+
+
+@needs_browser
+def test_nothing_is_fetched(run, tmp_path):
+    assert fetched(run["page"], tmp_path) == []
+    # The same look at a page that does ask for something.
+    (tmp_path / "asks.html").write_text("<head></head><img src='http://example.org/a.png'>")
+    assert fetched(tmp_path / "asks.html", tmp_path) == ["http://example.org/a.png"]
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "height"), [(DESKTOP, 1500), (PHONE, 3600)])
+def test_the_page_can_be_read_at_desktop_and_phone_width(run, tmp_path, width, height):
+    picture = screenshot(run["page"], width, height, tmp_path / f"explorer_{width}.png")
+    assert picture.size == (width, height)
+    # A page that failed to draw is one colour; this one has ink on paper all the way down.
+    shades = np.asarray(picture.convert("L")).reshape(6, -1)
+    assert (shades.std(axis=1) > 5).all()
+    measured = overflow_of(run["page"], tmp_path, width)
+    assert measured["width"] == width and measured["beyond"] <= 0
+    assert measured["smallest"] >= 10
+
+
+def test_text_of_the_run_cannot_end_the_script_or_become_markup(run):
+    text = run["page"].read_text()
+    assert "A mill &lt;of&gt; ours" in text and "<of>" not in text
+    assert text.count("</script>") == 1
+    assert "https://" not in text and "src=" not in text
+
+
+def test_sliders_reach_past_what_was_simulated(run):
+    about = {"ranges": {"speed_hz": [10, 20], "fill_ratio": [0.1, 0.5], "ball_diameter_m": [0.01, 0.01]}}
+    about["ranges"]["density_kg_m3"] = [7700, 7700]
+    found = sliders([about], run["request"])
+    assert found["speed_hz"] == pytest.approx([5 / 1.25, 2000 / 60 * 1.25])
+    assert found["density_kg_m3"] == pytest.approx([3850, 15400])
+    assert found["fill_ratio"][1] == 0.6
+
+
+def test_another_file_is_refused_in_one_line(run, tmp_path):
+    other = tmp_path / "other.json"
+    other.write_text("{}")
+    with pytest.raises(ConfigError, match="format"):
+        explorer_content("test", "A mill", [other], run["yield"], run["request"], run["prediction"], LEVEL)
+    assert Path(run["page"]).is_file()
