@@ -1,5 +1,6 @@
 """Files that are whole or absent: tables, JSON and any other output, written beside their name and renamed."""
 
+import glob
 import json
 import os
 from collections.abc import Iterator
@@ -7,22 +8,41 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
+import psutil
 
-from millprint.errors import ConfigError
+from millprint.errors import ConfigError, DamagedFile
+
+# Every file that this process has written whole, for the record of its job.
+written: list[Path] = []
 
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error."""
+    """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error.
+
+    What was written is on the disk before the name is: neither a killed job nor a lost power supply leaves half a file.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    _drop_left_overs(path)
     # The suffix stays last: writers (matplotlib, h5py, pandas) choose a format by it.
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
     try:
         yield partial
+        with open(partial, "rb+") as file:
+            os.fsync(file.fileno())
         os.replace(partial, path)
+        written.append(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _drop_left_overs(path: Path) -> None:
+    """Remove what killed processes had begun to write in place of `path`."""
+    for partial in path.parent.glob(f".partial.*.{glob.escape(path.name)}"):
+        number = partial.name.split(".")[2]
+        if number.isdecimal() and not psutil.pid_exists(int(number)):
+            partial.unlink(missing_ok=True)
 
 
 def write_table(frame: pd.DataFrame, path: str | Path, digits: int = 8) -> None:
@@ -64,5 +84,8 @@ def write_json(content: dict, path: str | Path) -> None:
 
 
 def read_json(path: str | Path) -> dict:
-    """Read a JSON file."""
-    return json.loads(Path(path).read_text())
+    """Read a JSON file. Raises DamagedFile for one that is not."""
+    try:
+        return json.loads(Path(path).read_text())
+    except ValueError as error:
+        raise DamagedFile(f"{path}: not valid JSON ({error}); delete it and run the same command again") from None
