@@ -60,14 +60,19 @@ def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) 
         frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str))
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not a tab-separated table ({error})") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
+        raise ConfigError(f"{path}: not a tab-separated table ({' '.join(str(error).split())})") from None
+    if not isinstance(frame.index, pd.RangeIndex):
+        raise ConfigError(f"{path}: a row has more columns than the {len(frame.columns)} of the header")
     for column in [*numeric, *text]:
         if column not in frame.columns:
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
     for column in numeric:
         values = pd.to_numeric(frame[column], errors="coerce")
-        bad = values.isna() | ~values.abs().lt(float("inf"))
+        # A column of true and false alone is read as numbers.
+        bad = values.isna() | ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
         if bad.any():
             row = int(bad.idxmax())
             raise ConfigError(

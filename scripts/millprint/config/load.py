@@ -11,6 +11,9 @@ from millprint.config.section import TRUTH, kind_of, nested_models
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 
+# Faults that are shown; a list of a wrong type has one for each of its items.
+MOST_FAULTS = 20
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -87,7 +90,11 @@ def check_model(content: object, model: type[Model], source: str | Sequence[str]
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise ConfigError("\n".join(_line(source, model, item) for item in error.errors())) from None
+        faults = error.errors()
+        lines = [_line(source, model, item) for item in faults[:MOST_FAULTS]]
+        if len(faults) > MOST_FAULTS:
+            lines.append(f"... and {len(faults) - MOST_FAULTS} more")
+        raise ConfigError("\n".join(lines)) from None
 
 
 def read_part(path: str | Path, section: str, model: type[Model], whole: type[BaseModel] | None = None) -> Model:

@@ -12,6 +12,9 @@ LARGEST_BYTES = 4_000_000
 MOST_VALUES = 200_000
 DEEPEST = 60
 
+# What the loader raises for an empty or odd text below a tag such as !!int, besides its own errors.
+ODD = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
+
 _Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -43,8 +46,15 @@ def read_yaml(path: str | Path) -> object:
         raise ConfigError(f"{path}: no such file") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    # Texts that look like a date or a number of another base may fail in the loader's own conversion.
-    except (yaml.YAMLError, ValueError, TypeError, OverflowError, RecursionError) as error:
+    except (
+        yaml.YAMLError,
+        ValueError,
+        TypeError,
+        LookupError,
+        AttributeError,
+        ArithmeticError,
+        RecursionError,
+    ) as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise ConfigError(f"{path}: not valid YAML ({what})") from None
     _check_size(content, path)

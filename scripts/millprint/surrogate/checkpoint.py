@@ -32,12 +32,17 @@ def identity(recipe: Recipe, statistics: dict[str, torch.Tensor]) -> str:
     return total.hexdigest()
 
 
+def _as_bytes(content: dict) -> bytes:
+    """What torch would write; into a file it would write the file's name too, and that has a process in it."""
+    held = io.BytesIO()
+    torch.save(content, held)
+    return held.getvalue()
+
+
 def write_checkpoint(path: str | Path, content: dict) -> None:
     """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
     with whole_file(path) as partial:
-        held = io.BytesIO()
-        torch.save(content, held)
-        partial.write_bytes(bytes(BLOCK) + held.getvalue())
+        partial.write_bytes(bytes(BLOCK) + _as_bytes(content))
         seal(partial)
 
 
@@ -60,7 +65,7 @@ def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
     """Write the weights, with the recipe that gives them a shape; they load with weights_only=True."""
     state = {name: value.cpu() for name, value in model.state_dict().items()}
     with whole_file(path) as partial:
-        torch.save({"recipe": recipe.model_dump(mode="json"), "state": state}, partial)
+        partial.write_bytes(_as_bytes({"recipe": recipe.model_dump(mode="json"), "state": state}))
 
 
 def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
