@@ -10,10 +10,15 @@ min_version("9.0")
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 
 from millprint.config.checks import load_workflow, stop_on_bad_input
+from millprint.config.strict_yaml import read_yaml
 from millprint.digest import library_digest
 from millprint.machine import prepare_environment
 
 prepare_environment()
+
+with stop_on_bad_input():
+    # Snakemake's own reader takes the last of two equal keys, and any number of aliases.
+    read_yaml("config/config.yaml")
 
 
 configfile: "config/config.yaml"
@@ -33,6 +38,7 @@ with stop_on_bad_input():
         check_before_running(CONFIG, MILLS, CONTACTS, CASES, CONFIG_FILES[-1])
 
 
+include: "workflow/rules/faults.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/doe.smk"
 include: "workflow/rules/dem.smk"

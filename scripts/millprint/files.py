@@ -1,5 +1,6 @@
 """Files that are whole or absent: tables, JSON and any other output, written beside their name and renamed."""
 
+import glob
 import json
 import os
 from collections.abc import Iterator
@@ -7,22 +8,41 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
+import psutil
 
-from millprint.errors import ConfigError
+from millprint.errors import ConfigError, DamagedFile
+
+# Every file that this process has written whole, for the record of its job.
+written: list[Path] = []
 
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error."""
+    """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error.
+
+    What was written is on the disk before the name is: neither a killed job nor a lost power supply leaves half a file.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
+    _drop_left_overs(path)
     # The suffix stays last: writers (matplotlib, h5py, pandas) choose a format by it.
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
     try:
         yield partial
+        with open(partial, "rb+") as file:
+            os.fsync(file.fileno())
         os.replace(partial, path)
+        written.append(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _drop_left_overs(path: Path) -> None:
+    """Remove what killed processes had begun to write in place of `path`."""
+    for partial in path.parent.glob(f".partial.*.{glob.escape(path.name)}"):
+        number = partial.name.split(".")[2]
+        if number.isdecimal() and not psutil.pid_exists(int(number)):
+            partial.unlink(missing_ok=True)
 
 
 def write_table(frame: pd.DataFrame, path: str | Path, digits: int = 8) -> None:
@@ -40,14 +60,19 @@ def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) 
         frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str))
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not a tab-separated table ({error})") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
+        raise ConfigError(f"{path}: not a tab-separated table ({' '.join(str(error).split())})") from None
+    if not isinstance(frame.index, pd.RangeIndex):
+        raise ConfigError(f"{path}: a row has more columns than the {len(frame.columns)} of the header")
     for column in [*numeric, *text]:
         if column not in frame.columns:
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
     for column in numeric:
         values = pd.to_numeric(frame[column], errors="coerce")
-        bad = values.isna() | ~values.abs().lt(float("inf"))
+        # A column of true and false alone is read as numbers.
+        bad = values.isna() | ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
         if bad.any():
             row = int(bad.idxmax())
             raise ConfigError(
@@ -64,5 +89,8 @@ def write_json(content: dict, path: str | Path) -> None:
 
 
 def read_json(path: str | Path) -> dict:
-    """Read a JSON file."""
-    return json.loads(Path(path).read_text())
+    """Read a JSON file. Raises DamagedFile for one that is not."""
+    try:
+        return json.loads(Path(path).read_text())
+    except ValueError as error:
+        raise DamagedFile(f"{path}: not valid JSON ({error}); delete it and run the same command again") from None

@@ -1,6 +1,8 @@
 """What a job shows: a log file that says what was done and how long it took, and a bar with a time to go."""
 
+import errno
 import logging
+import re
 import sys
 import time
 import warnings
@@ -10,16 +12,32 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from millprint import files
 from millprint.errors import MillprintError
+from millprint.liveness import end_with_run, wait_for_turn
+from millprint.records import read_record, record_path, write_record
 
 logger = logging.getLogger("millprint")
+
+# A disk that is full, a quota, a file larger than it may be.
+FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota is used up",
+        errno.EFBIG: "larger than a file may be here"}  # fmt: skip
 
 
 @contextmanager
 def job(log_path: str, title: str) -> Iterator[logging.Logger]:
-    """Log one job to `log_path`; an error of the user's ends the job with one line instead of a traceback."""
+    """Log one job to `log_path`; an error of the user's ends the job with one line instead of a traceback.
+
+    The files that it writes are recorded beside the log. It ends with the run that started it, and waits until an
+    earlier attempt at it has ended.
+    """
+    end_with_run()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)
-    handler = logging.FileHandler(log_path, mode="w")
+    handler = logging.FileHandler(log_path, mode="a")
+    wait_for_turn(handler.stream)
+    handler.stream.truncate(0)
+    record, before = record_path(log_path), read_record(record_path(log_path))
+    record.unlink(missing_ok=True)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%Y-%m-%d %H:%M:%S"))
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
@@ -28,11 +46,21 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     warnings.simplefilter("default")
     start = time.perf_counter()
     logger.info("%s: begin", title)
+    files.written.clear()
     try:
         yield logger
+        write_record(record, files.written, before)
     except MillprintError as error:
         logger.error("%s", error)
         print(f"error: {title}: {error}", file=sys.stderr)
+        raise SystemExit(1) from None
+    except OSError as error:
+        if not (reason := _full(error)):
+            logger.exception("%s: failed", title)
+            raise
+        message = f"{error.filename or log_path}: {reason}; make room and run the same command again"
+        logger.error("%s", message)
+        print(f"error: {title}: {message}", file=sys.stderr)
         raise SystemExit(1) from None
     except BaseException:
         logger.exception("%s: failed", title)
@@ -42,6 +70,12 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     finally:
         logger.removeHandler(handler)
         handler.close()
+
+
+def _full(error: OSError) -> str | None:
+    """What an error of a disk without room says; HDF5 gives the number in words only."""
+    found = re.search(r"errno = (\d+)", str(error))
+    return FULL.get(error.errno or (int(found.group(1)) if found else 0))
 
 
 def progress(total: float, what: str, unit: str = "it", **options) -> tqdm:

@@ -6,9 +6,11 @@ from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.override import overridden
+from millprint.config.paths import check_paths
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
+from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.packing import capacity
 from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
 from millprint.doe.literature import read_literature, read_reported_yields
@@ -31,6 +33,7 @@ def check_before_running(
     source: str,
 ) -> None:
     """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
+    check_paths(config, source)
     check_tables(config, source)
     bodies = checked_bodies(mills)
     media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
@@ -46,6 +49,7 @@ def check_before_running(
         except ConfigError as error:
             raise ConfigError(f"{source}: {error}") from None
         check_step(config, contact, case, source)
+        check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
     check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
     faults = [*fingerprint_faults(config, cases, source), *calibration_faults(config, mills, contacts)]
@@ -88,6 +92,13 @@ def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, source: str) 
             f"{source}: sweeps: ball_diameters_mm = {diameter_mm:g}: a ball of that size does not fit in mill {mill}; "
             f"at most {widest:.3g} mm"
         )
+    sites = sites_of(vessel, diameter_mm / 1000)
+    if sites > MOST_SITES:
+        smallest = diameter_mm * (sites / MOST_SITES) ** (1 / 3)
+        raise ConfigError(
+            f"{source}: sweeps: ball_diameters_mm = {diameter_mm:g}: too small to simulate, {sites:.2g} of them "
+            f"have room in mill {mill}; at least {smallest:.3g} mm"
+        )
 
 
 def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, source: str) -> None:
@@ -100,6 +111,27 @@ def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, sou
         raise ConfigError(f"{place} do not fit in mill {mill.name}; at most {most * ball_volume / volume:.2g}")
     if balls < 1:
         raise ConfigError(f"{place} in mill {mill.name}; one ball needs at least {ball_volume / volume:.2g}")
+
+
+def check_cost(
+    config: WorkflowConfig, mill: MillConfig, contact: ContactConfig, case: Case, bodies: list[Body], source: str
+) -> None:
+    """A case must come to an end, and fit into the memory of a machine."""
+    stiffness = contact.young_modulus_gpa * 1e9
+    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
+    step = wanted_step(case, config.dem, rayleigh)
+    days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
+    if days > MOST_DAYS:
+        raise ConfigError(
+            f"{source}: sweeps: case {case.path} would take about {days:.2g} days on one core (limit {MOST_DAYS}); "
+            "look at its speed, its durations, its balls, time_step_s and snapshot_interval_s"
+        )
+    if size > MOST_BYTES:
+        raise ConfigError(
+            f"{source}: sweeps: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
+            "look at snapshot_interval_s, window_s, dem.ledger_samples_per_revolution and dem.occupancy_cell_m"
+        )
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:

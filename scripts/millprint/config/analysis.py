@@ -25,7 +25,7 @@ class AnalysisConfig(DesignConfig):
         min_length=1, description="terms of the analysis of variance in the order of the type I sums, such as A or A:B"
     )
     confidence: Fraction = Field(default=0.95, description="level of the intervals of the effect sizes [-]")
-    simulations: Annotated[int, Field(ge=100)] = Field(
+    simulations: Annotated[int, Field(ge=100, le=100_000)] = Field(
         default=2000, description="simulated sets of normal errors behind the residual checks' p-values"
     )
     repeatability_percent: Positive | None = Field(

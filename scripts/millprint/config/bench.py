@@ -6,9 +6,7 @@ from pydantic import Field, model_validator
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry, CylinderGeometry
-from millprint.config.section import Name, NonNegative, Positive, Section
-
-Count = Annotated[int, Field(ge=1)]
+from millprint.config.section import Count, Name, NonNegative, Positive, Section
 
 
 class BenchCase(Section):
@@ -76,7 +74,7 @@ class PhysicsConfig(Section):
     box: BoxGeometry
     balls: Count = Field(description="number of balls [-]")
     ball_diameter_mm: Positive = Field(description="their diameter [mm]")
-    seeds: Annotated[int, Field(ge=2)] = Field(description="runs of each code, from as many starts [-]")
+    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="runs of each code, from as many starts [-]")
     discard_s: NonNegative = Field(description="time of motion left out of the means [s]")
     window_s: Positive = Field(description="time of motion averaged over [s]")
     laws: list[PhysicsLaw] = Field(min_length=1, description="contact laws to compare")
@@ -86,8 +84,12 @@ class QuickConfig(Section):
     """What the quick bench runs in place of the whole one."""
 
     time_share: Positive = Field(le=1, description="share of the times driven, discarded and averaged [-]")
-    repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
-    seeds: Annotated[int, Field(ge=2)] = Field(description="runs of each code in the comparison of means [-]")
+    repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
+        description="interleaved repetitions of every timing [-]"
+    )
+    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(
+        description="runs of each code in the comparison of means [-]"
+    )
 
 
 class BenchConfig(Section):
@@ -98,7 +100,9 @@ class BenchConfig(Section):
     speed_rpm: Positive = Field(description="speed of the mill [rpm]")
     time_step_s: Positive = Field(description="integration step, made a little smaller to divide a revolution [s]")
     settle_s: Positive = Field(description="time for the balls to come to rest before the shared start [s]")
-    repetitions: Annotated[int, Field(ge=3)] = Field(description="interleaved repetitions of every timing [-]")
+    repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
+        description="interleaved repetitions of every timing [-]"
+    )
     cylinder: CylinderGeometry
     cases: list[BenchCase] = Field(min_length=1, description="the timed cases")
     large: LargeCase

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Vector
+from millprint.config.section import Fraction, Name, NonNegative, Positive, ProjectFile, Section, Seed, Vector
 
 FEWEST_DROPS = 2
 Coefficient = Annotated[float, Field(ge=1e-4, le=10)]
@@ -18,7 +18,7 @@ class DropTestConfig(Section):
     heights_mm: list[Positive] = Field(
         min_length=FEWEST_DROPS, description="heights that simulated balls fall from, over the floor [mm]"
     )
-    measured: str | None = Field(
+    measured: ProjectFile | None = Field(
         default=None,
         description="table of measured drops (drop_height_mm, bounce_height_mm), from the project's root; none if "
         "left out",
@@ -55,7 +55,7 @@ class ExperimentConfig(Section):
         description="contact set whose restitution, density and elasticity are kept; its friction pair is the one to "
         "recover where the track is simulated"
     )
-    track: str | None = Field(
+    track: ProjectFile | None = Field(
         default=None,
         description="table of the measured track (time_s, and across_mm, height_mm or both), from the project's root; "
         "left out, a track is simulated",
@@ -86,7 +86,7 @@ class OscillationConfig(Section):
     noise_mm: NonNegative = Field(
         description="standard deviation of the error that is added to a simulated track, in both directions [mm]"
     )
-    seed: Annotated[int, Field(ge=0)] = Field(description="seed of that error")
+    seed: Seed = Field(description="seed of that error")
     release_uncertainty_s: NonNegative = Field(
         default=0.02, description="how far the release may lie from time 0 of a track; 0 to take it as known [s]"
     )

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from millprint.config.section import Name, NonNegative, Positive, Section
+from millprint.config.section import Name, Section
 
 
 class ContactConfig(Section):
@@ -11,8 +11,8 @@ class ContactConfig(Section):
     name: Name = Field(description="name of the set, equal to the file's name")
     source: str = Field(description="where the numbers come from")
     restitution: float = Field(gt=0, le=1, description="coefficient of restitution e [-], thesis Eq. 3.19")
-    static_friction: NonNegative = Field(description="static friction coefficient mu [-]")
-    rolling_friction: NonNegative = Field(description="rolling friction coefficient mu_r [-], thesis Eq. 3.16")
-    density_kg_m3: Positive = Field(description="density of the balls [kg/m3]")
-    young_modulus_gpa: Positive = Field(description="Young's modulus of balls and walls [GPa]")
+    static_friction: float = Field(ge=0, le=100, description="static friction coefficient mu [-]")
+    rolling_friction: float = Field(ge=0, le=100, description="rolling friction coefficient mu_r [-], thesis Eq. 3.16")
+    density_kg_m3: float = Field(ge=1, le=1e5, description="density of the balls [kg/m3]")
+    young_modulus_gpa: float = Field(ge=1e-6, le=1e5, description="Young's modulus of balls and walls [GPa]")
     poisson_ratio: float = Field(gt=-1, lt=0.5, description="Poisson's ratio of balls and walls [-]")

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from millprint.config.section import NonNegative, Section
 
-RuleName = Annotated[str, Field(pattern=r"^[a-z][A-Za-z0-9_]*$")]
+RuleName = Annotated[str, Field(pattern=r"^[a-z][A-Za-z0-9_]*$", max_length=60)]
 
 
 class CountingRule(Section):

@@ -3,11 +3,11 @@
 import re
 from itertools import pairwise
 from math import prod
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, Section, Seed
 
 Symbol = Annotated[str, Field(pattern=r"^[A-Z]$")]
 
@@ -27,13 +27,6 @@ class Factor(Section):
         max_length=10,
         description="values from low to high in the unit of the column, or the names of a factor without numbers",
     )
-
-    @field_validator("levels", mode="before")
-    @classmethod
-    def _no_truth_values(cls, levels: Any) -> Any:
-        if isinstance(levels, list) and any(isinstance(level, bool) for level in levels):
-            raise ValueError(f"levels = {levels}: YAML reads yes, no, on and off as true and false; quote them")
-        return levels
 
     @model_validator(mode="after")
     def _levels_differ(self) -> "Factor":
@@ -102,8 +95,10 @@ class DesignConfig(Section):
         default=[],
         description="generated factors, such as 'D = A + B + C' modulo the levels; none: a full factorial",
     )
-    replicates: Annotated[int, Field(ge=1)] = Field(default=1, description="how often each treatment is run [-]")
-    order_seed: Annotated[int, Field(ge=0)] = Field(description="seed of the randomised order of the runs")
+    replicates: Annotated[int, Field(ge=1, le=10_000)] = Field(
+        default=1, description="how often each treatment is run [-]"
+    )
+    order_seed: Seed = Field(description="seed of the randomised order of the runs")
 
     @property
     def symbols(self) -> list[str]:

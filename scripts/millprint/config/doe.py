@@ -3,14 +3,17 @@
 from pydantic import Field
 
 from millprint.config.analysis import AnalysisConfig
+from millprint.config.section import ProjectFile
 from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 
 
 class DoeConfig(AnalysisConfig):
     """Settings of the doe stage."""
 
-    literature: str = Field(description="table of the parameters that other groups report, from the project's root")
-    literature_yields: str = Field(description="table of the yields that they report, from the project's root")
+    literature: ProjectFile = Field(
+        description="table of the parameters that other groups report, from the project's root"
+    )
+    literature_yields: ProjectFile = Field(description="table of the yields that they report, from the project's root")
     chemistry: ChemistryConfig
     half_life: HalfLifeConfig
     powder: PowderConfig

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.counting import RuleName
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
 DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
 
@@ -15,7 +15,9 @@ Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 class LikeConfig(Section):
     """A condition of another mill, whose descriptors are wanted."""
 
-    fingerprint: str = Field(description="a fingerprint_CONTACT.json of that mill, as a path from the project's root")
+    fingerprint: ProjectFile = Field(
+        description="a fingerprint_CONTACT.json of that mill, as a path from the project's root"
+    )
     speed_rpm: Positive = Field(description="mill speed [rpm]")
     ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
     fill_ratio: Fraction = Field(description="fill ratio [-]")
@@ -61,7 +63,7 @@ class MatchConfig(Section):
         default=[], description="densities of the user's balls; those of the contact set if left out [kg/m3]"
     )
     weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
-    ranked: Annotated[int, Field(ge=1)] = Field(default=10, description="conditions to list for each target")
+    ranked: Count = Field(default=10, description="conditions to list for each target")
 
     @model_validator(mode="after")
     def _ranges_rise(self):
@@ -104,7 +106,7 @@ class FingerprintConfig(Section):
 
     counting_rule: RuleName = Field(description="what counts as one collision: the name of one of dem.counting_rules")
     interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
-    smooth_points: Annotated[int, Field(ge=20)] = Field(
+    smooth_points: Annotated[int, Field(ge=20, le=100_000)] = Field(
         default=200, description="points of the fitted curves between the smallest and the largest fill ratio"
     )
     cycle_fill_ratio: Fraction = Field(description="fill ratio at which revolutions are compared (Table 3.5) [-]")

@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
-import yaml
 from pydantic import BaseModel, ValidationError
 
-from millprint.config.section import kind_of, nested_models
+from millprint.config.section import TRUTH, kind_of, nested_models
+from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
+
+# Faults that are shown; a list of a wrong type has one for each of its items.
+MOST_FAULTS = 20
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -58,6 +61,8 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
 
 
 def _line(source: str | Sequence[str], model: type[BaseModel], error: dict) -> str:
+    if error["type"] == TRUTH:
+        error = {**error, "loc": (*error["loc"], error["ctx"]["key"]), "input": error["ctx"]["value"]}
     section, _ = _follow(model, error["loc"][:-1])
     _, place = _follow(model, error["loc"])
     if not isinstance(source, str):
@@ -85,17 +90,11 @@ def check_model(content: object, model: type[Model], source: str | Sequence[str]
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise ConfigError("\n".join(_line(source, model, item) for item in error.errors())) from None
-
-
-def read_yaml(path: str | Path) -> object:
-    """Read a YAML file with the safe loader; raises ConfigError with the place of a syntax error."""
-    try:
-        return yaml.safe_load(Path(path).read_text())
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not valid YAML ({' '.join(str(error).split())})") from None
+        faults = error.errors()
+        lines = [_line(source, model, item) for item in faults[:MOST_FAULTS]]
+        if len(faults) > MOST_FAULTS:
+            lines.append(f"... and {len(faults) - MOST_FAULTS} more")
+        raise ConfigError("\n".join(lines)) from None
 
 
 def read_part(path: str | Path, section: str, model: type[Model], whole: type[BaseModel] | None = None) -> Model:
@@ -116,12 +115,32 @@ def read_part(path: str | Path, section: str, model: type[Model], whole: type[Ba
     return check_model(content, model, str(path))
 
 
+def check_names_differ(folder: str | Path, names: Sequence[str], what: str) -> None:
+    """Raise ConfigError where another file of the folder has one of the `names` too: a copy that was not renamed."""
+    for path in sorted(Path(folder).glob("*.y*ml")):
+        if path.name in {f"{name}.yaml" for name in names}:
+            continue
+        try:
+            content = read_yaml(path)
+        except ConfigError:
+            # What is not used need not hold.
+            continue
+        name = content.get("name") if isinstance(content, dict) else None
+        if isinstance(name, str) and name in names:
+            raise ConfigError(
+                f"{path}: name = {name!r}: also the name of {Path(folder) / name}.yaml; give this {what} the name of "
+                f"its file, {path.stem!r}"
+            )
+
+
 def load_named(folder: str | Path, name: str, model: type[Model], what: str) -> Model:
     """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
     path = Path(folder) / f"{name}.yaml"
     known = sorted(file.stem for file in Path(folder).glob("*.yaml"))
     if name not in known:
-        raise ConfigError(f"{path}: unknown {what} {name!r}; known: {', '.join(known)}")
+        close = difflib.get_close_matches(name, known, n=1)
+        hint = f"; did you mean {close[0]}?" if close else ""
+        raise ConfigError(f"{path}: unknown {what} {name!r}; known: {', '.join(known)}{hint}")
     loaded = check_model(read_yaml(path), model, str(path))
     if loaded.name != name:
         raise ConfigError(f"{path}: name = {loaded.name!r}: must equal the file's name, {name!r}")

@@ -1,10 +1,12 @@
 """Mills (config/mills/*.yaml): geometry, motion, bodies inside the vessel, and where the numbers come from."""
 
+from typing import Annotated
+
 from pydantic import Field, model_validator
 
 from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, StlGeometry, VesselGeometry
 from millprint.config.motion import CircleMotion, Motion
-from millprint.config.section import Name, Positive, Section
+from millprint.config.section import Name, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
 
@@ -25,7 +27,9 @@ class MillConfig(Section):
     name: Name = Field(description="name of the mill, equal to the file's name")
     title: str = Field(description="what a person calls it")
     source: str = Field(description="where the numbers come from")
-    volume_ml: Positive = Field(description="nominal inner volume, to which fill ratios refer [mL]")
+    volume_ml: Annotated[float, Field(ge=0.01, le=1e7)] = Field(
+        description="nominal inner volume, to which fill ratios refer [mL]"
+    )
     geometry: VesselGeometry
     motion: Motion
     inserts: list[InsertConfig] = Field(default=[], description="solid bodies inside the vessel; none if left out")

@@ -5,9 +5,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.averaging import LinkName, Structure
-from millprint.config.section import Fraction, NonNegative, Positive, Section
+from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
-Count = Annotated[int, Field(ge=1)]
 Settings = Annotated[list[Positive], Field(min_length=1)]
 
 
@@ -35,16 +34,16 @@ class ProposalConfig(Section):
     level: Fraction = Field(description="level of the predictive intervals [-]")
     shortlist: Count = Field(description="conditions that are compared jointly, half by merit and half at random")
     draws: Count = Field(description="joint draws from the model behind the expected improvement")
-    seed: Annotated[int, Field(ge=0)] = Field(description="of the shortlist and the draws")
+    seed: Seed = Field(description="of the shortlist and the draws")
     region: RegionConfig
 
 
 class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
-    start_runs: Annotated[int, Field(ge=3)] = Field(description="runs known at the start")
+    start_runs: Annotated[int, Field(ge=3, le=100_000)] = Field(description="runs known at the start")
     starts: Count = Field(description="random starts, none of which holds the best run")
-    seed: Annotated[int, Field(ge=0)] = Field(description="of the starts")
+    seed: Seed = Field(description="of the starts")
     links: Annotated[list[LinkName], Field(min_length=1)] = Field(description="scales of the yield that are averaged")
     structures: Annotated[list[Structure], Field(min_length=1)] = Field(description="kernels that are averaged")
 
@@ -52,7 +51,7 @@ class RetrospectiveConfig(Section):
 class PredictionConfig(Section):
     """Yields of new conditions."""
 
-    conditions: str = Field(description="table of conditions: case and the six conditions")
+    conditions: ProjectFile = Field(description="table of conditions: case and the six conditions")
     model: str = Field(
         pattern=r"^(linear_primary|(gpr|rf|svr|xgb)_(primary|two_step)|averaged_gpr_(primary|final))$",
         description="stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs",

@@ -1,14 +1,38 @@
 """The base of every configuration model, and the quantities that the models share."""
 
+from dataclasses import dataclass
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+# The kind of a fault that lies with one key of a section, which its context names.
+TRUTH = "truth_value"
 
 
 class Section(BaseModel):
-    """A mapping in a YAML file: unknown keys, NaN and infinity are refused."""
+    """A mapping in a YAML file: unknown keys, NaN, infinity, and truth values for numbers or texts are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_truth_value_by_mistake(cls, content: Any) -> Any:
+        for name, value in content.items() if isinstance(content, dict) else ():
+            field = cls.model_fields.get(name)
+            if field and _holds_truth(value) and not _takes(field.annotation, bool):
+                words = "YAML reads yes, no, on and off as true and false; quote them, or give a number"
+                raise PydanticCustomError(TRUTH, words, {"key": name, "value": value})
+        return content
+
+
+def _holds_truth(value: Any) -> bool:
+    return isinstance(value, bool) or (isinstance(value, list | tuple) and any(map(_holds_truth, value)))
+
+
+def _takes(annotation: Any, kind: type) -> bool:
+    """Whether a type is part of a field's annotation."""
+    return annotation is kind or any(_takes(item, kind) for item in get_args(annotation))
 
 
 # Sizes and places of mills [mm], in bounds that no machine reaches and no number overflows in.
@@ -17,7 +41,22 @@ Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
 
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
+# Whole numbers that no job could count to, and seeds that a library would refuse, are errors of typing.
+Count = Annotated[int, Field(ge=1, le=10_000_000)]
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
+
+# Faster than any machine turns, by far [rpm].
+Speed = Annotated[float, Field(ge=0, le=100_000)]
+
+
+@dataclass(frozen=True)
+class InProject:
+    """Marks a text that is the path of a file inside the project; `millprint.preflight` holds it to that."""
+
+
+ProjectFile = Annotated[str, InProject()]
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=60)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]

@@ -4,12 +4,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from millprint.config.section import Name, NonNegative, Positive, Section
+from millprint.config.section import Count, Name, NonNegative, Positive, Section, Seed
 from millprint.config.sweep import Case
 from millprint.errors import ConfigError
 
 Value = bool | int | float | str | None
-Count = Annotated[int, Field(ge=1)]
 
 
 class SnapshotConfig(Section):
@@ -56,7 +55,9 @@ class NetworkConfig(Section):
     """Size of the network (thesis Table 6.3)."""
 
     width: Count = Field(description="neurons of each hidden layer and of the embeddings [-]")
-    mlp_layers: Annotated[int, Field(ge=2)] = Field(description="linear layers of each multi-layer perceptron [-]")
+    mlp_layers: Annotated[int, Field(ge=2, le=100_000)] = Field(
+        description="linear layers of each multi-layer perceptron [-]"
+    )
     interaction_layers: Count = Field(description="rounds of message passing L_p [-]")
 
 
@@ -76,7 +77,7 @@ class TrainingConfig(Section):
     threads: Count = Field(default=2, description="threads of the job, as far as there are cores [-]")
     checkpoint_every_s: Positive = Field(description="time between checkpoints, from which a killed job goes on [s]")
     validation_snapshots: Count = Field(description="snapshots in the validation loss [-]")
-    seed: Annotated[int, Field(ge=0)] = Field(description="of the weights, the order of snapshots and the noise")
+    seed: Seed = Field(description="of the weights, the order of snapshots and the noise")
 
 
 class RollOutConfig(Section):

@@ -6,9 +6,9 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
-from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
+from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 
-Threads = Annotated[int, Field(ge=1)]
+Threads = Annotated[int, Field(ge=1, le=1024)]
 
 
 class DemConfig(Section):
@@ -21,13 +21,13 @@ class DemConfig(Section):
     settle_s: Positive = Field(description="time for the balls to come to rest before the mill starts [s]")
     discard_s: NonNegative = Field(description="time of motion left out of every average [s]")
     window_s: Positive = Field(description="time of motion that is recorded [s]")
-    ledger_samples_per_revolution: Annotated[int, Field(ge=1)] = Field(
+    ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = Field(
         default=20, description="samples of the energy ledger in each revolution"
     )
     counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
         default=DEFAULT_RULES, min_length=1, description="what counts as one collision: every run counts by each rule"
     )
-    skin_m: Positive = Field(
+    skin_m: Annotated[float, Field(gt=0, le=0.1)] = Field(
         default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
     )
     overlap_max: Fraction = Field(default=0.15, description="overlap over the ball's radius at which a run fails [-]")
@@ -35,7 +35,7 @@ class DemConfig(Section):
         default=5e-4, description="time between samples of occupancy, granular temperature and ball height [s]"
     )
     occupancy_cell_m: Positive = Field(default=0.002, description="side of the occupancy grid's square cells [m]")
-    collision_rows_max: Annotated[int, Field(ge=0)] = Field(
+    collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = Field(
         default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
     )
     restart_interval_s: NonNegative = Field(
@@ -59,8 +59,8 @@ class SweepConfig(Section):
     contacts: list[Name] = Field(min_length=1, description="contact sets")
     ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters [mm]")
     fill_ratios: list[Fraction] = Field(min_length=1, description="ball volume over jar volume [-]")
-    speeds_rpm: list[NonNegative] = Field(min_length=1, description="mill speeds [rpm]")
-    seeds: list[Annotated[int, Field(ge=0)]] = Field(min_length=1, description="seeds of the starting positions")
+    speeds_rpm: list[Speed] = Field(min_length=1, description="mill speeds [rpm]")
+    seeds: list[Seed] = Field(min_length=1, description="seeds of the starting positions")
     young_moduli_gpa: list[Positive] | None = Field(
         default=None, description="Young's moduli in place of the contact set's [GPa]"
     )

@@ -4,9 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from millprint.config.section import Positive, Section
-
-Count = Annotated[int, Field(ge=1)]
+from millprint.config.section import Count, Positive, Section
 
 
 class ViewConfig(Section):

@@ -5,7 +5,7 @@ from typing import Annotated
 from molmass import Formula, FormulaError
 from pydantic import AfterValidator, Field
 
-from millprint.config.section import Positive, Section
+from millprint.config.section import Count, Positive, Section
 
 
 def _known_formula(text: str) -> str:
@@ -45,7 +45,7 @@ class HalfLifeConfig(Section):
 class PowderConfig(Section):
     """The charge of the jar in the screening runs."""
 
-    balls: Annotated[int, Field(ge=1)] = Field(description="number of balls in the jar [-]")
+    balls: Count = Field(description="number of balls in the jar [-]")
     ball_mass_g: Positive = Field(description="mass of all of them together [g]")
 
 

@@ -1,28 +1,31 @@
 """The root of config/config.yaml."""
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.convergence import ConvergenceConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, ProjectFile, Section
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
+# Folders that no result may be written into.
+SOURCES = ("config", "envs", "scripts", "tests", "workflow")
+
 
 class DataConfig(Section):
     """Measured tables, as paths from the project's root."""
 
-    screening: str = Field(description="the screening runs with their yields")
-    wear: str = Field(description="mass of the balls before and after milling")
-    regimes: str = Field(description="the five cases of chapter 4")
-    split: str = Field(description="the locked train-test split of the screening runs")
-    claims: str = Field(description="every number the thesis states, with a tolerance")
-    published: str = Field(description="published values shown as marks in figures")
+    screening: ProjectFile = Field(description="the screening runs with their yields")
+    wear: ProjectFile = Field(description="mass of the balls before and after milling")
+    regimes: ProjectFile = Field(description="the five cases of chapter 4")
+    split: ProjectFile = Field(description="the locked train-test split of the screening runs")
+    claims: ProjectFile = Field(description="every number the thesis states, with a tolerance")
+    published: ProjectFile = Field(description="published values shown as marks in figures")
 
 
 class WorkflowConfig(Section):
@@ -43,3 +46,13 @@ class WorkflowConfig(Section):
     partition: PartitionConfig
     yields: YieldConfig
     surrogate: SurrogateConfig
+
+    @model_validator(mode="after")
+    def _nothing_twice_and_nothing_overwritten(self) -> "WorkflowConfig":
+        names = [sweep.name for sweep in self.sweeps]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice:
+            raise ValueError(f"sweeps: two have the name {twice}")
+        if self.results.split("/")[0] in SOURCES:
+            raise ValueError(f"results = {self.results!r}: {self.results.split('/')[0]}/ holds the project's own files")
+        return self

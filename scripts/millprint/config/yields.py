@@ -6,12 +6,10 @@ from pydantic import Field, model_validator
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
-from millprint.config.section import Fraction, NonNegative, Positive, Section
+from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
 Algorithm = Literal["linear", "gpr", "rf", "svr", "xgb"]
 Strategy = Literal["primary", "two_step"]
-Count = Annotated[int, Field(ge=1)]
-Seed = Annotated[int, Field(ge=0)]
 Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 WholeInterval = Annotated[list[Count], Field(min_length=2, max_length=2)]
 
@@ -41,8 +39,8 @@ class RfSpace(Bounded):
 
     n_estimators: WholeInterval = Field(description="number of trees")
     max_depth: WholeInterval = Field(description="largest depth of a tree")
-    min_samples_split: Annotated[list[Annotated[int, Field(ge=2)]], Field(min_length=2, max_length=2)] = Field(
-        description="rows that a node needs to be split"
+    min_samples_split: Annotated[list[Annotated[int, Field(ge=2, le=100_000)]], Field(min_length=2, max_length=2)] = (
+        Field(description="rows that a node needs to be split")
     )
     min_samples_leaf: WholeInterval = Field(description="rows that a leaf needs")
 
@@ -90,18 +88,20 @@ class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
 
     evaluations: Evaluations = Field(description="sets of hyper-parameters that are tried for each step of a model")
-    folds: Annotated[int, Field(ge=2)] = Field(description="folds of the cross-validation")
+    folds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="folds of the cross-validation")
     repeats: Count = Field(description="repeats of the cross-validation, each shuffled anew")
 
 
 class HonestConfig(SearchConfig):
     """Evaluation over all runs, with scaling, search and fit repeated inside every outer fold."""
 
-    outer_folds: Annotated[int, Field(ge=2)] = Field(description="folds of the nested cross-validation")
+    outer_folds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="folds of the nested cross-validation")
     outer_repeats: Count = Field(description="repeats of the nested cross-validation, each shuffled anew")
     random_splits: Count = Field(description="random splits of the size of the locked one")
     permutations: Count = Field(description="shuffles of the yields among the runs, each cross-validated once")
-    conformal_folds: Annotated[int, Field(ge=2)] = Field(description="folds of the CV+ predictive intervals")
+    conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = Field(
+        description="folds of the CV+ predictive intervals"
+    )
     resamples: Count = Field(description="bootstrap resamples behind each interval")
     level: Fraction = Field(description="level of the bootstrap intervals [-]")
     seed: Seed = Field(description="of the outer folds, the shuffles and the bootstrap")
@@ -140,7 +140,7 @@ class TrainingConfig(Section):
 class YieldConfig(Section):
     """Settings of the yield stage (thesis chapter 5)."""
 
-    out_of_domain: str = Field(description="table of runs outside the trained domain (Table 5.7)")
+    out_of_domain: ProjectFile = Field(description="table of runs outside the trained domain (Table 5.7)")
     interval_level: Fraction = Field(description="level of the predictive intervals in tables and figures [-]")
     training: TrainingConfig
     search: SearchConfig

@@ -1,5 +1,6 @@
 """Restart: everything that a run needs to go on from where it was, bit for bit, in one HDF5 file."""
 
+import hashlib
 import json
 import logging
 from pathlib import Path
@@ -11,6 +12,7 @@ from millprint.dem import state
 from millprint.dem.recording import Recording
 from millprint.files import whole_file
 from millprint.kernel import kernel_digest
+from millprint.sealed import BLOCK, seal, unsealed
 
 logger = logging.getLogger("millprint")
 
@@ -20,32 +22,39 @@ PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts"
 
 
 def identity(simulation) -> str:
-    """What a restart file must agree on with the run that it continues: the configuration and the kernels' source."""
+    """What a restart file must agree on with the run that it continues: configuration, shapes, the kernels' source."""
     parts = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
-    return json.dumps({**parts, "kernels": kernel_digest()}, sort_keys=True)
+    shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
+    return json.dumps({**parts, "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
 
 
 def write_restart(path, simulation, recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
-    with whole_file(path) as partial, h5py.File(partial, "w") as file:
-        file.attrs["identity"] = identity(simulation)
-        file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
-        for name in BALLS:
-            file[f"balls/{name}"] = getattr(simulation.balls, name)
-        for group in ("candidates", "contacts"):
-            for name, array in getattr(simulation, group)._asdict().items():
-                file[f"{group}/{name}"] = array
-        file["totals"], file["counters"] = simulation.totals, simulation.counters
-        file["occupancy"], file["height"] = recording.occupancy, recording.height
-        for name in PIECES:
-            pieces = getattr(recording, name)
-            if pieces:
-                file[f"recording/{name}"] = np.concatenate(pieces)
-        # Contacts in a snapshot are counted from the beginning of its piece.
-        file["recording/piece_lengths"] = [len(piece) for piece in recording.snapshot_works]
-        file["recording/piece_contacts"] = [len(piece) for piece in recording.snapshot_contacts]
-        for c, column in enumerate(zip(*recording.contacts, strict=True)):
-            file[f"recording/contacts_{c}"] = np.concatenate(column)
+    with whole_file(path) as partial:
+        with h5py.File(partial, "w", userblock_size=BLOCK) as file:
+            _write_state(file, simulation, recording)
+        seal(partial)
+
+
+def _write_state(file: h5py.File, simulation, recording: Recording) -> None:
+    file.attrs["identity"] = identity(simulation)
+    file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
+    for name in BALLS:
+        file[f"balls/{name}"] = getattr(simulation.balls, name)
+    for group in ("candidates", "contacts"):
+        for name, array in getattr(simulation, group)._asdict().items():
+            file[f"{group}/{name}"] = array
+    file["totals"], file["counters"] = simulation.totals, simulation.counters
+    file["occupancy"], file["height"] = recording.occupancy, recording.height
+    for name in PIECES:
+        pieces = getattr(recording, name)
+        if pieces:
+            file[f"recording/{name}"] = np.concatenate(pieces)
+    # Contacts in a snapshot are counted from the beginning of its piece.
+    file["recording/piece_lengths"] = [len(piece) for piece in recording.snapshot_works]
+    file["recording/piece_contacts"] = [len(piece) for piece in recording.snapshot_contacts]
+    for c, column in enumerate(zip(*recording.contacts, strict=True)):
+        file[f"recording/contacts_{c}"] = np.concatenate(column)
 
 
 def read_restart(path, simulation, recording: Recording) -> bool:
@@ -56,6 +65,7 @@ def read_restart(path, simulation, recording: Recording) -> bool:
     if not Path(path).is_file():
         return False
     try:
+        unsealed(path)
         with h5py.File(path, "r") as file:
             if file.attrs["identity"] != identity(simulation):
                 logger.info("%s belongs to other settings or to another version: starting anew", path)

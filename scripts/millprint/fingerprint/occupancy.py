@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from millprint.errors import ConfigError
+from millprint.hdf5 import open_hdf5
 
 DATASETS = ("edges_x_m", "edges_y_m", "count", "granular_temperature")
 
@@ -44,7 +44,7 @@ def occupancy_map(title: str, edges_x, edges_y, count, temperature) -> Occupancy
 
 def read_occupancy(path: str | Path, title: str) -> OccupancyMap:
     """Read the grid of a run.h5; raises ConfigError for a file without one."""
-    with h5py.File(path) as run:
+    with open_hdf5(path) as run:
         group = run.get("occupancy")
         missing = [name for name in DATASETS if group is None or name not in group]
         if missing:

@@ -19,6 +19,8 @@ from millprint.mill.merge import FLAT, half_edges, merge_coplanar
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
 SMALLEST_M, LARGEST_M = 3e-3, 3.0
+# Files of more triangles take minutes to check, and their curves more facets than a simulation can do with.
+MOST_TRIANGLES = 500_000
 
 
 def _mm(point: np.ndarray) -> str:
@@ -42,6 +44,8 @@ def read_triangles(geometry: StlGeometry, place: str) -> tuple[np.ndarray, np.nd
         raise ConfigError(f"{place}: cannot be read as {path.suffix.lower()} ({what})") from None
     if triangles.ndim != 2 or len(triangles) < 4:
         raise ConfigError(f"{place}: {len(triangles)} triangles; a closed surface has at least 4")
+    if len(triangles) > MOST_TRIANGLES:
+        raise ConfigError(f"{place}: {len(triangles)} triangles, at most {MOST_TRIANGLES}: export it less finely")
     if not np.isfinite(points).all():
         raise ConfigError(f"{place}: has coordinates that are not finite numbers")
     return points, triangles

@@ -19,6 +19,9 @@ WELD = 1e-7
 # wherever it comes from, and with it the motion in it.
 LATTICE = 2.0**-40
 
+# Above it a simulation takes days for the walls alone.
+MOST_FACETS = 20_000
+
 # Outlines of the facets of a shape by parameters, seen from inside it.
 SHAPES = {"stadium": stadium_facets, "cylinder": cylinder_facets, "box": box_facets, "paddles": paddles_facets}
 
@@ -208,6 +211,11 @@ def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bo
         outlines = mesh_facets(geometry, place)
     else:
         outlines = SHAPES[geometry.kind](geometry)
+    if len(outlines) > MOST_FACETS:
+        raise ConfigError(
+            f"{place}: {len(outlines)} flat facets, of which a simulation can do with {MOST_FACETS}: give it fewer, or "
+            "export the surface with a coarser tessellation"
+        )
     # Parameters give a shape seen from inside, a file one seen from outside.
     if is_mesh != solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]

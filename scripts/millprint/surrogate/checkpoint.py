@@ -1,14 +1,21 @@
 """What a killed training goes on from, exactly, and the file that holds the finished weights."""
 
 import hashlib
+import io
 import json
+import logging
+import pickle
 from pathlib import Path
 
 import torch
 
 from millprint.config.surrogate import Recipe
+from millprint.errors import ConfigError
 from millprint.files import whole_file
+from millprint.sealed import BLOCK, seal, unsealed
 from millprint.surrogate.normalise import Surrogate
+
+logger = logging.getLogger("millprint")
 
 BUDGET = {"wall_time_max_s", "checkpoint_every_s", "threads"}
 
@@ -25,29 +32,51 @@ def identity(recipe: Recipe, statistics: dict[str, torch.Tensor]) -> str:
     return total.hexdigest()
 
 
+def _as_bytes(content: dict) -> bytes:
+    """What torch would write; into a file it would write the file's name too, and that has a process in it."""
+    held = io.BytesIO()
+    torch.save(content, held)
+    return held.getvalue()
+
+
 def write_checkpoint(path: str | Path, content: dict) -> None:
-    """Write tensors, numbers, texts and mappings of them."""
+    """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
     with whole_file(path) as partial:
-        torch.save(content, partial)
+        partial.write_bytes(bytes(BLOCK) + _as_bytes(content))
+        seal(partial)
 
 
 def read_checkpoint(path: str | Path, wanted: str, device: torch.device) -> dict | None:
-    """The checkpoint at `path` if there is one whose `identity` is `wanted`, otherwise None."""
+    """The checkpoint at `path` if there is one whose `identity` is `wanted`, otherwise None, with a line in the log."""
     if not Path(path).exists():
         return None
-    content = torch.load(path, map_location=device, weights_only=True)
-    return content if content["identity"] == wanted else None
+    try:
+        content = torch.load(io.BytesIO(unsealed(path)), map_location=device, weights_only=True)
+        fits = content["identity"] == wanted
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
+        logger.warning("%s cannot be read (%s): starting anew", path, " ".join(str(error).split()))
+        return None
+    if not fits:
+        logger.info("%s belongs to other settings or data: starting anew", path)
+    return content if fits else None
 
 
 def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
     """Write the weights, with the recipe that gives them a shape; they load with weights_only=True."""
     state = {name: value.cpu() for name, value in model.state_dict().items()}
-    write_checkpoint(path, {"recipe": recipe.model_dump(mode="json"), "state": state})
+    with whole_file(path) as partial:
+        partial.write_bytes(_as_bytes({"recipe": recipe.model_dump(mode="json"), "state": state}))
 
 
 def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
-    """The model with its weights, ready to predict, and its recipe."""
-    content = torch.load(path, map_location=device, weights_only=True)
+    """The model with its weights, ready to predict, and its recipe. Raises ConfigError for a damaged file."""
+    try:
+        content = torch.load(path, map_location=device, weights_only=True)
+    except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
+        what = str(error).split("\n", 1)[0][:100]
+        raise ConfigError(
+            f"{path}: truncated or damaged ({what}); delete it and run the same command again: it is made anew"
+        ) from None
     recipe = Recipe(**content["recipe"])
     model = Surrogate(recipe)
     model.load_state_dict(content["state"])

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from millprint.files import whole_file
+from millprint.hdf5 import open_hdf5
 from millprint.surrogate.features import Snapshots
 
 
@@ -53,7 +54,7 @@ def write_dataset(runs: list[TrainingRun], path: str | Path) -> None:
 def read_dataset(path: str | Path) -> list[TrainingRun]:
     """Read what `write_dataset` wrote."""
     runs = []
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         for number in range(len(file)):
             group = file[str(number)]
             values = {

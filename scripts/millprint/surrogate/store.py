@@ -5,6 +5,7 @@ from pathlib import Path
 import h5py
 
 from millprint.files import whole_file
+from millprint.hdf5 import open_hdf5
 from millprint.surrogate.rollout import RollOut
 
 UNITS = {
@@ -30,6 +31,6 @@ def write_rollout(rollout: RollOut, path: str | Path, case: str) -> None:
 
 def read_rollout(path: str | Path) -> RollOut:
     """Read what `write_rollout` wrote."""
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         edges = {kind: float(file.attrs[f"mean_{kind}_edges"]) for kind in ("wall", "pair")}
         return RollOut(**{name: file[name][:] for name in UNITS}, edges=edges)

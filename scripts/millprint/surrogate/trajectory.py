@@ -4,10 +4,10 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from millprint.errors import ConfigError
+from millprint.hdf5 import open_hdf5
 
 DATASETS = (
     "time_s",
@@ -66,7 +66,7 @@ def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.i
 
     Raises ConfigError for a run without snapshots, with a data set missing, or with fewer than two in that time.
     """
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         if "snapshots" not in file:
             raise ConfigError(f"{path}: no snapshots: the sweep of this case wants snapshot_interval_s")
         group = file["snapshots"]
@@ -95,5 +95,5 @@ def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.i
 
 def read_attributes(path: str | Path) -> dict:
     """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings."""
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         return json.loads(file.attrs["config"])

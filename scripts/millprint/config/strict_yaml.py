@@ -1,0 +1,91 @@
+"""YAML as configuration needs it: plain data, no key twice, no aliases that blow up, no nesting without end."""
+
+from collections.abc import Hashable
+from pathlib import Path
+
+import yaml
+
+from millprint.errors import ConfigError
+
+# Far above any configuration: config/config.yaml has 20 kB, 1500 values and 7 levels.
+LARGEST_BYTES = 4_000_000
+MOST_VALUES = 200_000
+DEEPEST = 60
+
+# What the loader raises for an empty or odd text below a tag such as !!int, besides its own errors.
+ODD = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
+
+_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class _StrictLoader(_Parser):
+    """The safe loader, which refuses a key that is given twice: otherwise the first one is silently lost."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        seen = set()
+        for key_node, _ in node.value:
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                continue
+            key = self.construct_object(key_node, deep=True)
+            if isinstance(key, Hashable):
+                if key in seen:
+                    raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
+                seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def read_yaml(path: str | Path) -> object:
+    """Read a YAML file as plain data; raises ConfigError, in one line, with the place of what is wrong in it."""
+    try:
+        if Path(path).stat().st_size > LARGEST_BYTES:
+            raise ConfigError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, which no configuration is")
+        text = Path(path).read_text(encoding="utf-8")
+        _check_depth(text, path)
+        content = yaml.load(text, Loader=_StrictLoader)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except (
+        yaml.YAMLError,
+        ValueError,
+        TypeError,
+        LookupError,
+        AttributeError,
+        ArithmeticError,
+        RecursionError,
+    ) as error:
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise ConfigError(f"{path}: not valid YAML ({what})") from None
+    _check_size(content, path)
+    return content
+
+
+def _check_depth(text: str, path: str | Path) -> None:
+    depth = 0
+    for event in yaml.parse(text, Loader=_Parser):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            line = event.start_mark.line + 1
+            raise ConfigError(f"{path}: line {line}: nested more than {DEEPEST} levels deep")
+
+
+def _check_size(content: object, path: str | Path) -> None:
+    """Refuse aliases (&a, *a) that repeat each other into a content without bound, or that hold themselves."""
+    sizes: dict[int, int] = {}
+    pending: set[int] = set()
+
+    def size(value: object) -> int:
+        if not isinstance(value, dict | list | tuple | set):
+            return 1
+        if id(value) in pending:
+            raise ConfigError(f"{path}: an alias (*name) stands inside what it repeats")
+        if id(value) not in sizes:
+            pending.add(id(value))
+            inner = [*value.keys(), *value.values()] if isinstance(value, dict) else value
+            sizes[id(value)] = 1 + sum(map(size, inner))
+            pending.discard(id(value))
+        return sizes[id(value)]
+
+    if size(content) > MOST_VALUES:
+        raise ConfigError(f"{path}: its aliases (*name) make more than {MOST_VALUES} values")

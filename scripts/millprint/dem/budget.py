@@ -1,0 +1,44 @@
+"""What a case will cost, before it is run: a typing error of some powers of ten is told from a long simulation."""
+
+import math
+
+import numpy as np
+
+from millprint.config.sweep import Case, DemConfig, ball_count
+from millprint.dem.timestep import aligned_step
+from millprint.mill.vessel import Vessel
+
+# A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv); a day has 86,400 s.
+BALL_STEP_S = 1e-7
+MOST_DAYS = 60
+# Of energies, snapshots and the grid of occupancy, which are held in memory until the end.
+MOST_BYTES = 32e9
+# Places that balls are laid out on at the start.
+MOST_SITES = 5e6
+LEDGER_COLUMNS, SNAPSHOT_COLUMNS, OCCUPANCY_COLUMNS = 16, 12, 5
+
+
+def sites_of(vessel: Vessel, diameter_m: float) -> float:
+    """About how many balls a hexagonal close packing over the vessel's bounding box has: sqrt(2) V / d^3."""
+    low, high = vessel.bounds
+    return math.sqrt(2) * float(np.prod((high - low) / diameter_m))
+
+
+def cost(
+    case: Case, dem: DemConfig, vessel: Vessel, volume_m3: float, step_s: float, frequency_hz: float
+) -> tuple[float, float]:
+    """Days on one core and bytes in memory that a case takes, to an order of magnitude.
+
+    step_s: the step that is asked for [s]; frequency_hz: turns of the mill in a second.
+    """
+    balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_mm / 1000)
+    window = max(case.window_s, case.window_max_s or 0.0)
+    sample = (1 / frequency_hz if frequency_hz else case.window_s) / dem.ledger_samples_per_revolution
+    step, _ = aligned_step(step_s, case.snapshot_interval_s or sample)
+    days = (case.settle_s + case.discard_s + window) / step * balls * BALL_STEP_S / 86_400
+    low, high = vessel.bounds
+    values = window / sample * LEDGER_COLUMNS
+    values += float(np.prod((high - low)[:2] / dem.occupancy_cell_m + 1)) * OCCUPANCY_COLUMNS
+    if case.snapshot_interval_s:
+        values += window / max(case.snapshot_interval_s, step) * balls * SNAPSHOT_COLUMNS
+    return days, 8 * values

@@ -1,0 +1,213 @@
+"""Kill -9 at random moments, damaged files and a full disk: the next run goes on and ends with the same, bit for bit.
+
+MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments.
+"""
+
+import hashlib
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import psutil
+import pytest
+
+from millprint.files import read_json
+from tests.workflow.conftest import copy_project, run_snakemake
+
+KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))
+SEED = int(os.environ.get("MILLPRINT_KILL_SEED", "0"))
+CASES = [
+    "emax/calibrated/d10_f0.10_n600_s0",
+    "emax/calibrated/d10_f0.17_n600_s0",
+    "emax/steel/d10_f0.17_n600_s0",
+    "emax/calibrated/d5_f0.08_n600_s0",
+]
+TARGETS = [
+    *(f"results/dem/{case}/summary.json" for case in CASES),
+    "results/surrogate/thesis/weights.pt",
+    "results/yield/models/gpr_two_step.json",
+    "results/yield/models/xgb_primary.json",
+    "results/doe/anova_printed.tsv",
+]
+ARGUMENTS = ("--configfile", "config/smoke.yaml", "tests/data/faults.yaml", "--", *TARGETS)
+
+# What says how long something took, and nothing else, differs between two runs.
+CLOCKS = {
+    "summary.json": ["wall_clock_s", "processor_s", "ns_per_ball_step"],
+    "kernels.json": ["seconds"],
+    "loss.tsv": ["elapsed_s"],
+}
+NO_RESULTS = ("logs", "benchmarks")
+
+
+def fingerprint(path: Path) -> str:
+    """A digest of a result, its clocks left out."""
+    clocks = CLOCKS.get(path.name, [])
+    if path.suffix == ".json" and clocks:
+        content = {key: value for key, value in read_json(path).items() if key not in clocks}
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    if clocks:
+        return pd.read_csv(path, sep="\t", dtype=str).drop(columns=clocks).to_csv()
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def results_of(project: Path) -> dict[str, str]:
+    """Every file below results/ with its digest."""
+    folder = project / "results"
+    files = [path for path in folder.rglob("*") if path.is_file() and path.name != ".gitkeep"]
+    return {
+        str(path.relative_to(folder)): fingerprint(path)
+        for path in sorted(files)
+        if path.relative_to(folder).parts[0] not in NO_RESULTS
+    }
+
+
+def jobs_run(output: str) -> dict[str, int]:
+    """Rule to number of jobs of a run, from Snakemake's table of them."""
+    return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE) if rule != "total"}
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory) -> tuple[Path, dict[str, str]]:
+    """A project, and the results of a run of it that nothing disturbed."""
+    project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
+    done = run_snakemake(project, *ARGUMENTS, timeout=1800)
+    assert done.returncode == 0, done.stdout[-4000:]
+    undisturbed = results_of(project)
+    shutil.rmtree(project / "results")
+    shutil.rmtree(project / ".snakemake")
+    return project, undisturbed
+
+
+class Session:
+    """Snakemake in a group of processes of its own."""
+
+    def __init__(self, project: Path, log: Path):
+        environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+        self.log = log.open("a")
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "snakemake", "--cores", "2", "--keep-going", *ARGUMENTS],
+            cwd=project,
+            env=environment,
+            stdout=self.log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+
+    def jobs(self) -> list[psutil.Process]:
+        """The scripts that run."""
+        found = []
+        for child in psutil.Process(self.process.pid).children(recursive=True):
+            try:
+                # Not the shell around it, which has the script's name in its words too.
+                words = child.cmdline()
+                if len(words) == 2 and "/.snakemake/scripts/" in words[1]:
+                    found.append(child)
+            except psutil.Error:
+                continue
+        return found
+
+    def wait_for_a_job(self) -> bool:
+        """Whether a script was seen to run before the session ended."""
+        while self.process.poll() is None:
+            if self.jobs():
+                return True
+            time.sleep(0.05)
+        return False
+
+    def kill(self, what: str, rng: random.Random) -> None:
+        if what == "job":
+            jobs = self.jobs()
+            if jobs:
+                rng.choice(jobs).kill()
+                return
+        if what == "everything":
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.kill()
+        self.process.wait()
+
+
+def test_kills_at_random_moments_change_nothing(workplace):
+    project, undisturbed = workplace
+    rng, log = random.Random(SEED), project / "sessions.log"
+    session, kills = Session(project, log), 0
+    while kills < KILLS:
+        early = rng.random() < 0.1
+        if session.process.poll() is not None or not (early or session.wait_for_a_job()):
+            session = Session(project, log)
+            if results_complete(project):
+                # All is done before the last kill: the rest hits it anew.
+                shutil.rmtree(project / "results")
+            continue
+        time.sleep(rng.uniform(0, 6))
+        session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
+        kills += 1
+    session.process.kill()
+    session.process.wait()
+    # What users type next: nothing to unlock, no further option.
+    done = run_snakemake(project, *ARGUMENTS, timeout=1800)
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert "Traceback" not in done.stdout
+    assert results_of(project) == undisturbed
+    said = log.read_text() + done.stdout
+    assert "found: the locks of a run that was killed" in said
+    # Restarts have been used: some job went on from where it was.
+    logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
+    assert "going on from" in logs or KILLS < 20
+
+
+def results_complete(project: Path) -> bool:
+    return all((project / target).is_file() for target in TARGETS)
+
+
+def damage(path: Path, how: str) -> None:
+    content = bytearray(path.read_bytes())
+    if how == "truncated":
+        path.write_bytes(content[: len(content) // 2])
+    else:
+        middle = len(content) // 2
+        content[middle : middle + 16] = bytes(byte ^ 0xFF for byte in content[middle : middle + 16])
+        path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("file", "how", "rule"),
+    [
+        (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_case"),
+        ("results/surrogate/dataset.h5", "changed", "build_surrogate_dataset"),
+        ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
+    ],
+)
+def test_a_damaged_result_is_found_and_it_alone_made_again(workplace, file, how, rule):
+    project, undisturbed = workplace
+    assert run_snakemake(project, *ARGUMENTS, timeout=1800).returncode == 0
+    damage(project / file, how)
+    done = run_snakemake(project, *ARGUMENTS, timeout=600)
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert re.search(rf"^found: {re.escape(file)}: {how}", done.stdout, re.MULTILINE), done.stdout
+    assert jobs_run(done.stdout) == {rule: 1}
+    (project / f"{file}.damaged").unlink()
+    assert results_of(project) == undisturbed
+    assert "Nothing to be done" in run_snakemake(project, *ARGUMENTS).stdout
+
+
+def test_a_second_run_does_not_break_the_lock_of_a_living_one(workplace):
+    project, _ = workplace
+    (project / TARGETS[0]).unlink(missing_ok=True)
+    session = Session(project, project / "sessions.log")
+    try:
+        assert session.wait_for_a_job()
+        second = run_snakemake(project, *ARGUMENTS)
+        assert second.returncode == 1
+        assert "cannot be locked" in second.stdout
+        assert "found: the locks" not in second.stdout
+    finally:
+        session.kill("everything", random.Random(0))
