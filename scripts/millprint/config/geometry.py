@@ -1,12 +1,11 @@
 """Shapes of vessels and of solid bodies inside them, by a few parameters or from a file of triangles."""
 
 import math
-from pathlib import PurePosixPath
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size
+from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size, inside_the_project
 
 MESH_SUFFIXES = (".stl", ".ply", ".obj")
 
@@ -132,12 +131,7 @@ class StlGeometry(Section):
     @field_validator("path")
     @classmethod
     def _stays_in_the_project(cls, value: str) -> str:
-        path = PurePosixPath(value)
-        if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
-            raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
-        if path.suffix.lower() not in MESH_SUFFIXES:
-            raise ValueError(f"path = {value!r}: must end in {', '.join(MESH_SUFFIXES)}")
-        return value
+        return inside_the_project(value, MESH_SUFFIXES)
 
 
 VesselGeometry = Annotated[StadiumGeometry | CylinderGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")]

@@ -54,7 +54,8 @@ class Picture:
     """One view at one time, everything from the back to the front.
 
     wall_mm (t, 3, 2) triangles that face the eye, with how squarely they do, wall_shade (t,), 1 for head on;
-    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle.
+    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle; insert_mm
+    (j, 2, 2) lines of the inserts, which show through the balls.
     """
 
     wall_mm: np.ndarray
@@ -63,6 +64,7 @@ class Picture:
     centre_mm: np.ndarray
     speed_m_s: np.ndarray
     jar_mm: np.ndarray
+    insert_mm: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ class Movie:
     frames: tuple[Frame, ...]
 
 
-class _Shape:
-    """The walls' triangles, and the edges that can be seen."""
+class Shape:
+    """A body's triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
         mesh = trimesh.Trimesh(vertices_m, triangles, process=False)
@@ -118,9 +120,9 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
         snapshots = _chosen(file, settings, start_s)
         blocks = list(snapshots.blocks())
     frequency_hz = _frequency(snapshots.config)
-    shape = _Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
-    frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, frequency_hz)]
-    middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
+    shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
+    frames = [frame for block in blocks for frame in _frames(block, snapshots, shapes, frequency_hz)]
+    middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
     low, high = _bounds(snapshots, blocks)
     # The delays of a GIF are hundredths of a second.
     delay_ms = 10 * round(100 / settings.frames_per_second)
@@ -146,7 +148,9 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
 
 def _frequency(config: dict) -> float:
     """Revolutions of the mill in a second; 0 for one at rest."""
-    return 0.0 if config["mill"]["motion"]["kind"] == "rest" else config["case"]["speed_rpm"] / 60
+    motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
+    at_rest = all(motion is None or motion["kind"] == "rest" for motion in motions)
+    return 0.0 if at_rest else config["case"]["speed_rpm"] / 60
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
@@ -182,17 +186,30 @@ def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.n
     )
 
 
-def _frames(block: Block, snapshots: Snapshots, shape: _Shape, frequency_hz: float) -> list[Frame]:
+def draw_bodies(
+    view: View, shapes: list[Shape], vertices: list[np.ndarray], rotations: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What a view shows of the vessel and of the inserts in it: triangles, how squarely they face the eye, the lines
+    of the vessel, and those of the inserts. vertices (v, 3) [m] in the laboratory and rotations (3, 3), one a body."""
+    seen = [shape.seen(view, *pose) for shape, *pose in zip(shapes, vertices, rotations, strict=True)]
+    wall, shade = (np.concatenate([part[k] for part in seen]) for k in (0, 1))
+    inserts = np.concatenate([np.empty((0, 2, 2)), *(part[2] for part in seen[1:])])
+    return wall, shade, seen[0][2], inserts
+
+
+def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], frequency_hz: float) -> list[Frame]:
     position, poses = block.balls["position_m"], block.poses
     speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
-    vertices, middle = poses.to_laboratory(shape.vertices_m), poses.to_laboratory(shape.middle_m[None])[:, 0]
+    placed = [pose.to_laboratory(shape.vertices_m) for pose, shape in zip(block.body_poses, shapes, strict=True)]
+    middle = poses.to_laboratory(shapes[0].middle_m[None])[:, 0]
     frames = []
     for k, time_s in enumerate(snapshots.time_s[block.rows]):
         pictures = []
         for view in VIEWS:
             order = np.argsort(view.nearness(position[k]))
-            seen = shape.seen(view, vertices[k], poses.rotation[k])
+            rotations = [pose.rotation[k] for pose in block.body_poses]
+            *seen, inserts = draw_bodies(view, shapes, [points[k] for points in placed], rotations)
             balls = view.flat(position[k][order]), speed[k][order]
-            pictures.append(Picture(*seen, *balls, view.flat(middle[k])))
+            pictures.append(Picture(*seen, *balls, view.flat(middle[k]), inserts))
         frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, tuple(pictures)))
     return frames
