@@ -124,6 +124,9 @@ class StlGeometry(Section):
     kind: Literal["stl"]
     path: str = Field(description="the file, from the project's root: .stl, or .ply or .obj with more digits")
     unit: Literal["mm", "cm", "m", "inch"] = Field(description="unit of the file's coordinates")
+    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=1.0, description="factor on the file's coordinates, to make a mill of another size [-]"
+    )
     volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.02, description="how far volume_ml may be from the vessel's volume in the file, as a share of it [-]"
     )

@@ -92,3 +92,8 @@ class MillsConfig(Section):
     )
     match: MatchMillsConfig
     scale_up: ScaleUpConfig
+
+    @property
+    def named(self) -> list[str]:
+        """Every mill that the section names."""
+        return [*self.box, self.match.mill, self.match.like_mill, self.scale_up.mill]

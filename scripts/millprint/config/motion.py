@@ -87,6 +87,9 @@ class PointsMotion(Section):
 
     kind: Literal["points"]
     path: str = Field(description="the table, from the project's root: .tsv")
+    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=1.0, description="factor on the table's places, to make a mill of another size [-]"
+    )
 
     @field_validator("path")
     @classmethod

@@ -5,6 +5,7 @@ import math
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.sweep import Case
+from millprint.fingerprint.similarity import RUN_WAY, WAYS
 
 # Where a sweep gives no turns: at least so many, and as many as fill so long a time [s].
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
@@ -43,3 +44,18 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
                 )
             )  # fmt: skip
     return cases
+
+
+def large_case(large: MillConfig, factor: float, settings: MillsConfig) -> Case:
+    """The large run of a scale-up: balls as they are, at the speed that keeps the energy of a collision.
+
+    factor: the length of the large mill over the small one's [-].
+    """
+    plan = settings.scale_up
+    speed = plan.speed_rpm * factor ** next(way.power for way in WAYS if way.name == RUN_WAY)
+    turn_s = 60 / speed
+    return Case(
+        mill=large.name, contact=settings.contact, ball_diameter_mm=plan.ball_diameter_mm, fill_ratio=plan.fill_ratio,
+        speed_rpm=speed, seed=0, rayleigh_fraction=settings.rayleigh_fraction, settle_s=plan.run_settle_s,
+        discard_s=plan.run_turns / 2 * turn_s, window_s=plan.run_turns / 2 * turn_s, threads=plan.cores,
+    )  # fmt: skip

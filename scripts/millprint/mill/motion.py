@@ -181,6 +181,7 @@ def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
         motion = Motion(HARMONIC, _translation(law.terms, w), frequency, *_line(law), swing=swing)
     elif isinstance(law, laws.PointsMotion):
         breaks, pieces = read_path(law.path)
+        pieces[:, :, :3] *= law.scale
         motion = Motion(PATH, np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
     else:
         return Motion(REST, np.zeros((1, 7)), 0.0)
