@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from millprint.config.checks import load_workflow, stop_on_bad_input
 from millprint.config.strict_yaml import read_yaml
 from millprint.digest import library_digest
+from millprint.fingerprint.preflight import has_chapters
 from millprint.machine import prepare_environment
 
 prepare_environment()
@@ -31,6 +32,7 @@ CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrit
 
 with stop_on_bad_input():
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
+    CHAPTERS = has_chapters(CONFIG, CASES)
     # Jobs read this file too; what holds before the first job need not be checked in every one.
     if workflow.is_main_process:
         from millprint.preflight import check_before_running
@@ -42,69 +44,17 @@ include: "workflow/rules/faults.smk"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/doe.smk"
 include: "workflow/rules/dem.smk"
-include: "workflow/rules/convergence.smk"
-include: "workflow/rules/view.smk"
-include: "workflow/rules/calibration.smk"
-include: "workflow/rules/fingerprint.smk"
-include: "workflow/rules/partition.smk"
-include: "workflow/rules/yields.smk"
-include: "workflow/rules/surrogate.smk"
+include: "workflow/rules/mills.smk"
 
 
-STAGE_OUTPUTS = [
-    *DOE_OUTPUTS,
-    *CONVERGENCE_OUTPUTS,
-    *VIEW_OUTPUTS,
-    *CALIBRATION_OUTPUTS,
-    *FINGERPRINT_OUTPUTS,
-    *PARTITION_OUTPUTS,
-    *YIELD_OUTPUTS,
-    *SURROGATE_OUTPUTS,
-]
+# The chapters are about the mill of the sweeps; a run of another mill has its fingerprint.
+if CHAPTERS:
 
+    include: "workflow/rules/chapters.smk"
 
-include: "workflow/rules/report.smk"
+else:
 
-
-localrules:
-    all,
-    chapter2,
-    chapter3,
-    chapter4,
-    chapter5,
-    chapter6,
-
-
-rule all:
-    default_target: True
-    input:
-        STAGE_OUTPUTS,
-        rules.build_report.output,
-
-
-rule chapter2:
-    input:
-        DOE_OUTPUTS,
-
-
-rule chapter3:
-    input:
-        CALIBRATION_OUTPUTS,
-        FINGERPRINT_OUTPUTS,
-        CONVERGENCE_OUTPUTS,
-        VIEW_OUTPUTS,
-
-
-rule chapter4:
-    input:
-        PARTITION_OUTPUTS,
-
-
-rule chapter5:
-    input:
-        YIELD_OUTPUTS,
-
-
-rule chapter6:
-    input:
-        SURROGATE_OUTPUTS,
+    rule all:
+        default_target: True
+        input:
+            FINGERPRINTED,

@@ -1,23 +1,14 @@
 """The fingerprint of one contact set: its smooth curves as a table, as an object, and whether its bands hold."""
 
-import numpy as np
-
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import PANELS, average_curves, conditions_of
+from millprint.fingerprint.curves import PANELS, average_curves, conditions_of, fill_grid
 from millprint.fingerprint.descriptors import NUMBERS, TEXT, as_built
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
 
 COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
-
-
-def grid_of(fill_ratios: np.ndarray, points: int) -> np.ndarray:
-    """Points from the smallest to the largest fill ratio, with the simulated ones among them."""
-    between = np.geomspace(fill_ratios.min(), fill_ratios.max(), points)
-    apart = np.abs(between[:, None] / fill_ratios - 1.0).min(axis=1) > 1e-6
-    return np.union1d(between[apart], fill_ratios)
 
 
 def main(descriptors_path: str, output, mill: str, contact: str, volume_m3: float, settings: FingerprintConfig) -> None:
@@ -27,7 +18,7 @@ def main(descriptors_path: str, output, mill: str, contact: str, volume_m3: floa
     write_table(average_curves(built), output.means)
     fingerprint = Fingerprint.fit(conditions, volume_m3, settings.interval)
     write_table(
-        fingerprint.curve(grid_of(built["fill_ratio"].unique(), settings.smooth_points))[COLUMNS], output.curves
+        fingerprint.curve(fill_grid(built["fill_ratio"].unique(), settings.smooth_points))[COLUMNS], output.curves
     )
     write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)

@@ -1,6 +1,7 @@
 """What is checked once before the first job: tables, the shapes of mills, balls that fit, steps that are stable."""
 
 import math
+from collections.abc import Iterable
 
 from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
@@ -17,7 +18,8 @@ from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
-from millprint.fingerprint.preflight import fingerprint_faults
+from millprint.fingerprint.mill_cases import mill_cases
+from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
 from millprint.fingerprint.regimes import read_regimes
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel
@@ -34,16 +36,12 @@ def check_before_running(
 ) -> None:
     """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
     check_paths(config, source)
-    check_tables(config, source)
     bodies = checked_bodies(mills)
-    media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
-    for name, diameter in media:
-        vessel = bodies[name][0].vessel
-        check_ball_size(vessel, name, diameter, source)
-        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]))
-        for fill in sorted({case.fill_ratio for case in cases.values() if case.ball_diameter_mm == diameter}):
-            check_fill(mills[name], diameter, fill, most, source)
-    for case in cases.values():
+    swept = own_sweeps(config, mills)
+    for name, own in swept.items():
+        check_room(own, mills, bodies, f"config/mills/{name}.yaml: sweep")
+    check_room(cases.values(), mills, bodies, f"{source}: sweeps")
+    for case in [*cases.values(), *(case for own in swept.values() for case in own)]:
         try:
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
         except ConfigError as error:
@@ -51,10 +49,33 @@ def check_before_running(
         check_step(config, contact, case, source)
         check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
     check_movie(config, source)
-    check_surrogate_cases(config.surrogate, cases, source)
-    faults = [*fingerprint_faults(config, cases, source), *calibration_faults(config, mills, contacts)]
+    faults = fingerprint_faults(config, cases, source)
+    # The chapters are about the mill of the sweeps; a run of another mill has none.
+    if has_chapters(config, cases):
+        check_tables(config, source)
+        check_surrogate_cases(config.surrogate, cases, source)
+        faults += calibration_faults(config, mills, contacts)
     if faults:
         raise ConfigError("\n".join(faults))
+
+
+def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
+    """The cases of every mill's own sweep, of those that the targets of results/mills can ask for."""
+    return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
+
+
+def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
+    """The balls of every case must fit into its mill; place: file and key that the cases come from."""
+    fills: dict[tuple[str, float], set[float]] = {}
+    for case in cases:
+        fills.setdefault((case.mill, case.ball_diameter_mm), set()).add(case.fill_ratio)
+    for (name, diameter), wanted in sorted(fills.items()):
+        vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
+        check_ball_size(vessel, name, diameter, place)
+        enough = ball_count(max(wanted), volume, diameter / 1000)
+        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]), enough=enough)
+        for fill in sorted(wanted):
+            check_fill(mills[name], diameter, fill, most, place)
 
 
 def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
@@ -83,30 +104,30 @@ def check_tables(config: WorkflowConfig, source: str) -> None:
         check_region(config.yields.proposals.region, regimes, source)
 
 
-def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, source: str) -> None:
+def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -> None:
     """A ball must fit between the walls."""
     low, high = vessel.bounds
     widest = 1000 * float((high - low).min())
     if diameter_mm > widest:
         raise ConfigError(
-            f"{source}: sweeps: ball_diameters_mm = {diameter_mm:g}: a ball of that size does not fit in mill {mill}; "
+            f"{place}: ball_diameters_mm = {diameter_mm:g}: a ball of that size does not fit in mill {mill}; "
             f"at most {widest:.3g} mm"
         )
     sites = sites_of(vessel, diameter_mm / 1000)
     if sites > MOST_SITES:
         smallest = diameter_mm * (sites / MOST_SITES) ** (1 / 3)
         raise ConfigError(
-            f"{source}: sweeps: ball_diameters_mm = {diameter_mm:g}: too small to simulate, {sites:.2g} of them "
+            f"{place}: ball_diameters_mm = {diameter_mm:g}: too small to simulate, {sites:.2g} of them "
             f"have room in mill {mill}; at least {smallest:.3g} mm"
         )
 
 
-def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, source: str) -> None:
+def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, place: str) -> None:
     """The balls of a fill ratio must fit without overlap (`most` of them do), and there must be one at least."""
     volume = mill.volume_ml * 1e-6
     balls = ball_count(fill, volume, diameter_mm / 1000)
     ball_volume = math.pi / 6 * (diameter_mm / 1000) ** 3
-    place = f"{source}: sweeps: fill_ratios = {fill:g}: {balls} balls of {diameter_mm:g} mm"
+    place = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter_mm:g} mm"
     if balls > most:
         raise ConfigError(f"{place} do not fit in mill {mill.name}; at most {most * ball_volume / volume:.2g}")
     if balls < 1:

@@ -75,7 +75,7 @@ def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch)
     made = mill(inserts=[{"name": "stirrer", "geometry": geometry, "motion": TURNING}])
     found = build_bodies(made, 60)
     check(made)
-    assert made.mesh_files == ["stirrer.stl"]
+    assert made.source_files == ["stirrer.stl"]
     assert len(found[1].vessel.facets) == len(wanted[1].vessel.facets)
     assert ball_space_m3(found) == pytest.approx(ball_space_m3(wanted), rel=1e-6)
     points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (300, 3))

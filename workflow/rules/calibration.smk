@@ -64,10 +64,10 @@ rule fit_friction:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         track=lambda wildcards: [path for path in [EXPERIMENTS[wildcards.experiment].track] if path],
-        meshes=lambda wildcards: [
+        sources=lambda wildcards: [
             file
             for name in experiment_mills(CONFIG, EXPERIMENTS[wildcards.experiment]).values()
-            for file in MILLS[name].mesh_files
+            for file in MILLS[name].source_files
         ],
     output:
         track=f"{CALIBRATION}/{{experiment}}/track.tsv",

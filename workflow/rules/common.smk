@@ -6,6 +6,9 @@ RESULTS = CONFIG.results.rstrip("/")
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
 
+# Cases by path that no sweep of the configuration holds: those of the mills' own sweeps.
+OTHER_CASES = {}
+
 
 def settings(section: str) -> dict:
     """A section of the validated configuration as plain values, for `params`."""
@@ -26,7 +29,8 @@ def summaries_over(key: str) -> list[str]:
 
 def case_of(wildcards):
     """The case whose run.h5 is asked for."""
-    return CASES[f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"]
+    path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
+    return CASES[path] if path in CASES else OTHER_CASES[path]
 
 
 def cases_of_sweep(name: str) -> list[str]:

@@ -23,7 +23,7 @@ rule compile_kernels:
 rule run_dem_case:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        meshes=lambda wildcards: MILLS[wildcards.mill].mesh_files,
+        sources=lambda wildcards: MILLS[wildcards.mill].source_files,
     output:
         run=f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}/run.h5",
         summary=f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}/summary.json",

@@ -49,13 +49,13 @@ def load_workflow(
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in config.calibration.oscillation.experiments for name in (test.mill, test.track_mill)]
-    return list(dict.fromkeys([config.mill, *named, *filter(None, tracked)]))
+    return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *config.mills.named]))
 
 
 def _contact_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.contacts]
     tracked = [test.contact for test in config.calibration.oscillation.experiments]
-    return list(dict.fromkeys([*config.contacts, *named, *tracked]))
+    return list(dict.fromkeys([*config.contacts, *named, *tracked, config.mills.contact]))
 
 
 def _collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:

@@ -1,12 +1,11 @@
 """Shapes of vessels and of solid bodies inside them, by a few parameters or from a file of triangles."""
 
 import math
-from pathlib import PurePosixPath
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size
+from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size, inside_the_project
 
 MESH_SUFFIXES = (".stl", ".ply", ".obj")
 
@@ -125,6 +124,9 @@ class StlGeometry(Section):
     kind: Literal["stl"]
     path: str = Field(description="the file, from the project's root: .stl, or .ply or .obj with more digits")
     unit: Literal["mm", "cm", "m", "inch"] = Field(description="unit of the file's coordinates")
+    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=1.0, description="factor on the file's coordinates, to make a mill of another size [-]"
+    )
     volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.02, description="how far volume_ml may be from the vessel's volume in the file, as a share of it [-]"
     )
@@ -132,12 +134,7 @@ class StlGeometry(Section):
     @field_validator("path")
     @classmethod
     def _stays_in_the_project(cls, value: str) -> str:
-        path = PurePosixPath(value)
-        if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
-            raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
-        if path.suffix.lower() not in MESH_SUFFIXES:
-            raise ValueError(f"path = {value!r}: must end in {', '.join(MESH_SUFFIXES)}")
-        return value
+        return inside_the_project(value, MESH_SUFFIXES)
 
 
 VesselGeometry = Annotated[StadiumGeometry | CylinderGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")]

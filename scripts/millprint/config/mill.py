@@ -1,12 +1,13 @@
 """Mills (config/mills/*.yaml): geometry, motion, bodies inside the vessel, and where the numbers come from."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, StlGeometry, VesselGeometry
-from millprint.config.motion import CircleMotion, Motion
-from millprint.config.section import Name, Section
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.motion import CircleMotion, Motion, PointsMotion
+from millprint.config.section import Name, Positive, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
 
@@ -33,6 +34,12 @@ class MillConfig(Section):
     geometry: VesselGeometry
     motion: Motion
     inserts: list[InsertConfig] = Field(default=[], description="solid bodies inside the vessel; none if left out")
+    speed_unit: Literal["rpm", "hz"] = Field(
+        default="rpm", description="unit of the mill's speed in its figures: turns a minute, or cycles a second"
+    )
+    sweep: MillSweepConfig | None = Field(
+        default=None, description="conditions that make its fingerprint; derived from the mill if left out"
+    )
 
     @model_validator(mode="after")
     def _names_differ(self) -> "MillConfig":
@@ -43,7 +50,8 @@ class MillConfig(Section):
         return self
 
     @property
-    def mesh_files(self) -> list[str]:
-        """Files of triangles that the mill is made from, as paths from the project's root."""
+    def source_files(self) -> list[str]:
+        """Files of triangles and of points that the mill is made from, as paths from the project's root."""
         shapes = [self.geometry, *(insert.geometry for insert in self.inserts)]
-        return [shape.path for shape in shapes if isinstance(shape, StlGeometry)]
+        motions = [self.motion, *(insert.motion for insert in self.inserts)]
+        return [part.path for part in [*shapes, *motions] if isinstance(part, StlGeometry | PointsMotion)]

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, field_validator
 
-from millprint.config.section import Place, PlaceVector, Section, Size, Vector
+from millprint.config.section import Place, PlaceVector, Section, Size, Vector, inside_the_project
 
 
 def _has_length(vector: Vector) -> Vector:
@@ -76,6 +76,27 @@ class SwingMotion(Section):
     terms: list[Harmonic] = Field(default=[], description="harmonics of a translation on top")
 
 
+class PointsMotion(Section):
+    """A measured or designed motion: a table over one turn of the mill, joined by a smooth periodic curve.
+
+    The table (TSV) has the columns time_s, x_m, y_m, z_m, the place of the body frame's origin, and if the body turns
+    rotation_x_deg, rotation_y_deg, rotation_z_deg: its rotation as axis times angle, seen from the laboratory. Its last
+    row is the first one again, a turn later. The table is one turn of the mill, whatever time it took: at n rpm it is
+    run through in 60/n s. In between the curve is a periodic cubic spline (of quaternions for the rotation).
+    """
+
+    kind: Literal["points"]
+    path: str = Field(description="the table, from the project's root: .tsv")
+    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=1.0, description="factor on the table's places, to make a mill of another size [-]"
+    )
+
+    @field_validator("path")
+    @classmethod
+    def _is_a_table_in_the_project(cls, value: str) -> str:
+        return inside_the_project(value, (".tsv",))
+
+
 class RestMotion(Section):
     """A body that stands still."""
 
@@ -83,6 +104,6 @@ class RestMotion(Section):
 
 
 Motion = Annotated[
-    CircleMotion | LissajousMotion | RotationMotion | PlanetaryMotion | SwingMotion | RestMotion,
+    CircleMotion | LissajousMotion | RotationMotion | PlanetaryMotion | SwingMotion | PointsMotion | RestMotion,
     Field(discriminator="kind"),
 ]

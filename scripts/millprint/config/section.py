@@ -1,6 +1,8 @@
 """The base of every configuration model, and the quantities that the models share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -60,6 +62,16 @@ Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=60)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
+
+
+def inside_the_project(value: str, suffixes: Sequence[str]) -> str:
+    """A path from the project's root that stays inside it and ends in one of `suffixes`; raises ValueError."""
+    path = PurePosixPath(value)
+    if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
+        raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"path = {value!r}: must end in {', '.join(suffixes)}")
+    return value
 
 
 def nested_models(annotation: Any) -> list[type[BaseModel]]:

@@ -6,6 +6,7 @@ from millprint.config.calibration import CalibrationConfig
 from millprint.config.convergence import ConvergenceConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
+from millprint.config.mill_sweep import MillsConfig
 from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, ProjectFile, Section
 from millprint.config.surrogate import SurrogateConfig
@@ -43,6 +44,7 @@ class WorkflowConfig(Section):
     view: ViewConfig
     calibration: CalibrationConfig
     fingerprint: FingerprintConfig
+    mills: MillsConfig
     partition: PartitionConfig
     yields: YieldConfig
     surrogate: SurrogateConfig

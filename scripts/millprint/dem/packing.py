@@ -79,10 +79,23 @@ def _sites(
     return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
 
 
-def capacity(vessel: Vessel, diameter_m: float, trials: int = TRIALS, inserts: Sequence[Vessel] = ()) -> int:
-    """How many balls of a diameter [m] the start can place: the best of some hexagonal packings."""
-    rng = np.random.default_rng(0)
-    return max(len(_sites(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)) for _ in range(trials))
+def capacity(
+    vessel: Vessel,
+    diameter_m: float,
+    trials: int = TRIALS,
+    inserts: Sequence[Vessel] = (),
+    enough: int | None = None,
+) -> int:
+    """How many balls of a diameter [m] the start can place: the best of some hexagonal packings.
+
+    enough: a number that settles the question; packings are tried up to the first that holds as many.
+    """
+    rng, most = np.random.default_rng(0), 0
+    for _ in range(trials):
+        most = max(most, len(_sites(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
+        if enough is not None and most >= enough:
+            break
+    return most
 
 
 def largest_fill(vessel: Vessel, diameter_m: float, volume_m3: float, inserts: Sequence[Vessel] = ()) -> float:

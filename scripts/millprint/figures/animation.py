@@ -42,11 +42,13 @@ class _View:
         self._balls.set_edgecolors([INK, "none"] * balls)
         self._balls.set_linewidths([0.4, 0.0] * balls)
         (self._jar,) = axes.plot([], [], marker="+", color=INK, markersize=5, markeredgewidth=0.7)
+        # Thin, over the balls: a stirrer in a full bed would not be seen.
+        self._inserts = LineCollection([], colors=INK, linewidths=0.5, alpha=0.6)
         # From the back to the front.
-        self._artists = (self._wall, self._path, self._jar, self._outline, self._balls)
+        self._artists = (self._wall, self._path, self._jar, self._outline, self._balls, self._inserts)
         for artist in self._artists:
             artist.set_animated(True)
-        for collection in (self._wall, self._outline, self._balls):
+        for collection in (self._wall, self._outline, self._balls, self._inserts):
             axes.add_collection(collection, autolim=False)
 
     def draw(self, picture: Picture, speeds: Normalize) -> None:
@@ -56,6 +58,7 @@ class _View:
         self._wall.set_facecolors(shades)
         self._wall.set_edgecolors(shades)
         self._outline.set_segments(picture.outline_mm)
+        self._inserts.set_segments(picture.insert_mm)
         self._balls.set_offsets(np.stack([picture.centre_mm, picture.centre_mm + self._glint], axis=1).reshape(-1, 2))
         colours = SPEEDS(speeds(picture.speed_m_s))
         self._balls.set_facecolors(np.stack([colours, _glint(colours)], axis=1).reshape(-1, 4))

@@ -34,8 +34,11 @@ plt.rcParams.update(
 )
 
 
-def save(figure: Figure, svg: str | Path, png: str | Path) -> None:
-    """Write a figure as SVG and PNG, with no date in either, and close it."""
+def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None) -> None:
+    """Write a figure as SVG and PNG, and as PDF where wanted, with no date in any, and close it."""
+    if pdf:
+        with whole_file(pdf) as partial:
+            figure.savefig(partial, metadata={"CreationDate": None})
     with whole_file(svg) as partial:
         figure.savefig(partial, metadata={"Date": None})
     with whole_file(png) as partial:

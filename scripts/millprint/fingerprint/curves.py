@@ -64,3 +64,10 @@ def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
         scaled[quantity] *= factor
         scaled[f"{quantity}_se"] *= factor
     return scaled
+
+
+def fill_grid(fill_ratios: np.ndarray, points: int) -> np.ndarray:
+    """Points from the smallest to the largest fill ratio, with the simulated ones among them."""
+    between = np.geomspace(fill_ratios.min(), fill_ratios.max(), points)
+    apart = np.abs(between[:, None] / fill_ratios - 1.0).min(axis=1) > 1e-6
+    return np.union1d(between[apart], fill_ratios)

@@ -37,7 +37,7 @@ def read_triangles(geometry: StlGeometry, place: str) -> tuple[np.ndarray, np.nd
         raise ConfigError(f"{place}: no such file")
     try:
         mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
-        points = np.array(mesh.vertices, dtype=float) * METRES[geometry.unit]
+        points = np.array(mesh.vertices, dtype=float) * METRES[geometry.unit] * geometry.scale
         triangles = np.array(mesh.faces, dtype=np.int64)
     except Exception as error:  # whatever a reader of broken files may raise
         what = " ".join(str(error).split()) or type(error).__name__

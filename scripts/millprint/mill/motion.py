@@ -6,7 +6,8 @@ harmonics of the mill's angular frequency w, and the angle may grow steadily too
     X(t) = p - R(theta) p + sum_k C_k cos(m_k w t) + S_k sin(m_k w t)
     V(t) = dX/dt,  omega(t) = (d theta / dt) a,  R(theta) = cos theta I + (1 - cos theta) a a^T + sin theta [a]x
 with X the origin of the body frame; a point x of the body is at X + R x. The mill starts at t = 0 from rest at its
-pose there and has its full speed at once, as in the thesis (Sec. 3.2.2).
+pose there and has its full speed at once, as in the thesis (Sec. 3.2.2). A motion given as a table of points is a periodic
+curve instead (mill.path).
 """
 
 import math
@@ -19,8 +20,17 @@ import numpy as np
 from millprint.config import motion as laws
 from millprint.config.mill import MillConfig
 from millprint.kernel import inlined
+from millprint.mill.path import (
+    find_piece,
+    path_values,
+    read_path,
+    rotation_of,
+    spin_of,
+    write_path,
+    write_path_rotation,
+)
 
-REST, HARMONIC = 0, 1
+REST, HARMONIC, PATH = 0, 1, 2
 
 # Layout of a pose: position (3), velocity (3), angular velocity (3), rotation (9, row by row, body to laboratory).
 POSE = 18
@@ -42,7 +52,8 @@ class Motion:
 
     harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
     axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];
-    swing: (j, 3) angular frequency [rad/s], cosine amplitude and sine amplitude [rad].
+    swing: (j, 3) angular frequency [rad/s], cosine amplitude and sine amplitude [rad];
+    breaks (m + 1,) and pieces (m, 4, 7): the curve of a table of points over turns (mill.path), in place of all these.
     """
 
     kind: int
@@ -52,14 +63,24 @@ class Motion:
     pivot: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rate: float = 0.0
     swing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    breaks: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 7)))
+
+    def _along(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Place and quaternion (..., 7) of a table of points, and their rates [1/s], at times (...) [s]."""
+        return path_values(self.breaks, self.pieces, self.frequency_hz * self._running(time_s), self.frequency_hz)
 
     def position(self, time_s: np.ndarray) -> np.ndarray:
         """Position of the body frame's origin (..., 3) [m] at times (...) [s]; for t < 0 that of t = 0."""
+        if len(self.pieces):
+            return self._along(time_s)[0][..., :3]
         time_s = self._running(time_s)
         return self.pivot - self.rotation(time_s) @ self.pivot + _waves(self.harmonics, time_s)[0]
 
     def velocity(self, time_s: np.ndarray) -> np.ndarray:
         """Velocity of the body frame's origin (..., 3) [m/s] at times (...) [s]; zero for t < 0."""
+        if len(self.pieces):
+            return np.where(self._stands(time_s), 0.0, self._along(time_s)[1][..., :3])
         arm = -(self.rotation(time_s) @ self.pivot)
         moving = _waves(self.harmonics, self._running(time_s))[1]
         return np.cross(self.angular_velocity(time_s), arm) + np.where(self._stands(time_s), 0.0, moving)
@@ -71,6 +92,8 @@ class Motion:
 
     def rotation(self, time_s: np.ndarray) -> np.ndarray:
         """Rotation matrices (..., 3, 3) from the body frame to the laboratory at times (...) [s]."""
+        if len(self.pieces):
+            return rotation_of(self._along(time_s)[0][..., 3:])
         angle = self.angle(time_s)[..., None, None]
         x, y, z = self.axis
         skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -79,6 +102,9 @@ class Motion:
 
     def angular_velocity(self, time_s: np.ndarray) -> np.ndarray:
         """Angular velocity (..., 3) [rad/s] at times (...) [s]; zero for t < 0."""
+        if len(self.pieces):
+            quaternion, rate = (values[..., 3:] for values in self._along(time_s))
+            return np.where(self._stands(time_s), 0.0, spin_of(quaternion, rate))
         turning = self.rate + _waves(self.swing, self._running(time_s))[1]
         return np.where(self._stands(time_s), 0.0, turning) * self.axis
 
@@ -93,7 +119,7 @@ class Motion:
     @property
     def turns(self) -> bool:
         """Whether the body rotates, or stands turned."""
-        return bool(self.rate) or bool(self.swing.any())
+        return bool(self.rate) or bool(self.swing.any()) or bool(self.pieces[:, :, 4:].any())
 
     @property
     def amplitude_m(self) -> float:
@@ -104,6 +130,11 @@ class Motion:
     def at_rest(self) -> "Motion":
         """The body standing still where this motion begins."""
         start = np.zeros(())
+        if len(self.pieces):
+            # One piece that never changes: where the table begins.
+            still = np.zeros((1, 4, 7))
+            still[0, 3] = self._along(start)[0]
+            return replace(self, kind=REST, frequency_hz=0.0, breaks=np.array([0.0, 1.0]), pieces=still)
         harmonics, swing = np.zeros((1, 7)), np.zeros((1, 3))
         harmonics[0, 1:4] = _waves(self.harmonics, start)[0]
         swing[0, 1] = self.angle(start)
@@ -128,7 +159,10 @@ def _circle(radius_m: float, w: float) -> np.ndarray:
 
 
 def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
-    """The motion of a body by one of the laws of config.motion, at the mill's stated speed [rpm]."""
+    """The motion of a body by one of the laws of config.motion, at the mill's stated speed [rpm].
+
+    Raises ConfigError for a table of points that is not one turn of the mill.
+    """
     frequency = speed_rpm / 60
     w = 2 * math.pi * frequency
     still = _translation([], w)
@@ -145,6 +179,10 @@ def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
         amplitude, phase = math.radians(law.amplitude_deg), math.radians(law.phase_deg)
         swing = np.array([[law.multiple * w, amplitude * math.sin(phase), amplitude * math.cos(phase)]])
         motion = Motion(HARMONIC, _translation(law.terms, w), frequency, *_line(law), swing=swing)
+    elif isinstance(law, laws.PointsMotion):
+        breaks, pieces = read_path(law.path)
+        pieces[:, :, :3] *= law.scale
+        motion = Motion(PATH, np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
     else:
         return Motion(REST, np.zeros((1, 7)), 0.0)
     return motion if frequency > 0 else motion.at_rest()
@@ -173,6 +211,11 @@ class Motions(NamedTuple):
     first_swing: np.ndarray  # (b + 1,)
     swing: np.ndarray  # (total, 3)
     turns: np.ndarray  # (b,) uint8, 0 where the rotation is the identity at any time
+    frequency: np.ndarray  # (b,) turns of the mill in a second [1/s]
+    period: np.ndarray  # (b,) turns after which the curve of a table of points repeats
+    first_piece: np.ndarray  # (b + 1,) pieces of that curve; none for a body that moves by a law
+    piece_start: np.ndarray  # (total,) turns at which a piece begins
+    piece: np.ndarray  # (total, 4, 7)
     pose: np.ndarray  # (b, POSE) as of the last call of write_poses
 
 
@@ -192,6 +235,11 @@ def stack_motions(motions: Sequence[Motion]) -> Motions:
         first_swing=np.cumsum([0, *(len(motion.swing) for motion in motions)]),
         swing=np.concatenate([motion.swing for motion in motions]),
         turns=np.array([motion.turns for motion in motions], dtype=np.uint8),
+        frequency=np.array([motion.frequency_hz for motion in motions]),
+        period=np.array([motion.breaks[-1] for motion in motions]),
+        first_piece=np.cumsum([0, *(len(motion.pieces) for motion in motions)]),
+        piece_start=np.concatenate([motion.breaks[:-1] for motion in motions]),
+        piece=np.concatenate([motion.pieces for motion in motions]),
         pose=pose,
     )
 
@@ -244,15 +292,29 @@ def _write_rotation(motions, body, time, pose):
 
 
 @inlined()
+def _write_curve(motions, body, time, pose):
+    """The pose of a body that follows a table of points."""
+    turns, frequency = motions.frequency[body] * time, motions.frequency[body]
+    turns -= motions.period[body] * math.floor(turns / motions.period[body])
+    part = find_piece(motions.piece_start, motions.first_piece[body], motions.first_piece[body + 1], turns)
+    write_path(motions.piece, part, turns - motions.piece_start[part], frequency, pose, body)
+    if motions.turns[body]:
+        write_path_rotation(motions.piece, part, turns - motions.piece_start[part], frequency, pose, body)
+
+
+@inlined()
 def write_poses(motions, time):
     """Write the pose of every body at `time` [s] into motions.pose; for t < 0 that of t = 0, standing still."""
     pose = motions.pose
     for body in range(motions.moves.size):
         runs = time >= 0.0 and motions.moves[body] != 0
         at = time if runs else 0.0
-        _write_translation(motions, body, at, pose)
-        if motions.turns[body]:
-            _write_rotation(motions, body, at, pose)
+        if motions.first_piece[body + 1] > motions.first_piece[body]:
+            _write_curve(motions, body, at, pose)
+        else:
+            _write_translation(motions, body, at, pose)
+            if motions.turns[body]:
+                _write_rotation(motions, body, at, pose)
         if not runs:
             for c in range(3, 9):
                 pose[body, c] = 0.0

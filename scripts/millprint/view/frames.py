@@ -54,7 +54,8 @@ class Picture:
     """One view at one time, everything from the back to the front.
 
     wall_mm (t, 3, 2) triangles that face the eye, with how squarely they do, wall_shade (t,), 1 for head on;
-    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle.
+    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle; insert_mm
+    (j, 2, 2) lines of the inserts, which show through the balls.
     """
 
     wall_mm: np.ndarray
@@ -63,6 +64,7 @@ class Picture:
     centre_mm: np.ndarray
     speed_m_s: np.ndarray
     jar_mm: np.ndarray
+    insert_mm: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class Movie:
 
 
 class Shape:
-    """The walls' triangles, and the edges that can be seen."""
+    """A body's triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
         mesh = trimesh.Trimesh(vertices_m, triangles, process=False)
@@ -118,9 +120,9 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
         snapshots = _chosen(file, settings, start_s)
         blocks = list(snapshots.blocks())
     frequency_hz = frequency_of(snapshots.config)
-    shape = Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
-    frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, frequency_hz)]
-    middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
+    shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
+    frames = [frame for block in blocks for frame in _frames(block, snapshots, shapes, frequency_hz)]
+    middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
     low, high = bounds_of(snapshots, blocks)
     # The delays of a GIF are hundredths of a second.
     delay_ms = 10 * round(100 / settings.frames_per_second)
@@ -150,7 +152,9 @@ def panel_of(view: View, title: str, corners: tuple[np.ndarray, np.ndarray], pat
 
 def frequency_of(config: dict) -> float:
     """Revolutions of the mill in a second; 0 for one at rest."""
-    return 0.0 if config["mill"]["motion"]["kind"] == "rest" else config["case"]["speed_rpm"] / 60
+    motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
+    at_rest = all(motion is None or motion["kind"] == "rest" for motion in motions)
+    return 0.0 if at_rest else config["case"]["speed_rpm"] / 60
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
@@ -186,20 +190,34 @@ def bounds_of(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np
     )
 
 
-def _frames(block: Block, snapshots: Snapshots, shape: Shape, frequency_hz: float) -> list[Frame]:
+def draw_bodies(
+    view: View, shapes: list[Shape], vertices: list[np.ndarray], rotations: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What a view shows of the vessel and of the inserts in it: triangles, how squarely they face the eye, the lines
+    of the vessel, and those of the inserts. vertices (v, 3) [m] in the laboratory and rotations (3, 3), one a body."""
+    seen = [shape.seen(view, *pose) for shape, *pose in zip(shapes, vertices, rotations, strict=True)]
+    wall, shade = (np.concatenate([part[k] for part in seen]) for k in (0, 1))
+    inserts = np.concatenate([np.empty((0, 2, 2)), *(part[2] for part in seen[1:])])
+    return wall, shade, seen[0][2], inserts
+
+
+def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], frequency_hz: float) -> list[Frame]:
     position, poses = block.balls["position_m"], block.poses
     speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
     frames = []
     for k, time_s in enumerate(snapshots.time_s[block.rows]):
-        pictures = tuple(picture_of(view, shape, poses, k, position[k], speed[k]) for view in VIEWS)
+        pictures = tuple(picture_of(view, shapes, block.body_poses, k, position[k], speed[k]) for view in VIEWS)
         frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, pictures))
     return frames
 
 
-def picture_of(view: View, shape: Shape, poses: Poses, k: int, position: np.ndarray, speed: np.ndarray) -> Picture:
-    """One view at pose k, with balls at positions (balls, 3) [m] of speeds (balls,) [m/s]."""
-    turn, place = poses.rotation[k], poses.position_m[k]
-    vertices, middle = (points @ turn.T + place for points in (shape.vertices_m, shape.middle_m))
+def picture_of(
+    view: View, shapes: list[Shape], body_poses: list[Poses], k: int, position: np.ndarray, speed: np.ndarray
+) -> Picture:
+    """One view at pose k of the bodies, the vessel first, with balls at (balls, 3) [m] of speeds (balls,) [m/s]."""
+    turns, places = [pose.rotation[k] for pose in body_poses], [pose.position_m[k] for pose in body_poses]
+    vertices = [shape.vertices_m @ turn.T + place for shape, turn, place in zip(shapes, turns, places, strict=True)]
+    middle = turns[0] @ shapes[0].middle_m + places[0]
     order = np.argsort(view.nearness(position))
-    seen = shape.seen(view, vertices, turn)
-    return Picture(*seen, view.flat(position[order]), speed[order], view.flat(middle))
+    *seen, inserts = draw_bodies(view, shapes, vertices, turns)
+    return Picture(*seen, view.flat(position[order]), speed[order], view.flat(middle), inserts)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.job import progress
-from millprint.view.snapshots import Block, Snapshots, open_snapshots
+from millprint.view.snapshots import Block, Snapshots, body_of_feature, open_snapshots
 from millprint.view.vtkhdf import TransientPolyData, transient_polydata
 
 BALL, WALL = 0, 1  # partners of a contact
@@ -17,30 +17,41 @@ def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: 
 
     balls: a point a ball with radius, velocity, speed in the laboratory and relative to the wall, spin, net contact
         force, number of contacts; dissipated energies since the step before as field data.
-    walls: the vessel's triangles, moving. contacts: lines between the centres of two balls, or from a ball's centre to
+    walls: triangles of vessel and inserts, moving, each with the number of its body. contacts: lines between the centres of two balls, or from a ball's centre to
         the wall, with the partner (0 ball, 1 wall), both numbers and the overlap.
     Raises ConfigError for a run without snapshots.
     """
     with open_snapshots(run, every) as snapshots, ExitStack() as files:
-        count, geometry = len(snapshots), snapshots.geometry
+        count, (vertices, triangles, owner) = len(snapshots), _all_walls(snapshots)
         ball_file, wall_file, contact_file = (
             files.enter_context(transient_polydata(path, snapshots.time_s, **layout))
             for path, layout in (
                 (balls, _layout(count, "Vertices", snapshots.balls, np.arange(snapshots.balls)[:, None])),
-                (walls, _layout(count, "Polygons", len(geometry.vertices_m), geometry.triangles)),
+                (walls, _layout(count, "Polygons", vertices, triangles)),
                 (contacts, _contact_layout(snapshots)),
             )
         )
         ball_file.put_constant("PointData", "radius_m", np.full(snapshots.balls, snapshots.radius_m))
         ball_file.put_constant("PointData", "ball", np.arange(snapshots.balls, dtype=np.int32))
+        wall_file.put_constant("CellData", "body", owner)
         with progress(count, "exporting", "snapshot") as bar:
             for block in snapshots.blocks():
                 _append_balls(ball_file, snapshots, block)
-                moved = block.poses.to_laboratory(geometry.vertices_m).reshape(-1, 3)
-                wall_file.append("", "Points", moved.astype(np.float32))
+                pairs = zip(block.body_poses, snapshots.bodies, strict=True)
+                moved = np.concatenate([poses.to_laboratory(body.vertices_m) for poses, body in pairs], axis=1)
+                wall_file.append("", "Points", moved.reshape(-1, 3).astype(np.float32))
                 _append_contacts(contact_file, snapshots, block)
                 bar.update(block.rows.stop - block.rows.start)
         return count
+
+
+def _all_walls(snapshots: Snapshots) -> tuple[int, np.ndarray, np.ndarray]:
+    """Number of vertices of vessel and inserts, their triangles (t, 3), and the body (t,) of each."""
+    counts = [len(body.vertices_m) for body in snapshots.bodies]
+    starts = np.cumsum([0, *counts])[:-1]
+    triangles = [body.triangles + start for body, start in zip(snapshots.bodies, starts, strict=True)]
+    owner = np.repeat(np.arange(len(counts), dtype=np.int32), [len(part) for part in triangles])
+    return sum(counts), np.concatenate(triangles), owner
 
 
 def _layout(steps: int, kind: str, points: int, connectivity: np.ndarray) -> dict:
@@ -89,19 +100,27 @@ def contact_number(block: Block, balls: int) -> np.ndarray:
 
 def _append_contacts(file: TransientPolyData, snapshots: Snapshots, block: Block) -> None:
     """Lines, cut into two points each, and what is known of each contact."""
-    position, step, poses = block.balls["position_m"], block.contact_step, block.poses
+    position, step = block.balls["position_m"], block.contact_step
     start = position[step, block.first]
     end = np.empty_like(start)
     is_pair = block.second >= 0
     end[is_pair] = position[step[is_pair], block.second[is_pair]]
-    at = step[~is_pair]
-    turn, origin = poses.rotation[at], poses.position_m[at]
-    inside = np.einsum("nji,nj->ni", turn, start[~is_pair] - origin)
-    feet = snapshots.geometry.foot(-1 - block.second[~is_pair], inside)
-    end[~is_pair] = np.einsum("nij,nj->ni", turn, feet) + origin
+    end[~is_pair] = _feet(snapshots, block, start[~is_pair], -1 - block.second[~is_pair], step[~is_pair])
     reach = snapshots.radius_m * np.where(is_pair, 2, 1)
     file.append("", "Points", np.stack([start, end], axis=1).reshape(-1, 3))
     file.append("CellData", "partner", np.where(is_pair, BALL, WALL).astype(np.int32))
     file.append("CellData", "first", block.first.astype(np.int32))
     file.append("CellData", "second", block.second.astype(np.int32))
     file.append("CellData", "overlap_m", (reach - np.linalg.norm(end - start, axis=1)).astype(np.float32))
+
+
+def _feet(snapshots: Snapshots, block: Block, start: np.ndarray, feature: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """The points (n, 3) of wall features (n,) nearest to points (n, 3) at steps (n,), all in the laboratory [m]."""
+    feet = np.empty_like(start)
+    owner, local = body_of_feature(snapshots.bodies, feature)
+    for number, (body, poses) in enumerate(zip(snapshots.bodies, block.body_poses, strict=True)):
+        on = owner == number
+        turn, origin = poses.rotation[step[on]], poses.position_m[step[on]]
+        inside = np.einsum("nji,nj->ni", turn, start[on] - origin)
+        feet[on] = np.einsum("nij,nj->ni", turn, body.foot(local[on], inside)) + origin
+    return feet

@@ -44,9 +44,9 @@ def read_comparison(run: str | Path, replay: Replay, settings: ViewConfig) -> Mo
         first, stride, rows = _rows(file.filename, every, replay, settings)
         snapshots = Snapshots(file, stride, first, first + stride * (len(rows) - 1) + 1)
         blocks = list(snapshots.blocks())
-    shape = Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
-    frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, replay, rows)]
-    middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
+    shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
+    frames = [frame for block in blocks for frame in _frames(block, snapshots, shapes, replay, rows)]
+    middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
     corners, view = bounds_of(snapshots, blocks), VIEWS[0]
     delay_ms = 10 * round(100 / settings.frames_per_second)
     path = middle[: settings.frames_per_revolution + 1]
@@ -81,7 +81,7 @@ def _rows(path: str, snapshots: Snapshots, replay: Replay, settings: ViewConfig)
     return first, stride, rows
 
 
-def _frames(block: Block, snapshots: Snapshots, shape: Shape, replay: Replay, rows: np.ndarray) -> list[Frame]:
+def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], replay: Replay, rows: np.ndarray) -> list[Frame]:
     poses, frequency_hz = block.poses, frequency_of(snapshots.config)
     shown = rows[block.rows]
     pairs = [
@@ -92,7 +92,7 @@ def _frames(block: Block, snapshots: Snapshots, shape: Shape, replay: Replay, ro
     frames = []
     for k, time_s in enumerate(snapshots.time_s[block.rows]):
         pictures = tuple(
-            picture_of(VIEWS[0], shape, poses, k, position[k], speed[k])
+            picture_of(VIEWS[0], shapes, block.body_poses, k, position[k], speed[k])
             for (position, _), speed in zip(pairs, speeds, strict=True)
         )
         frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, pictures))

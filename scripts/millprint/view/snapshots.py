@@ -1,7 +1,7 @@
 """The snapshots of a run, read in blocks: a long run has more of them than memory."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from millprint.errors import ConfigError
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
+FEATURES = ("facet_normal", "edge_m", "corner_m")
 GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m")
 
 # Numbers of one quantity that a block holds: some tens of megabytes for all quantities together.
@@ -73,21 +74,41 @@ class Poses:
 class Block:
     """Consecutive snapshots of those chosen: `rows` of them by their number among the chosen ones.
 
-    balls: quantities of PER_BALL, (n, balls, 3) each; poses: of the vessel; contact_count (n,), and first and second
-    of all their contacts one after the other: a ball, and a ball or -1 - feature of the wall.
+    balls: quantities of PER_BALL, (n, balls, 3) each; poses: of the vessel, body_poses: of the vessel and the inserts;
+    contact_count (n,), and first and second of all their contacts one after the other: a ball, and a ball or
+    -1 - feature of the walls.
     """
 
     rows: slice
     balls: dict[str, np.ndarray]
-    poses: Poses
+    body_poses: tuple[Poses, ...]
     contact_count: np.ndarray
     first: np.ndarray
     second: np.ndarray
 
     @property
+    def poses(self) -> Poses:
+        """Where the vessel is."""
+        return self.body_poses[0]
+
+    @property
     def contact_step(self) -> np.ndarray:
         """The snapshot within the block that each contact belongs to."""
         return np.repeat(np.arange(len(self.contact_count)), self.contact_count)
+
+
+def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The body (n,) that features (n,) belong to, and their numbers (n,) within it.
+
+    Features are numbered as the simulation does: the facets of all bodies first, then convex edges, then corners.
+    """
+    counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
+    owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
+    # Within a body the same order holds: its facets, edges, corners.
+    before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
+    local = np.concatenate([first + np.arange(k) for row, starts in zip(counts, before, strict=True)
+                            for k, first in zip(row, starts, strict=True)])
+    return owner[feature], local[feature]
 
 
 class Snapshots:
@@ -112,7 +133,9 @@ class Snapshots:
             raise ConfigError(f"{path}: {what} is missing: written by another version; simulate this case again")
         self.config = json.loads(file.attrs["config"])
         self.radius_m = float(file.attrs["ball_radius_m"])
-        self.geometry = Geometry(**{name: file["geometry"][name][:] for name in GEOMETRY})
+        self.inserts = [insert["name"] for insert in self.config["mill"].get("inserts", [])]
+        groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
+        self.bodies = tuple(Geometry(**{name: file[group][name][:] for name in GEOMETRY}) for group in groups)
         self.balls = self._group["position_m"].shape[1]
         self._rows = slice(first, len(self._group["time_s"]) if last is None else last, every)
         self.time_s = self._group["time_s"][self._rows]
@@ -125,6 +148,11 @@ class Snapshots:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    @property
+    def geometry(self) -> Geometry:
+        """The vessel's walls."""
+        return self.bodies[0]
+
     def _since_before(self, name: str) -> np.ndarray:
         """Energy since the chosen snapshot before: that of the snapshots left out is added."""
         begin, end, every = self._rows.start, self._rows.stop, self._rows.step
@@ -133,7 +161,8 @@ class Snapshots:
 
     def blocks(self) -> Iterator[Block]:
         """The chosen snapshots in turn, as many at a time as memory holds with ease."""
-        size = max(1, BLOCK_VALUES // (3 * max(self.balls, len(self.geometry.vertices_m))))
+        largest = max(self.balls, sum(len(body.vertices_m) for body in self.bodies))
+        size = max(1, BLOCK_VALUES // (3 * largest))
         for begin in range(0, len(self), size):
             rows = slice(begin, min(begin + size, len(self)))
             yield self._block(rows)
@@ -147,16 +176,16 @@ class Snapshots:
         kept = np.repeat(is_chosen, np.diff(offset))
         first, second = (self._group[name][offset[0] : offset[-1]][kept] for name in PER_CONTACT)
         balls = {name: self._group[name][stored] for name in PER_BALL}
-        return Block(rows, balls, self._poses(stored), self.contact_count[rows], first, second)
+        groups = [self._group, *(self._group[f"inserts/{name}"] for name in self.inserts)]
+        poses = tuple(self._poses(group, stored) for group in groups)
+        return Block(rows, balls, poses, self.contact_count[rows], first, second)
 
-    def _poses(self, stored: slice) -> Poses:
-        """Poses of the vessel; one that only translates has no rotation recorded."""
-        position = self._group["body_position_m"][stored]
-        velocity = self._group["body_velocity_m_s"][stored]
-        if "body_rotation" in self._group:
-            return Poses(
-                position, velocity, self._group["body_rotation"][stored], self._group["body_spin_rad_s"][stored]
-            )
+    @staticmethod
+    def _poses(group: h5py.Group, stored: slice) -> Poses:
+        """Poses of a body; one that only translates has no rotation recorded."""
+        position, velocity = group["body_position_m"][stored], group["body_velocity_m_s"][stored]
+        if "body_rotation" in group:
+            return Poses(position, velocity, group["body_rotation"][stored], group["body_spin_rad_s"][stored])
         return Poses(position, velocity, np.broadcast_to(np.eye(3), (len(position), 3, 3)), np.zeros_like(position))
 
 

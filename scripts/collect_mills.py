@@ -1,0 +1,13 @@
+"""Do the curves of the thesis collapse for each mill? One row a mill, and a figure."""
+
+from millprint.figures.mills import plot_collapse
+from millprint.figures.style import save
+from millprint.files import read_table, write_table
+from millprint.fingerprint.mill_collapse import one_row_a_mill
+from millprint.job import job
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "collect the collapse of all mills"):
+        table = one_row_a_mill([read_table(path) for path in snakemake.input])
+        write_table(table, snakemake.output.table)
+        save(plot_collapse(table, snakemake.params.collapse_max), snakemake.output.svg, snakemake.output.png)

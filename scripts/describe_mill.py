@@ -1,0 +1,48 @@
+"""The fingerprint of any mill from its own sweep: descriptors, curves, exponents, collapse, zones, and its sheet."""
+
+from millprint.config.fingerprint import FingerprintConfig
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.files import write_table
+from millprint.fingerprint.coverage import tabulate_coverage
+from millprint.fingerprint.curves import PANELS, average_curves, fill_grid
+from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.exponents import fit_exponents
+from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
+from millprint.fingerprint.mill_sheet import tabulate_sheet
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.summaries import read_summaries
+from millprint.fingerprint.zones import find_zones
+from millprint.job import job
+
+COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
+
+
+def main(summaries: list[str], output, mill: MillConfig, settings: FingerprintConfig, mills: MillsConfig) -> None:
+    """Read the summaries of the mill's sweep and write its tables."""
+    runs = read_summaries(summaries)
+    descriptors = tabulate_descriptors(runs, settings.counting_rule)
+    write_table(descriptors, output.descriptors)
+    write_table(average_curves(descriptors), output.means)
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, settings.interval)
+    fills = fill_grid(descriptors["fill_ratio"].unique(), settings.smooth_points)
+    write_table(fingerprint.curve(fills)[COLUMNS], output.curves)
+    write_table(tabulate_coverage(fingerprint), output.coverage)
+    fingerprint.write(output.fingerprint)
+    write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), settings.interval), output.exponents)
+    collapse = tabulate_mill_collapse(descriptors, settings.interval, mills.collapse_max)
+    write_table(collapse, output.collapse)
+    zones = find_zones(fingerprint)
+    write_table(zones, output.zones)
+    write_table(tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max()), output.sheet)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], f"describe {snakemake.params.mill['name']}"):
+        main(
+            snakemake.input.summaries,
+            snakemake.output,
+            MillConfig(**snakemake.params.mill),
+            FingerprintConfig(**snakemake.params.fingerprint),
+            MillsConfig(**snakemake.params.settings),
+        )

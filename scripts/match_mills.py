@@ -1,0 +1,40 @@
+"""The conditions of one mill that come nearest to a condition of another, ranked, with what is lost in each."""
+
+from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
+from millprint.config.mill_sweep import MatchMillsConfig
+from millprint.files import write_table
+from millprint.fingerprint.match import match_targets
+from millprint.fingerprint.model import Fingerprint
+from millprint.job import job
+
+
+def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) -> MatchConfig:
+    """What is asked: what the settings leave out is what was simulated of the mill."""
+    ranges, settled = fingerprint.about["ranges"], fingerprint.about["settings"]
+    balls = sorted({1e3 * diameter for diameter in settled["ball_diameter_m"]})
+    condition = LikeConfig(
+        fingerprint=like,
+        speed_rpm=settings.like_speed_rpm,
+        ball_diameter_mm=settings.like_ball_diameter_mm,
+        fill_ratio=settings.like_fill_ratio,
+    )
+    return MatchConfig(
+        targets=[TargetConfig(name=settings.like_mill, like=condition)],
+        speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
+        fill_ratios=ranges["fill_ratio"],
+        ball_diameters_mm=settings.ball_diameters_mm or balls,
+        ranked=settings.ranked,
+    )
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "match mills") as logger:
+        settings = MatchMillsConfig(**snakemake.params.settings)
+        mill = Fingerprint.read(snakemake.input.mill)
+        table = match_targets(request_of(settings, snakemake.input.like, mill), [mill])
+        write_table(table, snakemake.output[0])
+        best = table.iloc[0]
+        logger.info(
+            "nearest: %g mm, fill %.3g, %.4g rpm; off by a factor of %.3g on average; outside: %s",
+            best["ball_diameter_mm"], best["fill_ratio"], best["speed_rpm"], 1 + best["distance"], best["outside"],
+        )  # fmt: skip

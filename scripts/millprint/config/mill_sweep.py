@@ -1,0 +1,99 @@
+"""Which conditions make the fingerprint of a mill: its own `sweep`, and the settings that all mills share (`mills`)."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.fingerprint import Range
+from millprint.config.section import Fraction, Name, Positive, Section
+
+Turns = Annotated[float, Field(ge=1, le=10_000)]
+Several = Annotated[list[Positive], Field(min_length=1, max_length=12)]
+
+
+class MillSweepConfig(Section):
+    """Speeds, balls and fill ratios that suit a mill: the first speed with every ball size, the first ball size with
+    every speed, each at every fill ratio."""
+
+    speeds_rpm: Several | None = Field(default=None, description="speeds, where the mill is set in turns a minute [rpm]")
+    speeds_hz: Several | None = Field(default=None, description="speeds, where the mill is set in cycles a second [Hz]")
+    ball_diameters_mm: Several = Field(description="ball diameters [mm]")
+    fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
+        description="ball volume over the nominal volume [-]"
+    )
+    discard_turns: Turns | None = Field(
+        default=None, description="turns of the mill left out of every average; at least 0.25 s if left out [-]"
+    )
+    window_turns: Turns | None = Field(
+        default=None, description="turns of the mill that are recorded; at least 3, and 0.8 s, if left out [-]"
+    )
+
+    @model_validator(mode="after")
+    def _one_list_of_speeds(self):
+        if (self.speeds_rpm is None) == (self.speeds_hz is None):
+            raise ValueError("speeds: either speeds_rpm or speeds_hz is wanted")
+        for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", "fill_ratios"):
+            values = getattr(self, key) or []
+            if len(set(values)) < len(values):
+                raise ValueError(f"{key} = {values}: a value appears twice")
+        return self
+
+    @property
+    def speeds(self) -> list[float]:
+        """The speeds [rpm]."""
+        return self.speeds_rpm or [60 * speed for speed in self.speeds_hz]
+
+
+class MatchMillsConfig(Section):
+    """Which conditions of one mill come nearest to a condition of another: target `match`."""
+
+    mill: Name = Field(description="mill whose conditions are sought: a file in config/mills")
+    like_mill: Name = Field(description="mill whose condition is to be met: a file in config/mills")
+    like_speed_rpm: Positive = Field(description="its speed [rpm]")
+    like_ball_diameter_mm: Positive = Field(description="its balls [mm]")
+    like_fill_ratio: Fraction = Field(description="its fill ratio [-]")
+    speeds_rpm: Range | None = Field(
+        default=None, description="speeds that can be set, from and to [rpm]; those that were simulated if left out"
+    )
+    ball_diameters_mm: list[Positive] | None = Field(
+        default=None, description="balls at hand [mm]; those that were simulated if left out"
+    )
+    ranked: Annotated[int, Field(ge=1, le=1000)] = Field(default=10, description="conditions to list")
+
+
+class ScaleUpConfig(Section):
+    """A mill enlarged by geometric similarity, and what it costs to simulate: target `scale_up`."""
+
+    mill: Name = Field(description="mill that is enlarged: a file in config/mills")
+    volume_l: Annotated[float, Field(gt=0, le=10_000)] = Field(description="nominal volume of the large mill [L]")
+    ball_diameter_mm: Positive = Field(description="balls of the small mill [mm]")
+    fill_ratio: Fraction = Field(description="fill ratio of both [-]")
+    speed_rpm: Positive = Field(description="speed of the small mill [rpm]")
+    revolutions: Turns = Field(default=5, description="turns of the large mill after its start, for the costs [-]")
+    cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
+    run_turns: Turns = Field(default=1, description="turns of the large mill in the run, of which the last half counts [-]")
+    run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
+
+
+class MillsConfig(Section):
+    """Settings of results/mills: the fingerprints of any mills, by their own sweeps."""
+
+    box: Annotated[list[Name], Field(min_length=1)] = Field(description="mills of the target `mills`")
+    contact: Name = Field(description="contact set of their balls: a file in config/contacts")
+    rayleigh_fraction: Fraction = Field(
+        default=0.024, description="step over each case's own Rayleigh time; 0.024 is 2e-6 s for 5 mm balls [-]"
+    )
+    settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest before the mill starts [s]")
+    first_case_only: bool = Field(
+        default=False, description="simulate the first case of each mill of the box and no more, for a smoke test"
+    )
+    collapse_max: Fraction = Field(
+        default=0.2, description="spread of scaled power, in logarithms, up to which curves are said to collapse [-]"
+    )
+    match: MatchMillsConfig
+    scale_up: ScaleUpConfig
+
+    @property
+    def named(self) -> list[str]:
+        """Every mill that the section names."""
+        return [*self.box, self.match.mill, self.match.like_mill, self.scale_up.mill]

@@ -1,0 +1,178 @@
+"""Figures of any mill: its geometry, a strip of its motion, its fingerprint sheet, the collapse of several."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from millprint.figures.chapter3 import CURVE_LABELS, FILL_LABEL, MARKERS
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
+from millprint.view.mill_picture import Look, MillPicture
+
+INK, DARK, LIGHT = "#303030", 0.74, 0.96
+# A4, the sheet of one page [inch].
+SHEET_IN = (8.27, 11.69)
+SHOWN = ("normal energy of a collision", "tangential energy of a collision", "collisions of one ball",
+         "normal power", "tangential power")  # fmt: skip
+
+
+def _draw(axes: Axes, look: Look, limits: np.ndarray, linewidth: float = 0.7) -> None:
+    """A mill in one view: walls that face the eye, outlines, and the inserts over them."""
+    grey = np.repeat((DARK + (LIGHT - DARK) * look.wall_shade)[:, None], 3, axis=1)
+    axes.add_collection(PolyCollection(look.wall_mm, facecolors=grey, edgecolors=grey, linewidths=0.2))
+    axes.add_collection(LineCollection(look.outline_mm, colors=INK, linewidths=linewidth))
+    axes.add_collection(LineCollection(look.insert_mm, colors=COLOURS[0], linewidths=linewidth))
+    axes.set(xlim=limits[:, 0], ylim=limits[:, 1], aspect="equal")
+
+
+def draw_views(axes: list[Axes], picture: MillPicture) -> None:
+    """The mill from above and from the side at the start of a turn."""
+    for axis, view, look, limits in zip(axes, picture.views, picture.looks, picture.limits_mm, strict=True):
+        _draw(axis, look, limits)
+        axis.set(xlabel=f"{'xyz'[view.right]} [mm]", ylabel=f"{'xyz'[view.up]} [mm]")
+        axis.set_title(view.title, loc="left", fontsize=7)
+
+
+def plot_geometry(picture: MillPicture) -> Figure:
+    """The mill from above and from the side, inserts in blue."""
+    figure, axes = plt.subplots(2, 1, figsize=(COLUMN_WIDTH_IN, 4.6))
+    draw_views(list(axes), picture)
+    figure.suptitle(picture.title, fontsize=8)
+    return figure
+
+
+def draw_strip(axes: list[Axes], picture: MillPicture) -> None:
+    """Moments of a turn side by side, with the way of a marked point of the wall."""
+    for number, (axis, look) in enumerate(zip(axes, picture.strip, strict=True)):
+        _draw(axis, look, picture.strip_limits_mm, 0.4)
+        axis.plot(*picture.path_mm.T, color=COLOURS[1], linewidth=0.5)
+        axis.plot(*look.mark_mm, "o", color=COLOURS[1], markersize=2.5)
+        axis.set_title(f"{number / len(picture.strip):.3g} turn", fontsize=6, pad=2)
+        axis.tick_params(labelsize=5, length=2)
+        if number % 4:
+            axis.set_yticklabels([])
+        else:
+            axis.set_ylabel(f"{'xyz'[picture.strip_view.up]} [mm]", fontsize=6)
+        if number < len(axes) - 4:
+            axis.set_xticklabels([])
+        else:
+            axis.set_xlabel(f"{'xyz'[picture.strip_view.right]} [mm]", fontsize=6)
+
+
+def plot_motion(picture: MillPicture) -> Figure:
+    """Eight moments of one turn of the mill, seen from where its motion shows most."""
+    size = np.ptp(picture.strip_limits_mm, axis=0)
+    height = min(6.5, 0.8 + 2 * (COLUMN_WIDTH_IN - 0.6) / 4 * size[1] / size[0])
+    figure, axes = plt.subplots(2, 4, figsize=(COLUMN_WIDTH_IN, max(height, 1.6)))
+    draw_strip(list(axes.flat), picture)
+    figure.suptitle(f"{picture.title}, {picture.strip_view.title}", fontsize=7)
+    return figure
+
+
+def _draw_curve(axis: Axes, quantity: str, label: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
+    """One master curve with its band, and the conditions that it was made of, a marker a speed and ball size."""
+    axis.fill_between(
+        curves["fill_ratio"], curves[f"{quantity}_lower"], curves[f"{quantity}_upper"], color=COLOURS[0], alpha=0.15,
+        linewidth=0, label="band of a condition",
+    )  # fmt: skip
+    axis.plot(curves["fill_ratio"], curves[quantity], color=COLOURS[0], label="master curve")
+    for number, ((diameter, speed), line) in enumerate(descriptors.groupby(["ball_diameter_mm", "speed_rpm"])):
+        axis.plot(
+            line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
+            color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{diameter:g} mm, {speed:g} rpm",
+        )  # fmt: skip
+    axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
+    axis.yaxis.label.set_fontsize(7)
+
+
+def _number(value: float) -> str:
+    return "-" if value is None or np.isnan(value) else f"{value:.3g}"
+
+
+def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
+    """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
+    left, right = [], []
+    for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
+        given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)} {row.unit}"
+        if row.quantity != "name":
+            left.append(f"{row.quantity}: {given}")
+    left.append("")
+    for row in sheet[sheet["section"] == "descriptors"].itertuples():
+        left.append(f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}) {row.unit}")
+    right.append("exponents (interval; of the thesis)")
+    for row in sheet[sheet["section"] == "exponents"].itertuples():
+        supposed = row.text.removeprefix("the thesis has ")
+        right.append(f"  {row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}; {supposed})")
+    right += ["", "spread of power per ball, before: after the thesis's scaling: after its own"]
+    for title in ("power per ball", "frequency per ball"):
+        rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
+        values = " : ".join(_number(value) for value in rows["value"])
+        right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
+    right += ["", "holds from - to"]
+    for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
+        right.append(f"  {row.quantity}: {_number(row.lower)} to {_number(row.upper)} {row.unit}")
+    return "\n".join(left), "\n".join(right)
+
+
+def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFrame, curves: pd.DataFrame) -> Figure:
+    """The fingerprint of a mill on one page: picture, motion, descriptors, master curves, exponents, range.
+
+    sheet: as of tabulate_sheet; descriptors: those of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper.
+    """
+    figure = plt.figure(figsize=SHEET_IN)
+    figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=[0.85, 1.0, 1.35])
+    views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
+    draw_views(list(views.subplots(1, 2)), picture)
+    draw_strip(list(strip.subplots(2, 4).flat), picture)
+    left, right = _lines_of(sheet)
+    text = middle.subplots(1, 2)
+    for axis, words in zip(text, (left, right), strict=True):
+        axis.axis("off")
+        axis.text(0, 1, words, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+    axes = bottom.subplots(2, 2)
+    for axis, (quantity, label) in zip(axes.flat, CURVE_LABELS.items(), strict=True):
+        _draw_curve(axis, quantity, label, descriptors, curves)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    bottom.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7)
+    return figure
+
+
+def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
+    """Spread of the power per ball of several mills: before scaling, by the thesis's exponents, by their own.
+
+    collapse: a row a mill, power_spread_before, power_spread_thesis and power_spread_own; largest: spread of a collapse.
+    """
+    figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.9 + 0.3 * len(collapse)))
+    places = np.arange(len(collapse))
+    for number, (name, label) in enumerate(
+        {"before": "before scaling", "thesis": "exponents of the thesis", "own": "exponents of its own"}.items()
+    ):
+        axis.plot(collapse[f"power_spread_{name}"], places, MARKERS[number], color=COLOURS[number], label=label)
+    axis.axvline(largest, color="0.5", linestyle="--", linewidth=0.8)
+    axis.set(xlabel="spread of log power per ball [-]", xscale="log")
+    axis.set_yticks(places, collapse["mill"])
+    axis.set_ylabel("mill")
+    axis.invert_yaxis()
+    figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    return figure
+
+
+def plot_scale_up(sheet: pd.DataFrame) -> Figure:
+    """What is kept and what changes in the large mill, for each way to run it: ratios large over small."""
+    quantities = {
+        "normal_energy_ratio": "normal energy\nof a collision",
+        "frequency_per_ball_ratio": "collisions\nof one ball",
+        "specific_power_ratio": "power over mass\nof balls",
+    }
+    figure, axes = plt.subplots(len(quantities), 1, figsize=(COLUMN_WIDTH_IN, 4.4), sharex=True)
+    places = np.arange(len(sheet))
+    for axis, (quantity, label) in zip(axes, quantities.items(), strict=True):
+        axis.axhline(1.0, color="0.5", linewidth=0.8)
+        axis.plot(places, sheet[quantity], "o", color=COLOURS[0])
+        axis.set(ylabel=f"{label} [-]", yscale="log")
+        axis.yaxis.label.set_fontsize(7)
+    axes[-1].set_xticks(places, [name.replace(", ", ",\n") for name in sheet["keeps"]], fontsize=6)
+    axes[-1].set_xlabel("what is kept")
+    return figure

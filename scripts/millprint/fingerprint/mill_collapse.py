@@ -1,0 +1,102 @@
+"""Do the curves of a mill collapse? The spread between its conditions before and after scaling, as one number each."""
+
+import numpy as np
+import pandas as pd
+import statsmodels.api as sm
+
+from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.exponents import ENERGY, FREQUENCY, POWER
+
+# Quantity of one ball or collision -> exponents of the thesis's scaling, of speed and of ball size.
+QUANTITIES = {
+    "power_per_ball_W": POWER,
+    "normal_power_per_ball_W": POWER,
+    "tangential_power_per_ball_W": POWER,
+    "frequency_per_ball_hz": FREQUENCY,
+    "normal_energy_J": ENERGY,
+    "tangential_energy_J": ENERGY,
+}
+VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
+VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powers of speed and ball size")
+
+
+def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
+    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills) tells them apart."""
+    rest = logs - constants @ np.linalg.lstsq(constants, logs, rcond=None)[0]
+    return float(np.sqrt((rest**2).sum() / (len(logs) - constants.shape[1])))
+
+
+def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray], probability: float) -> dict:
+    """Exponents by least squares over all fill ratios at once, with Student's intervals, and the spread that is left."""
+    names = [name for name, values in varied.items() if np.ptp(values) > 0]
+    empty = {f"{name}{end}": np.nan for name in varied for end in ("", "_lower", "_upper")}
+    design = np.column_stack([constants, *(varied[name] for name in names)])
+    if not names or len(logs) <= design.shape[1]:
+        return empty | {"spread_own": np.nan}
+    fit = sm.OLS(logs, design).fit()
+    intervals = fit.conf_int(alpha=1 - probability)
+    found = {"spread_own": float(np.sqrt(fit.mse_resid))}
+    for place, name in enumerate(names, start=constants.shape[1]):
+        found |= {name: fit.params[place], f"{name}_lower": intervals[place, 0], f"{name}_upper": intervals[place, 1]}
+    return empty | found
+
+
+def verdict(thesis: float, own: float, largest: float) -> str:
+    """Whether a spread [-] is at most `largest` after the thesis's scaling, after that by its own exponents, or not."""
+    return VERDICTS[0] if thesis <= largest else VERDICTS[1] if own <= largest else VERDICTS[2]
+
+
+def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, largest: float) -> pd.DataFrame:
+    """The spread between speeds and ball sizes of one mill and contact set, a row a quantity.
+
+    Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that 0.1
+    is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
+    exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d, with
+    intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one fill
+    ratio only tell nothing; density and amplitude are those of the mill.
+    """
+    table = as_built(descriptors)
+    for channel in ("normal", "tangential"):
+        table = table.assign(**{f"{channel}_power_per_ball_W": table[f"{channel}_power_W"] / table["balls"]})
+    table["power_per_ball_W"] = table["normal_power_per_ball_W"] + table["tangential_power_per_ball_W"]
+    table = table[table.groupby("fill_ratio")["fill_ratio"].transform("size") > 1]
+    constants = pd.get_dummies(table["fill_ratio"]).to_numpy(dtype=float)
+    varied = {name: np.log(table[column].to_numpy(dtype=float)) for name, column in VARIED.items()}
+    rows = []
+    for quantity, supposed in QUANTITIES.items():
+        logs = np.log(table[quantity].to_numpy(dtype=float))
+        scaled = logs - sum(supposed[name] * values for name, values in varied.items())
+        row = {
+            "mill": table["mill"].iloc[0],
+            "contact": table["contact"].iloc[0],
+            "quantity": quantity,
+            "conditions": len(table),
+            "fill_ratios": constants.shape[1],
+            "spread_before": _spread(logs, constants),
+            "spread_thesis": _spread(scaled, constants),
+            **_own(logs, constants, varied, probability),
+            **{f"{name}_supposed": supposed[name] for name in VARIED},
+        }
+        rows.append(row | {"collapse": verdict(row["spread_thesis"], row["spread_own"], largest)})
+    return pd.DataFrame(rows)
+
+
+def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
+    """The collapse of several mills: a row a mill, columns `power_*`, `normal_*`, `tangential_*` and `frequency_*`."""
+    short = {
+        "power_per_ball_W": "power",
+        "normal_power_per_ball_W": "normal",
+        "tangential_power_per_ball_W": "tangential",
+        "frequency_per_ball_hz": "frequency",
+    }
+    kept = ["spread_before", "spread_thesis", "spread_own", "omega", "omega_lower", "omega_upper", "d", "d_lower", "d_upper"]
+    rows = []
+    for table in tables:
+        first = table.iloc[0]
+        row = {name: first[name] for name in ("mill", "contact", "conditions")}
+        for quantity, name in short.items():
+            own = table[table["quantity"] == quantity].iloc[0]
+            row[f"{name}_collapse"] = own["collapse"]
+            row |= {f"{name}_{column}": own[column] for column in kept}
+        rows.append(row)
+    return pd.DataFrame(rows)

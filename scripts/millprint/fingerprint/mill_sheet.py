@@ -1,0 +1,90 @@
+"""The fingerprint sheet of a mill as a table: what it is, its descriptors, its exponents, and where they hold."""
+
+import pandas as pd
+
+from millprint.config.mill import MillConfig
+from millprint.fingerprint.model import Fingerprint, Prediction
+
+SHEET = ["section", "quantity", "value", "lower", "upper", "unit", "text"]
+DESCRIBED = {
+    "normal_energy_J": ("normal energy of a collision", "J"),
+    "tangential_energy_J": ("tangential energy of a collision", "J"),
+    "frequency_per_ball_hz": ("collisions of one ball", "1/s"),
+    "normal_power_W": ("normal power", "W"),
+    "tangential_power_W": ("tangential power", "W"),
+}
+RANGES = {
+    "fill_ratio": ("fill ratio", "-", 1.0),
+    "speed_hz": ("speed", "rpm", 60.0),
+    "ball_diameter_m": ("ball diameter", "mm", 1e3),
+    "density_kg_m3": ("ball density", "kg/m3", 1.0),
+    "amplitude_m": ("amplitude A", "mm", 1e3),
+}
+
+
+def reference_of(fingerprint: Fingerprint) -> dict[str, float]:
+    """The condition that a sheet describes: the first speed and ball size, the middle one of the simulated fills."""
+    settings = fingerprint.about["settings"]
+    diameter = max(settings["ball_diameter_m"])
+    of_largest = [s for s, d in zip(settings["speed_hz"], settings["ball_diameter_m"], strict=True) if d == diameter]
+    low, high = fingerprint.fill_range
+    return {"speed_hz": min(of_largest), "ball_diameter_m": diameter, "fill_ratio": float((low * high) ** 0.5)}
+
+
+def shown_speed(mill: MillConfig, speed_hz: float) -> str:
+    """A speed in the unit that the mill is set in."""
+    return f"{speed_hz:.3g} Hz" if mill.speed_unit == "hz" else f"{60 * speed_hz:.4g} rpm"
+
+
+def _row(section: str, quantity: str, value=None, lower=None, upper=None, unit: str = "", text: str = "") -> dict:
+    return dict(zip(SHEET, (section, quantity, value, lower, upper, unit, text), strict=True))
+
+
+def _described(prediction: Prediction) -> list[dict]:
+    rows = []
+    for name, (title, unit) in DESCRIBED.items():
+        band = getattr(prediction, name)
+        rows.append(_row("descriptors", title, band.value, band.lower, band.upper, unit))
+    return rows
+
+
+def tabulate_sheet(
+    mill: MillConfig, fingerprint: Fingerprint, collapse: pd.DataFrame, zones: pd.DataFrame, closure: float
+) -> pd.DataFrame:
+    """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents and collapse, zones, validity.
+
+    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest error of an energy balance [-].
+    """
+    about, condition = fingerprint.about, reference_of(fingerprint)
+    prediction = fingerprint.predict(**condition)
+    rows = [
+        _row("mill", "name", text=f"{mill.name}: {mill.title}"),
+        _row("mill", "nominal volume", mill.volume_ml, unit="mL"),
+        _row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
+        _row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
+        _row("mill", "collisions counted by", text=about["counting_rule"]),
+        _row("condition", "speed", 60 * condition["speed_hz"], unit="rpm", text=shown_speed(mill, condition["speed_hz"])),
+        _row("condition", "ball diameter", 1e3 * condition["ball_diameter_m"], unit="mm"),
+        _row("condition", "fill ratio", condition["fill_ratio"], unit="-"),
+        _row("condition", "balls", prediction.balls, unit="-"),
+        *_described(prediction),
+    ]
+    for own in collapse.itertuples():
+        title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
+        rows += [
+            _row("exponents", f"{title}: of speed", own.omega, own.omega_lower, own.omega_upper, "-",
+                 f"the thesis has {own.omega_supposed:g}"),
+            _row("exponents", f"{title}: of ball size", own.d, own.d_lower, own.d_upper, "-",
+                 f"the thesis has {own.d_supposed:g}"),
+            _row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
+            _row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
+            _row("collapse", f"{title}: by its own exponents", own.spread_own, unit="-", text=f"collapses {own.collapse}"),
+        ]  # fmt: skip
+    rows += [
+        _row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-") for zone in zones.itertuples()
+    ]
+    for name, (title, unit, factor) in RANGES.items():
+        low, high = about["ranges"][name]
+        rows.append(_row("validity", title, None, low * factor, high * factor, unit))
+    rows.append(_row("validity", "largest error of an energy balance", closure, unit="-"))
+    return pd.DataFrame(rows, columns=SHEET)

@@ -1,0 +1,90 @@
+"""A mill enlarged by geometric similarity: how to run it for the same fingerprint, and what it costs to simulate.
+
+All lengths of vessel and motion grow by L = (V / V_0)^(1/3). With energies per collision ~ rho omega^2 A^2 d^3, a
+frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29) each row keeps one of them. Balls as they
+are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1/2), keep every scaled number, gravity's
+share A omega^2 / g included.
+"""
+
+import pandas as pd
+
+from millprint.config.mill_sweep import ScaleUpConfig
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.similarity import RUN_WAY, WAYS
+
+SECONDS_PER_HOUR = 3600.0
+
+
+def tabulate_scale_up(
+    fingerprint: Fingerprint, factor: float, settings: ScaleUpConfig, step_s: float, ns_per_ball_step: float
+) -> pd.DataFrame:
+    """A row a way to run the large mill: speed, balls, descriptors and their ratios to the small mill's, costs.
+
+    factor: L [-]; step_s: the step for the small mill's balls [s], which grows with them; ns_per_ball_step: measured.
+    `hours` is what one core takes for settings.revolutions. Descriptors are those of the fingerprint at the large
+    amplitude: beyond what was simulated, so by the scaling of the thesis, and `outside` says so. `froude` is
+    A omega^2 / g over that of the small mill: where it is not 1, gravity weighs more or less than in the small mill.
+    """
+    small_speed, small_ball = settings.speed_rpm / 60, settings.ball_diameter_mm / 1e3
+    amplitude, density = fingerprint.about["amplitude_m"], fingerprint.about["density_kg_m3"]
+    volume = fingerprint.about["volume_m3"]
+    small = fingerprint.predict(small_speed, small_ball, settings.fill_ratio)
+    small_mass = settings.fill_ratio * volume * density
+    rows = []
+    for way in WAYS:
+        speed, diameter = small_speed * factor**way.power, small_ball * (factor if way.balls_grow else 1.0)
+        found = fingerprint.predict(
+            speed, diameter, settings.fill_ratio, amplitude_m=amplitude * factor, volume_m3=volume * factor**3
+        )
+        step = step_s * (factor if way.balls_grow else 1.0)
+        steps = settings.revolutions / speed / step
+        rows.append(
+            {
+                "way": way.name,
+                "keeps": way.keeps,
+                "length_factor": factor,
+                "volume_L": 1e3 * volume * factor**3,
+                "amplitude_mm": 1e3 * amplitude * factor,
+                "ball_diameter_mm": 1e3 * diameter,
+                "speed_rpm": 60 * speed,
+                "balls": found.balls,
+                "froude": factor ** (1 + 2 * way.power),
+                "normal_energy_J": found.normal_energy_J.value,
+                "tangential_energy_J": found.tangential_energy_J.value,
+                "frequency_per_ball_hz": found.frequency_per_ball_hz.value,
+                "power_W": found.power_W.value,
+                "specific_power_W_kg": found.power_W.value / (small_mass * factor**3),
+                "normal_energy_ratio": found.normal_energy_J.value / small.normal_energy_J.value,
+                "frequency_per_ball_ratio": found.frequency_per_ball_hz.value / small.frequency_per_ball_hz.value,
+                "specific_power_ratio": found.power_W.value / small.power_W.value / factor**3,
+                "outside": ", ".join(found.outside) or "nothing",
+                "time_step_s": step,
+                "steps": steps,
+                "ns_per_ball_step": ns_per_ball_step,
+                "hours": steps * found.balls * ns_per_ball_step * 1e-9 / SECONDS_PER_HOUR,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
+    """The large run against what the sheet foresees for it, a row a quantity: foreseen, simulated, their ratio.
+
+    large: summary of the run; rule: its collisions by the fingerprint's counting rule.
+    """
+    foreseen = sheet.set_index("way").loc[RUN_WAY]
+    power = large["power_W"]
+    simulated = {
+        "balls": large["balls"],
+        "normal_energy_J": rule["mean_normal_J"],
+        "tangential_energy_J": rule["mean_tangential_J"],
+        "frequency_per_ball_hz": rule["frequency_hz"] / large["balls"],
+        "power_W": power["normal"] + power["tangential"],
+        "ns_per_ball_step": large["ns_per_ball_step"],
+    }
+    return pd.DataFrame(
+        [
+            {"quantity": name, "foreseen": foreseen[name], "simulated": value, "ratio": value / foreseen[name]}
+            for name, value in simulated.items()
+        ]
+    )

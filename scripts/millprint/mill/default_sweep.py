@@ -1,0 +1,70 @@
+"""Conditions that suit a mill which names none: from its size, and from how its walls move."""
+
+import math
+
+import numpy as np
+
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, travel_m
+from millprint.mill.motion import REST
+
+GRAVITY = 9.81
+# Balls that are sold [mm], and the share of the vessel's narrowest inside that a ball should stay under.
+SIZES_MM = (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100)
+WIDEST = 1 / 5
+# Most balls of a case, so that a sweep takes minutes.
+BALLS_MAX = 600
+# Shares of the critical speed of a drum; accelerations of a shaken wall over gravity; speeds of a stirrer's tip [m/s].
+CRITICAL, SHAKEN, TIP = (0.6, 0.8), (6.0, 12.0), (0.5, 0.9)
+FILLS, FILLS_STIRRED = (0.08, 0.15, 0.22, 0.3), (0.15, 0.22, 0.3, 0.38)
+DIGITS = 2
+
+
+def _rounded(value: float) -> float:
+    """A value to two digits, as a person would choose it."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _sizes_mm(vessel_bounds: np.ndarray, volume_m3: float) -> list[float]:
+    """Two sizes that are sold: large enough for few balls, small enough for the vessel; the larger first."""
+    narrowest = float(np.ptp(vessel_bounds, axis=0).min()) * 1e3
+    fewest = (FILLS[-1] * volume_m3 / (math.pi / 6 * BALLS_MAX)) ** (1 / 3) * 1e3
+    fitting = [size for size in SIZES_MM if size <= narrowest * WIDEST] or [_rounded(narrowest * WIDEST)]
+    larger = next((size for size in fitting if size >= fewest), fitting[-1])
+    following = [size for size in fitting if size > larger]
+    return [following[0], larger] if following else [larger, _rounded(0.8 * larger)]
+
+
+def _speeds_rpm(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
+    """Two speeds: of a drum by its critical speed, of a stirrer by its tip, of anything else by its acceleration."""
+    reach = travel_m(bodies, CHECK_RPM)
+    if mill.motion.kind == "rotation":
+        critical = math.sqrt(GRAVITY / max(reach - diameter_m / 2, diameter_m / 2)) / abs(mill.motion.ratio or 1)
+        return [_rounded(share * critical * 30 / math.pi) for share in CRITICAL]
+    if bodies[0].motion.kind == REST:
+        ratios = [abs(getattr(insert.motion, "ratio", 1.0)) or 1.0 for insert in mill.inserts if insert.motion]
+        return [_rounded(speed / reach / max(ratios, default=1.0) * 30 / math.pi) for speed in TIP]
+    # The largest acceleration of the vessel's middle at one turn a second, by differences over the turn.
+    step = 1e-4
+    times = np.linspace(0.001, 1.001, 721)
+    middle = bodies[0].vessel.bounds.mean(axis=0)
+    places = [np.array([bodies[0].to_laboratory(middle[None], time)[0] for time in times + k * step]) for k in (-1, 0, 1)]
+    largest = float(np.linalg.norm(places[0] - 2 * places[1] + places[2], axis=1).max()) / step**2
+    return [_rounded(60 * math.sqrt(share * GRAVITY / largest)) for share in SHAKEN]
+
+
+def default_sweep(mill: MillConfig) -> MillSweepConfig:
+    """Two speeds, two ball sizes and four fill ratios for a mill that has no `sweep`.
+
+    A drum turns at 60 and 80 % of its critical speed sqrt(g / (R - d / 2)); a stirrer's tip moves at 0.5 and 0.9 m/s;
+    any other vessel is accelerated by 6 and 12 g. Balls fit five times into the narrowest direction. Raises ConfigError
+    for a mill whose shape does not hold.
+    """
+    bodies = build_bodies(mill, CHECK_RPM)
+    sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6)
+    speeds = _speeds_rpm(mill, bodies, sizes[0] / 1e3)
+    stirred = bodies[0].motion.kind == REST
+    return MillSweepConfig(
+        speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=list(FILLS_STIRRED if stirred else FILLS)
+    )

@@ -1,0 +1,29 @@
+"""A large mill by geometric similarity: how to run it, what is kept, and what it costs to simulate."""
+
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import ScaleUpConfig
+from millprint.dem.timestep import rayleigh_time
+from millprint.figures.mills import plot_scale_up
+from millprint.figures.style import save
+from millprint.files import read_json, write_table
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
+from millprint.fingerprint.similarity import enlarged
+from millprint.fingerprint.summaries import counted
+from millprint.job import job
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "plan the large mill") as logger:
+        settings, fraction = ScaleUpConfig(**snakemake.params.settings), snakemake.params.rayleigh_fraction
+        fingerprint, run = Fingerprint.read(snakemake.input.fingerprint), read_json(snakemake.input.summary)
+        _, factor = enlarged(MillConfig(**snakemake.params.mill), settings.volume_l, "large")
+        poisson = snakemake.params.poisson_ratio
+        step = fraction * rayleigh_time(
+            settings.ball_diameter_mm / 2e3, run["density_kg_m3"], run["young_modulus_pa"], poisson
+        )
+        sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
+        write_table(sheet, snakemake.output.sheet)
+        compared = compare_run(sheet, run, counted(run, fingerprint.about["counting_rule"]))
+        write_table(compared, snakemake.output.run)
+        save(plot_scale_up(sheet), snakemake.output.svg, snakemake.output.png)
+        logger.info("the large run: %d balls, %.3g s of processor", run["balls"], run["processor_s"])

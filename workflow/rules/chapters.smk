@@ -1,0 +1,68 @@
+"""The thesis: one target a chapter, all of them together, and the report."""
+
+include: "convergence.smk"
+include: "view.smk"
+include: "calibration.smk"
+include: "fingerprint.smk"
+include: "partition.smk"
+include: "yields.smk"
+include: "surrogate.smk"
+
+
+STAGE_OUTPUTS = [
+    *DOE_OUTPUTS,
+    *CONVERGENCE_OUTPUTS,
+    *VIEW_OUTPUTS,
+    *CALIBRATION_OUTPUTS,
+    *FINGERPRINT_OUTPUTS,
+    *PARTITION_OUTPUTS,
+    *YIELD_OUTPUTS,
+    *SURROGATE_OUTPUTS,
+]
+
+
+include: "report.smk"
+
+
+localrules:
+    all,
+    chapter2,
+    chapter3,
+    chapter4,
+    chapter5,
+    chapter6,
+
+
+rule all:
+    default_target: True
+    input:
+        STAGE_OUTPUTS,
+        rules.build_report.output,
+
+
+rule chapter2:
+    input:
+        DOE_OUTPUTS,
+
+
+rule chapter3:
+    input:
+        CALIBRATION_OUTPUTS,
+        FINGERPRINT_OUTPUTS,
+        CONVERGENCE_OUTPUTS,
+        VIEW_OUTPUTS,
+
+
+rule chapter4:
+    input:
+        PARTITION_OUTPUTS,
+
+
+rule chapter5:
+    input:
+        YIELD_OUTPUTS,
+
+
+rule chapter6:
+    input:
+        SURROGATE_OUTPUTS,

@@ -1,0 +1,247 @@
+"""Any mill: its picture, the fingerprint by its own sweep, the collapse of all in the box, matches, a large mill."""
+
+from millprint.fingerprint.mill_cases import large_case, mill_cases
+from millprint.fingerprint.similarity import enlarged
+
+MILL = f"{RESULTS}/mills/{{mill}}"
+SCALE_UP = f"{RESULTS}/scale_up"
+BOX = CONFIG.mills.box
+SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.mills.named]))
+
+# The large mill is one like any other, but made from the small one and not from a file.
+LARGE, LARGE_FACTOR = enlarged(
+    MILLS[CONFIG.mills.scale_up.mill], CONFIG.mills.scale_up.volume_l, f"{CONFIG.mills.scale_up.mill}_large"
+)
+MILLS[LARGE.name] = LARGE
+
+MILL_CASES = {name: mill_cases(MILLS[name], CONFIG.mills) for name in SWEPT_MILLS}
+LARGE_CASE = large_case(LARGE, LARGE_FACTOR, CONFIG.mills)
+# A case that a sweep of the configuration simulates already is taken as it is there.
+OTHER_CASES.update({case.path: case for cases in MILL_CASES.values() for case in cases})
+OTHER_CASES[LARGE_CASE.path] = LARGE_CASE
+
+
+def mill_summaries(name: str) -> list[str]:
+    """Summaries of every case of a mill's sweep."""
+    return [f"{RESULTS}/dem/{case.path}/summary.json" for case in MILL_CASES[name]]
+
+
+def described(name: str) -> str:
+    """The fingerprint of a mill."""
+    return f"{RESULTS}/mills/{name}/fingerprint.json"
+
+
+def dumped(mill) -> dict:
+    """A mill as plain values, without its sweep: another sweep changes no picture."""
+    return mill.model_dump(mode="json", exclude={"sweep"})
+
+
+wildcard_constraints:
+    mill="[a-z][a-z0-9_]*",
+
+
+rule draw_mill:
+    input:
+        sources=lambda wildcards: MILLS[wildcards.mill].source_files,
+    output:
+        geometry_svg=report(
+            f"{MILL}/geometry.svg",
+            caption="../report/mill_geometry.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "geometry"},
+        ),
+        geometry_png=f"{MILL}/geometry.png",
+        motion_svg=report(
+            f"{MILL}/motion.svg",
+            caption="../report/mill_motion.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "one turn"},
+        ),
+        motion_png=f"{MILL}/motion.png",
+    log:
+        f"{LOGS}/mills/{{mill}}_draw.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
+        library=library("draw_mill.py"),
+    message:
+        "Drawing mill {wildcards.mill} and its motion"
+    script:
+        "../../scripts/draw_mill.py"
+
+
+rule describe_mill:
+    input:
+        summaries=lambda wildcards: mill_summaries(wildcards.mill),
+    output:
+        descriptors=f"{MILL}/descriptors.tsv",
+        means=f"{MILL}/means.tsv",
+        curves=f"{MILL}/curves.tsv",
+        coverage=f"{MILL}/coverage.tsv",
+        fingerprint=f"{MILL}/fingerprint.json",
+        exponents=f"{MILL}/exponents.tsv",
+        collapse=f"{MILL}/collapse.tsv",
+        zones=f"{MILL}/zones.tsv",
+        sheet=f"{MILL}/fingerprint.tsv",
+    log:
+        f"{LOGS}/mills/{{mill}}_describe.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
+        fingerprint=settings("fingerprint"),
+        settings=settings("mills"),
+        library=library("describe_mill.py"),
+    message:
+        "Describing mill {wildcards.mill} by {input.summaries}"
+    script:
+        "../../scripts/describe_mill.py"
+
+
+rule draw_sheet:
+    input:
+        sources=lambda wildcards: MILLS[wildcards.mill].source_files,
+        sheet=rules.describe_mill.output.sheet,
+        descriptors=rules.describe_mill.output.descriptors,
+        curves=rules.describe_mill.output.curves,
+    output:
+        svg=report(
+            f"{MILL}/fingerprint.svg",
+            caption="../report/mill_fingerprint.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "fingerprint"},
+        ),
+        png=f"{MILL}/fingerprint.png",
+        pdf=f"{MILL}/fingerprint.pdf",
+    log:
+        f"{LOGS}/mills/{{mill}}_sheet.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
+        library=library("draw_sheet.py"),
+    message:
+        "Drawing the fingerprint of mill {wildcards.mill} on one page"
+    script:
+        "../../scripts/draw_sheet.py"
+
+
+rule collect_mills:
+    input:
+        [f"{RESULTS}/mills/{name}/collapse.tsv" for name in BOX],
+    output:
+        table=f"{RESULTS}/mills/collapse.tsv",
+        svg=report(
+            f"{RESULTS}/mills/collapse.svg",
+            caption="../report/mill_collapse.rst",
+            category="Mills",
+            labels={"mill": "all", "figure": "collapse"},
+        ),
+        png=f"{RESULTS}/mills/collapse.png",
+    log:
+        f"{LOGS}/mills/collect.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        collapse_max=CONFIG.mills.collapse_max,
+        library=library("collect_mills.py"),
+    message:
+        "Collecting the collapse of {BOX}"
+    script:
+        "../../scripts/collect_mills.py"
+
+
+rule match_mills:
+    input:
+        mill=described(CONFIG.mills.match.mill),
+        like=described(CONFIG.mills.match.like_mill),
+    output:
+        f"{RESULTS}/mills/match.tsv",
+    log:
+        f"{LOGS}/mills/match.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=CONFIG.mills.match.model_dump(mode="json"),
+        library=library("match_mills.py"),
+    message:
+        "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
+    script:
+        "../../scripts/match_mills.py"
+
+
+rule plan_scale_up:
+    input:
+        fingerprint=described(CONFIG.mills.scale_up.mill),
+        summary=f"{RESULTS}/dem/{LARGE_CASE.path}/summary.json",
+    output:
+        sheet=f"{SCALE_UP}/sheet.tsv",
+        run=f"{SCALE_UP}/run.tsv",
+        svg=report(
+            f"{SCALE_UP}/sheet.svg",
+            caption="../report/scale_up.rst",
+            category="Mills",
+            labels={"mill": "large", "figure": "scale-up"},
+        ),
+        png=f"{SCALE_UP}/sheet.png",
+    log:
+        f"{LOGS}/mills/scale_up.log",
+    localrule: True
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        settings=CONFIG.mills.scale_up.model_dump(mode="json"),
+        rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
+        mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
+        poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
+        library=library("plan_scale_up.py"),
+    message:
+        "Planning the large mill"
+    script:
+        "../../scripts/plan_scale_up.py"
+
+
+MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
+# A smoke test runs one case of each mill, and draws all.
+BOX_OUTPUTS = (
+    [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX)]
+    if CONFIG.mills.first_case_only
+    else [*MILL_PICTURES, *expand([*rules.draw_sheet.output], mill=BOX), *rules.collect_mills.output]
+)
+FINGERPRINTED = [
+    output.format(mill=CONFIG.mill)
+    for output in (*rules.draw_mill.output, *rules.describe_mill.output, *rules.draw_sheet.output)
+]
+
+
+localrules:
+    fingerprint,
+    mills,
+    match,
+    scale_up,
+
+
+rule fingerprint:
+    input:
+        FINGERPRINTED,
+
+
+rule mills:
+    input:
+        BOX_OUTPUTS,
+
+
+rule match:
+    input:
+        rules.match_mills.output,
+
+
+rule scale_up:
+    input:
+        rules.plan_scale_up.output,
