@@ -1,0 +1,27 @@
+"""A few hundred damaged files; `make fuzz COUNT=5000 SEED=7` damages thousands (tests/fuzz.py)."""
+
+import os
+import subprocess
+import sys
+
+from tests.conftest import ROOT
+
+COUNT = int(os.environ.get("MILLPRINT_FUZZ", "250"))
+
+
+def test_damaged_input_is_refused_in_one_line_or_makes_a_valid_plan(tmp_path):
+    """In a process of its own, for its memory is limited."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.fuzz", "--count", str(COUNT), "--seed", "3", "--keep", str(tmp_path / "project")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-3000:]
+    # It does damage: most files are refused, some changes are harmless.
+    refused, valid = (
+        int(done.stdout.split(f"'{kind}': ")[1].split(",")[0].split("}")[0]) for kind in ("refused", "valid")
+    )
+    assert refused > COUNT / 3
+    assert valid > COUNT / 50
