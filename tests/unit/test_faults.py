@@ -60,11 +60,9 @@ def test_a_truncated_hdf5_file_is_named(tmp_path):
         file["x"] = np.random.default_rng(0).random(50_000)
     for length in (path.stat().st_size - 1000, 100, 0):
         os.truncate(path, length)
-        with (
-            pytest.raises(ConfigError, match=r"a.h5: truncated or damaged .* delete it") as caught,
-            open_hdf5(path) as f,
-        ):
-            f["x"][:]
+        wanted = r"a.h5: truncated or damaged .* delete it"
+        with pytest.raises(ConfigError, match=wanted) as caught, open_hdf5(path) as file:
+            file["x"][:]
         assert "\n" not in str(caught.value)
 
 
@@ -196,19 +194,19 @@ subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
 
 def test_a_second_attempt_waits_for_the_first(tmp_path):
     code = """
-import time
 from millprint.job import job
 with job(sys.argv[1], "a job"):
     print("began", flush=True)
-    time.sleep(float(sys.argv[2]))
-    open(sys.argv[1] + ".order", "a").write(sys.argv[3])
+    sys.stdin.readline()
+    open(sys.argv[1] + ".order", "a").write(sys.argv[2])
 """
-    log = str(tmp_path / "a.log")
-    first = python(code, log, "3", "1", stdout=subprocess.PIPE)
+    log, pipes = str(tmp_path / "a.log"), {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    first = python(code, log, "1", **pipes)
     assert first.stdout.readline() == "began\n"
-    second = python(code, log, "0", "2", stdout=subprocess.PIPE)
-    assert "waiting: another process still writes" in second.communicate(timeout=60)[1]
-    first.communicate()
+    second = python(code, log, "2", **pipes)
+    assert "waiting: another process still writes" in second.stderr.readline()
+    for process in (first, second):
+        process.communicate("\n", timeout=60)
     assert (tmp_path / "a.log.order").read_text() == "12"
 
 

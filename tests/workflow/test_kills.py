@@ -142,10 +142,10 @@ def test_kills_at_random_moments_change_nothing(workplace):
     while kills < KILLS:
         early = rng.random() < 0.1
         if session.process.poll() is not None or not (early or session.wait_for_a_job()):
-            session = Session(project, log)
             if results_complete(project):
                 # All is done before the last kill: the rest hits it anew.
                 shutil.rmtree(project / "results")
+            session = Session(project, log)
             continue
         time.sleep(rng.uniform(0, 6))
         session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
@@ -159,6 +159,8 @@ def test_kills_at_random_moments_change_nothing(workplace):
     assert results_of(project) == undisturbed
     said = log.read_text() + done.stdout
     assert "found: the locks of a run that was killed" in said
+    assert "LockException" not in said
+    assert "IncompleteFilesException" not in said
     # Restarts have been used: some job went on from where it was.
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
     assert "going on from" in logs or KILLS < 20
