@@ -2,8 +2,9 @@
 
     python scripts/measure_resources.py [results/benchmarks] [workflow/profiles/slurm/config.yaml]
 
-Time is TIMES the longest job, FEWEST_MIN at least, whose waiting on a busy machine is in it; memory is MARGIN times the
-largest, with what its Snakemake takes beside it. Simulations and trainings know their time themselves (workflow/rules).
+Time is TIMES the longest job, memory MARGIN times the largest and what its Snakemake takes beside it; FEWEST_MIN and
+FEWEST_MB at least, for a run of larger cases than those measured. Simulations and trainings know their time themselves
+(workflow/rules/dem.smk, surrogate.smk).
 """
 
 import math
@@ -17,8 +18,8 @@ from millprint.errors import ConfigError
 from millprint.files import read_table, whole_file
 
 MARK = "# --- measured ---\n"
-TIMES, FEWEST_MIN, STEP_MIN = 4, 15, 15
-MARGIN, SNAKEMAKE_MB, STEP_MB = 1.5, 300, 250
+TIMES, FEWEST_MIN, STEP_MIN = 4, 30, 15
+MARGIN, FEWEST_MB, SNAKEMAKE_MB, STEP_MB = 1.5, 1500, 300, 250
 OWN_TIME = ("run_dem_case", "train_surrogate")
 
 
@@ -38,8 +39,8 @@ def resources_text(jobs: pd.DataFrame, source: str) -> str:
     lines = [f"# From {source}: {len(jobs)} jobs.", "set-resources:"]
     for rule, own in jobs.groupby("rule"):
         seconds, memory = own["s"].max(), own["max_rss"].max()
-        asked_mb = STEP_MB * math.ceil((MARGIN * memory + SNAKEMAKE_MB) / STEP_MB)
-        lines.append(f"  {rule}: # {len(own)} jobs, up to {seconds:.0f} s and {memory:.0f} MB")
+        asked_mb = max(FEWEST_MB, STEP_MB * math.ceil((MARGIN * memory + SNAKEMAKE_MB) / STEP_MB))
+        lines.append(f"  {rule}: # {len(own)} measured, up to {seconds:.0f} s and {memory:.0f} MB")
         if rule not in OWN_TIME:
             minutes = max(FEWEST_MIN, STEP_MIN * math.ceil(TIMES * seconds / 60 / STEP_MIN))
             lines.append(f"    runtime: {minutes}")
