@@ -38,11 +38,7 @@ def check_before_running(
     bodies = checked_bodies(mills)
     media = sorted({(case.mill, case.ball_diameter_mm) for case in cases.values()})
     for name, diameter in media:
-        vessel = bodies[name][0].vessel
-        check_ball_size(vessel, name, diameter, source)
-        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]))
-        for fill in sorted({case.fill_ratio for case in cases.values() if case.ball_diameter_mm == diameter}):
-            check_fill(mills[name], diameter, fill, most, source)
+        check_ball_size(bodies[name][0].vessel, name, diameter, source)
     for case in cases.values():
         try:
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
@@ -50,6 +46,12 @@ def check_before_running(
             raise ConfigError(f"{source}: {error}") from None
         check_step(config, contact, case, source)
         check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
+    # Last, for it takes longest.
+    for name, diameter in media:
+        vessel = bodies[name][0].vessel
+        most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]))
+        for fill in sorted({case.fill_ratio for case in cases.values() if case.ball_diameter_mm == diameter}):
+            check_fill(mills[name], diameter, fill, most, source)
     check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
     faults = [*fingerprint_faults(config, cases, source), *calibration_faults(config, mills, contacts)]
