@@ -7,7 +7,7 @@ import sys
 
 from tests.conftest import ROOT
 
-COUNT = int(os.environ.get("MILLPRINT_FUZZ", "250"))
+COUNT = int(os.environ.get("MILLPRINT_FUZZ", "200"))
 
 
 def test_damaged_input_is_refused_in_one_line_or_makes_a_valid_plan(tmp_path):
