@@ -11,7 +11,7 @@ SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
 # The smoke run writes to results/, or beside it where results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 
-.PHONY: thesis smoke test lint format bench ablations reference lock clean
+.PHONY: thesis smoke test fuzz kills slurm lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
 	$(SNAKEMAKE)
@@ -24,6 +24,17 @@ ablations: $(VENV)/installed
 
 test: $(VENV)/installed lint
 	PATH=$(BIN):$$PATH $(BIN)/pytest tests
+
+# Thousands of damaged files, and as many kills as one likes; `make test` has some hundred of the ones, twenty of the others.
+fuzz: $(VENV)/installed
+	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
+
+kills: $(VENV)/installed
+	PATH=$(BIN):$$PATH MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py
+
+# Through the daemons of a SLURM, of which .ci/slurm starts one on this machine.
+slurm: $(VENV)/installed
+	PATH=$(BIN):$$PATH $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: on a machine that does nothing else. `make bench QUICK=1` takes three minutes in place of ten.
 bench: $(VENV)/installed $(BENCH_VENV)/installed

@@ -3,6 +3,7 @@
 import glob
 import json
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,20 +58,23 @@ def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) 
     Raises ConfigError, in one line, for a missing file or column and for a text in a numeric column.
     """
     try:
-        frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str))
+        with warnings.catch_warnings():
+            # A row with more columns than the header: pandas would leave out the last, or take the first as names.
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            frame = pd.read_csv(path, sep="\t", comment="#", dtype=dict.fromkeys(text, str), index_col=False)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
+    except pd.errors.ParserWarning:
+        raise ConfigError(f"{path}: a row has more columns than the header") from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError, OverflowError) as error:
         raise ConfigError(f"{path}: not a tab-separated table ({' '.join(str(error).split())})") from None
-    if not isinstance(frame.index, pd.RangeIndex):
-        raise ConfigError(f"{path}: a row has more columns than the {len(frame.columns)} of the header")
     for column in [*numeric, *text]:
         if column not in frame.columns:
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
     for column in numeric:
-        values = pd.to_numeric(frame[column], errors="coerce")
+        values = _numbers(frame[column])
         # A column of true and false alone is read as numbers.
         bad = values.isna() | ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
         if bad.any():
@@ -80,6 +84,15 @@ def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) 
             )
         frame[column] = values
     return frame
+
+
+def _numbers(column: pd.Series) -> pd.Series:
+    """The numbers of a column, not a number where there is none."""
+    try:
+        return pd.to_numeric(column, errors="coerce")
+    except OverflowError:
+        # Whole numbers of more digits than any measurement has.
+        return pd.to_numeric(column.astype(str).where(column.astype(str).str.len() < 300), errors="coerce")
 
 
 def write_json(content: dict, path: str | Path) -> None:

@@ -1,12 +1,27 @@
-"""HDF5 files of results, opened to be read."""
+"""HDF5 files of results: written whole, and read with one line about what is wrong."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 
 from millprint.errors import ConfigError
+from millprint.files import whole_file
+
+
+@contextmanager
+def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) -> Iterator[h5py.File]:
+    """A file that is made in memory and written at the end, below a block of 512 bytes that `front` makes of it.
+
+    HDF5 itself cannot close a file on a disk that is full: it tries again at the end of the process, and ends it.
+    """
+    with whole_file(path) as partial:
+        with h5py.File(partial.name, "w", driver="core", backing_store=False) as file:
+            yield file
+            file.flush()
+            image = file.id.get_file_image()
+        partial.write_bytes((front(image) if front else b"") + image)
 
 
 @contextmanager

@@ -38,9 +38,11 @@ def check_before_running(
     check_paths(config, source)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
-    for name, own in swept.items():
-        check_room(own, mills, bodies, f"config/mills/{name}.yaml: sweep")
-    check_room(cases.values(), mills, bodies, f"{source}: sweeps")
+    groups = [(f"config/mills/{name}.yaml: sweep", own) for name, own in swept.items()]
+    groups.append((f"{source}: sweeps", list(cases.values())))
+    for place, group in groups:
+        for name, diameter in fills_of_media(group):
+            check_ball_size(bodies[name][0].vessel, name, diameter, place)
     for case in [*cases.values(), *(case for own in swept.values() for case in own)]:
         try:
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
@@ -48,6 +50,9 @@ def check_before_running(
             raise ConfigError(f"{source}: {error}") from None
         check_step(config, contact, case, source)
         check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
+    # Last, for it takes longest.
+    for place, group in groups:
+        check_room(group, mills, bodies, place)
     check_movie(config, source)
     faults = fingerprint_faults(config, cases, source)
     # The chapters are about the mill of the sweeps; a run of another mill has none.
@@ -64,14 +69,18 @@ def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str
     return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
 
 
-def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
-    """The balls of every case must fit into its mill; place: file and key that the cases come from."""
+def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
+    """Fill ratios of each mill and ball diameter [mm]."""
     fills: dict[tuple[str, float], set[float]] = {}
     for case in cases:
         fills.setdefault((case.mill, case.ball_diameter_mm), set()).add(case.fill_ratio)
-    for (name, diameter), wanted in sorted(fills.items()):
+    return dict(sorted(fills.items()))
+
+
+def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
+    """The balls of every case must fit into its mill; place: file and key that the cases come from."""
+    for (name, diameter), wanted in fills_of_media(cases).items():
         vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
-        check_ball_size(vessel, name, diameter, place)
         enough = ball_count(max(wanted), volume, diameter / 1000)
         most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]), enough=enough)
         for fill in sorted(wanted):

@@ -8,17 +8,9 @@ BLOCK = 512
 MARK = b"millprint sealed sha256 "
 
 
-def _block(payload: bytes) -> bytes:
+def seal(payload: bytes) -> bytes:
+    """The block of BLOCK bytes that stands in front of a payload, with its digest."""
     return (MARK + hashlib.sha256(payload).hexdigest().encode() + b"\n").ljust(BLOCK, b"\0")
-
-
-def seal(path: str | Path) -> None:
-    """Fill the first BLOCK bytes of a file, which its writer left free, with the digest of all that follows."""
-    with open(path, "r+b") as file:
-        file.seek(BLOCK)
-        block = _block(file.read())
-        file.seek(0)
-        file.write(block)
 
 
 def unsealed(path: str | Path) -> bytes:
@@ -27,6 +19,6 @@ def unsealed(path: str | Path) -> bytes:
     payload = content[BLOCK:]
     if not content.startswith(MARK):
         raise ValueError("not a sealed file")
-    if content[:BLOCK] != _block(payload):
+    if content[:BLOCK] != seal(payload):
         raise ValueError("truncated or damaged: its digest is another")
     return payload

@@ -92,7 +92,7 @@ class Session:
 
     def __init__(self, project: Path, log: Path):
         environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-        self.log = log.open("a")
+        self.project, self.log = project, log.open("a")
         self.process = subprocess.Popen(
             [sys.executable, "-m", "snakemake", "--cores", "2", "--keep-going", *ARGUMENTS],
             cwd=project,
@@ -123,6 +123,14 @@ class Session:
             time.sleep(0.05)
         return False
 
+    def wait_for_progress(self) -> bool:
+        """Whether there is something that a job can go on from, before the session ended."""
+        while self.process.poll() is None:
+            if left_behind(self.project):
+                return True
+            time.sleep(0.05)
+        return False
+
     def kill(self, what: str, rng: random.Random) -> None:
         if what == "job":
             jobs = self.jobs()
@@ -138,16 +146,18 @@ class Session:
 def test_kills_at_random_moments_change_nothing(workplace):
     project, undisturbed = workplace
     rng, log = random.Random(SEED), project / "sessions.log"
-    session, kills = Session(project, log), 0
+    session, kills, resumable = Session(project, log), 0, 0
     while kills < KILLS:
-        early = rng.random() < 0.1
-        if session.process.poll() is not None or not (early or session.wait_for_a_job()):
-            session = Session(project, log)
+        # While Snakemake begins, while a job begins, or in the middle of one.
+        moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
+        if session.process.poll() is not None or not moment():
             if results_complete(project):
                 # All is done before the last kill: the rest hits it anew.
                 shutil.rmtree(project / "results")
+            session = Session(project, log)
             continue
-        time.sleep(rng.uniform(0, 6))
+        time.sleep(rng.uniform(0, 2))
+        resumable += bool(left_behind(project))
         session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
         kills += 1
     session.process.kill()
@@ -159,9 +169,18 @@ def test_kills_at_random_moments_change_nothing(workplace):
     assert results_of(project) == undisturbed
     said = log.read_text() + done.stdout
     assert "found: the locks of a run that was killed" in said
-    # Restarts have been used: some job went on from where it was.
+    assert "LockException" not in said
+    assert "IncompleteFilesException" not in said
+    # Some job went on from where it was.
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
-    assert "going on from" in logs or KILLS < 20
+    assert resumable
+    assert "going on from" in logs
+    assert not left_behind(project)
+
+
+def left_behind(project: Path) -> list[Path]:
+    """Restart files and checkpoints of jobs that have not come to their end."""
+    return [path for name in ("restart.h5", "*.checkpoint.pt") for path in (project / "results").rglob(name)]
 
 
 def results_complete(project: Path) -> bool:

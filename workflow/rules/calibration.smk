@@ -20,7 +20,7 @@ rule calibrate_restitution:
     log:
         f"{LOGS}/calibration/calibrate_restitution.log",
     benchmark:
-        f"{BENCHMARKS}/calibration/calibrate_restitution.tsv"
+        f"{BENCHMARKS}/calibrate_restitution/calibrate_restitution.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -78,7 +78,7 @@ rule fit_friction:
     log:
         f"{LOGS}/calibration/fit_friction_{{experiment}}.log",
     benchmark:
-        f"{BENCHMARKS}/calibration/fit_friction_{{experiment}}.tsv"
+        f"{BENCHMARKS}/fit_friction/{{experiment}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1

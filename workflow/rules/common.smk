@@ -9,6 +9,10 @@ BENCHMARKS = f"{RESULTS}/benchmarks"
 # Cases by path that no sweep of the configuration holds: those of the mills' own sweeps.
 OTHER_CASES = {}
 
+# Jobs that go on from where they were, if a cluster ended them for their time or their node, are worth another attempt,
+# with more time. On one's own machine a job that fails fails again.
+RETRIES = 0 if workflow.local_exec else 2
+
 
 def settings(section: str) -> dict:
     """A section of the validated configuration as plain values, for `params`."""

@@ -1,6 +1,12 @@
 """Simulations: compile the kernels once, run every case of the sweeps."""
 
 from millprint.config.sweep import threads_of
+from millprint.dem.budget import minutes_on_cluster
+
+
+def minutes_of(wildcards, attempt):
+    """Time that a cluster is asked for: the case's estimate, more with each attempt, since it goes on [min]."""
+    return attempt * minutes_on_cluster(case_of(wildcards), CONFIG.dem, MILLS[wildcards.mill])
 
 
 rule compile_kernels:
@@ -8,6 +14,8 @@ rule compile_kernels:
         report=f"{RESULTS}/dem/kernels.json",
     log:
         f"{LOGS}/dem/compile_kernels.log",
+    benchmark:
+        f"{BENCHMARKS}/compile_kernels/compile_kernels.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -30,10 +38,13 @@ rule run_dem_case:
     log:
         f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
     benchmark:
-        f"{BENCHMARKS}/dem/{{mill}}/{{contact}}/{{case}}.tsv"
+        f"{BENCHMARKS}/run_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"
+    retries: RETRIES
     conda:
         "../../envs/millprint.yaml"
     threads: lambda wildcards: threads_of(case_of(wildcards), CONFIG.dem)
+    resources:
+        runtime=minutes_of,
     params:
         case=lambda wildcards: case_of(wildcards).model_dump(mode="json"),
         mill=lambda wildcards: MILLS[wildcards.mill].model_dump(mode="json"),

@@ -1,5 +1,7 @@
 """Chapter 6 and appendix A: the graph-network surrogate, its roll-outs, and the ablations."""
 
+import math
+
 
 include: "surrogate_common.smk"
 
@@ -34,6 +36,8 @@ rule build_surrogate_dataset:
         wall_contacts=f"{SURROGATE}/wall_contacts.tsv",
     log:
         f"{LOGS}/surrogate/build_surrogate_dataset.log",
+    benchmark:
+        f"{BENCHMARKS}/build_surrogate_dataset/build_surrogate_dataset.tsv"
     conda:
         "../../envs/millprint.yaml"
     params:
@@ -54,10 +58,15 @@ rule train_surrogate:
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
-        f"{BENCHMARKS}/surrogate/{{variant}}/train_surrogate.tsv"
+        f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
+    retries: RETRIES
     conda:
         "../../envs/millprint.yaml"
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
+    resources:
+        # Twice its own limit [min], and some to start.
+        runtime=lambda wildcards: 20
+        + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30),
     params:
         settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
         library=library("train_surrogate.py"),
@@ -75,6 +84,8 @@ rule roll_out_surrogate:
         rollout=f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5",
     log:
         f"{LOGS}/surrogate/{{variant}}/{{test}}/roll_out_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/roll_out_surrogate/{{variant}}/{{test}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -98,6 +109,8 @@ rule evaluate_surrogate:
         **{name: f"{SURROGATE}/{{variant}}/{{test}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:
         f"{LOGS}/surrogate/{{variant}}/{{test}}/evaluate_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/evaluate_surrogate/{{variant}}/{{test}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -120,6 +133,8 @@ rule time_surrogate:
         runtime=f"{SURROGATE}/{{variant}}/runtime.tsv",
     log:
         f"{LOGS}/surrogate/{{variant}}/time_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/time_surrogate/{{variant}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     # It uses one thread, and takes every core so that nothing runs beside what is timed.

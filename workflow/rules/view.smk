@@ -12,6 +12,8 @@ rule export_run:
         contacts=f"{CASE}/run_contacts.vtkhdf",
     log:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_export.log",
+    benchmark:
+        f"{BENCHMARKS}/export_run/{{mill}}/{{contact}}/{{case}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -38,6 +40,8 @@ rule animate_run:
         ),
     log:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_animate.log",
+    benchmark:
+        f"{BENCHMARKS}/animate_run/{{mill}}/{{contact}}/{{case}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1

@@ -54,7 +54,7 @@ rule train_yield_model:
     log:
         f"{LOGS}/yields/train_{{model}}_{{strategy}}.log",
     benchmark:
-        f"{BENCHMARKS}/yields/train_{{model}}_{{strategy}}.tsv"
+        f"{BENCHMARKS}/train_yield_model/{{model}}/{{strategy}}.tsv"
     wildcard_constraints:
         model="linear|gpr|rf|svr|xgb",
         strategy="primary|two_step",
@@ -77,7 +77,7 @@ use rule train_yield_model as train_yield_model_otherwise with:
     log:
         f"{LOGS}/yields/train_{{model}}_{{strategy}}_{{choice}}.log",
     benchmark:
-        f"{BENCHMARKS}/yields/train_{{model}}_{{strategy}}_{{choice}}.tsv"
+        f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}/{{strategy}}_{{choice}}.tsv"
     wildcard_constraints:
         model="linear|gpr|rf|svr|xgb",
         strategy="primary|two_step",
@@ -104,6 +104,8 @@ rule compare_yield_choices:
         choices=f"{YIELDS}/choices.tsv",
     log:
         f"{LOGS}/yields/compare_yield_choices.log",
+    benchmark:
+        f"{BENCHMARKS}/compare_yield_choices/compare_yield_choices.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -127,6 +129,8 @@ rule train_averaged_model:
         members=f"{YIELDS}/averaging_{{rows}}.tsv",
     log:
         f"{LOGS}/yields/train_averaged_model_{{rows}}.log",
+    benchmark:
+        f"{BENCHMARKS}/train_averaged_model/{{rows}}.tsv"
     wildcard_constraints:
         rows="primary|final",
     conda:
@@ -151,7 +155,7 @@ rule hold_out_yields:
     log:
         f"{LOGS}/yields/hold_out_{{model}}_{{strategy}}.log",
     benchmark:
-        f"{BENCHMARKS}/yields/hold_out_{{model}}_{{strategy}}.tsv"
+        f"{BENCHMARKS}/hold_out_yields/{{model}}/{{strategy}}.tsv"
     wildcard_constraints:
         model="linear|gpr|rf|svr|xgb|averaged_gpr",
         strategy="primary|two_step",
@@ -183,7 +187,7 @@ rule evaluate_yield_models:
     log:
         f"{LOGS}/yields/evaluate_yield_models.log",
     benchmark:
-        f"{BENCHMARKS}/yields/evaluate_yield_models.tsv"
+        f"{BENCHMARKS}/evaluate_yield_models/evaluate_yield_models.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -205,7 +209,7 @@ rule try_yield_models:
     log:
         f"{LOGS}/yields/try_yield_models.log",
     benchmark:
-        f"{BENCHMARKS}/yields/try_yield_models.tsv"
+        f"{BENCHMARKS}/try_yield_models/try_yield_models.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -230,7 +234,7 @@ rule leave_regimes_out:
     log:
         f"{LOGS}/yields/leave_regimes_out.log",
     benchmark:
-        f"{BENCHMARKS}/yields/leave_regimes_out.tsv"
+        f"{BENCHMARKS}/leave_regimes_out/leave_regimes_out.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -258,6 +262,8 @@ rule propose_experiments:
         proposals=f"{YIELDS}/next_experiments.tsv",
     log:
         f"{LOGS}/yields/propose_experiments.log",
+    benchmark:
+        f"{BENCHMARKS}/propose_experiments/propose_experiments.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -282,7 +288,7 @@ rule search_retrospectively:
     log:
         f"{LOGS}/yields/search_retrospectively.log",
     benchmark:
-        f"{BENCHMARKS}/yields/search_retrospectively.tsv"
+        f"{BENCHMARKS}/search_retrospectively/search_retrospectively.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -303,6 +309,8 @@ rule predict_yields:
         predicted=f"{YIELDS}/predicted_conditions.tsv",
     log:
         f"{LOGS}/yields/predict_yields.log",
+    benchmark:
+        f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -325,6 +333,8 @@ rule explain_yield_models:
         ranking=f"{YIELDS}/shap_ranking.tsv",
     log:
         f"{LOGS}/yields/explain_yield_models.log",
+    benchmark:
+        f"{BENCHMARKS}/explain_yield_models/explain_yield_models.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1

@@ -10,9 +10,9 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.recording import Recording
-from millprint.files import whole_file
+from millprint.hdf5 import whole_hdf5
 from millprint.kernel import kernel_digest
-from millprint.sealed import BLOCK, seal, unsealed
+from millprint.sealed import seal, unsealed
 
 logger = logging.getLogger("millprint")
 
@@ -30,10 +30,8 @@ def identity(simulation) -> str:
 
 def write_restart(path, simulation, recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
-    with whole_file(path) as partial:
-        with h5py.File(partial, "w", userblock_size=BLOCK) as file:
-            _write_state(file, simulation, recording)
-        seal(partial)
+    with whole_hdf5(path, seal) as file:
+        _write_state(file, simulation, recording)
 
 
 def _write_state(file: h5py.File, simulation, recording: Recording) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 from millprint.dem.collisions import histograms
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
-from millprint.files import whole_file
+from millprint.hdf5 import whole_hdf5
 from millprint.mill.vessel import Vessel
 
 # What a column's last words say of its unit.
@@ -106,7 +106,7 @@ def write_run(path, simulation: Simulation, recording: Recording, series: pd.Dat
         "dem": simulation.dem.model_dump(mode="json"),
     }
     versions = {"python": platform.python_version(), "numba": numba.__version__, "numpy": np.__version__}
-    with whole_file(path) as partial, h5py.File(partial, "w") as file:
+    with whole_hdf5(path) as file:
         file.attrs["config"] = json.dumps(config, sort_keys=True)
         file.attrs["seed"] = simulation.case.seed
         file.attrs["versions"] = json.dumps(versions)

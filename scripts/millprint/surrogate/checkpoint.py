@@ -12,7 +12,7 @@ import torch
 from millprint.config.surrogate import Recipe
 from millprint.errors import ConfigError
 from millprint.files import whole_file
-from millprint.sealed import BLOCK, seal, unsealed
+from millprint.sealed import seal, unsealed
 from millprint.surrogate.normalise import Surrogate
 
 logger = logging.getLogger("millprint")
@@ -42,8 +42,8 @@ def _as_bytes(content: dict) -> bytes:
 def write_checkpoint(path: str | Path, content: dict) -> None:
     """Write tensors, numbers, texts and mappings of them, below a digest of them all."""
     with whole_file(path) as partial:
-        partial.write_bytes(bytes(BLOCK) + _as_bytes(content))
-        seal(partial)
+        payload = _as_bytes(content)
+        partial.write_bytes(seal(payload) + payload)
 
 
 def read_checkpoint(path: str | Path, wanted: str, device: torch.device) -> dict | None:

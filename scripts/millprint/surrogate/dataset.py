@@ -3,13 +3,11 @@
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-import h5py
 import numpy as np
 import torch
 from torch import Tensor
 
-from millprint.files import whole_file
-from millprint.hdf5 import open_hdf5
+from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.surrogate.features import Snapshots
 
 
@@ -39,7 +37,7 @@ class TrainingRun:
 
 def write_dataset(runs: list[TrainingRun], path: str | Path) -> None:
     """Write the runs as groups `0`, `1`, ... of an HDF5 file, a data set for each field of Snapshots."""
-    with whole_file(path) as partial, h5py.File(partial, "w") as file:
+    with whole_hdf5(path) as file:
         for number, run in enumerate(runs):
             group = file.create_group(str(number))
             group.attrs.update(case=run.case, train_end=run.train_end, validation_end=run.validation_end)

@@ -2,10 +2,7 @@
 
 from pathlib import Path
 
-import h5py
-
-from millprint.files import whole_file
-from millprint.hdf5 import open_hdf5
+from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.surrogate.rollout import RollOut
 
 UNITS = {
@@ -20,7 +17,7 @@ UNITS = {
 
 def write_rollout(rollout: RollOut, path: str | Path, case: str) -> None:
     """Write a data set for each array of RollOut, with its unit, and the case that it starts from."""
-    with whole_file(path) as partial, h5py.File(partial, "w") as file:
+    with whole_hdf5(path) as file:
         file.attrs["case"] = case
         for kind, number in rollout.edges.items():
             file.attrs[f"mean_{kind}_edges"] = number

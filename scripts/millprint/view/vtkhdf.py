@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from millprint.files import whole_file
+from millprint.hdf5 import whole_hdf5
 
 VERSION = (2, 0)  # the first with transient PolyData: ParaView 5.12 and later read it
 CELLS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -131,7 +131,7 @@ class TransientPolyData:
 @contextmanager
 def transient_polydata(path: str | Path, time_s: np.ndarray, **layout) -> Iterator[TransientPolyData]:
     """A new file, complete or absent; `layout` is that of TransientPolyData."""
-    with whole_file(path) as partial, h5py.File(partial, "w") as file:
+    with whole_hdf5(path) as file:
         writer = TransientPolyData(file, time_s, **layout)
         yield writer
         writer.check_complete()

@@ -1,0 +1,66 @@
+"""A part of the smoke workflow through a real SLURM; skipped where no daemon answers (.ci/slurm starts one)."""
+
+import re
+import shutil
+import subprocess
+
+import pytest
+import yaml
+
+from millprint.files import read_json
+from tests.conftest import ROOT
+from tests.workflow.conftest import copy_project, run_snakemake
+
+PROFILE = "workflow/profiles/slurm"
+# No accounting: what a site without one sets.
+SITE = ("--slurm-status-command", "squeue", "--slurm-no-account", "--latency-wait", "10")
+CASES = [f"results/dem/emax/calibrated/d10_f{fill}_n600_s0/summary.json" for fill in ("0.06", "0.10", "0.17")]
+MODELS = [f"results/yield/models/{name}_primary.json" for name in ("linear", "gpr")]
+
+
+def partition() -> str | None:
+    """A partition with a node that takes jobs; None where no SLURM answers."""
+    if not shutil.which("sbatch") or not shutil.which("sinfo"):
+        return None
+    done = subprocess.run(["sinfo", "-h", "-o", "%R %T"], capture_output=True, text=True)
+    found = [line.split()[0] for line in done.stdout.splitlines() if line.split()[1] in ("idle", "mixed", "allocated")]
+    return found[0] if done.returncode == 0 and found else None
+
+
+def test_the_profile_names_rules_that_there_are():
+    profile = yaml.safe_load((ROOT / PROFILE / "config.yaml").read_text())
+    text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    rules = set(re.findall(r"^(?:use rule \w+ as|rule) (\w+)", text, re.MULTILINE))
+    assert set(profile["set-resources"]) <= rules
+    assert set(profile["groups"]) <= rules
+    assert set(profile["group-components"]) == set(profile["groups"].values())
+    for own in profile["set-resources"].values():
+        assert own["mem_mb"] >= 500
+
+
+def test_every_rule_of_the_cluster_is_measured():
+    """A rule that is not local leaves a benchmark in the folder of its name."""
+    for path in (ROOT / "workflow/rules").glob("*.smk"):
+        for name, body in re.findall(r"^rule (\w+):\n((?:    .*\n|\n)+)", path.read_text(), re.MULTILINE):
+            if "localrule" not in body:
+                assert f'f"{{BENCHMARKS}}/{name}/' in body, name
+
+
+def test_smoke_jobs_run_through_slurm(tmp_path):
+    place = partition()
+    if place is None:
+        pytest.skip("no SLURM daemon answers `sinfo` with a node: `sudo .ci/slurm` starts one on this machine")
+    project = copy_project(tmp_path / "millprint")
+    arguments = (
+        *("--profile", PROFILE, *SITE),
+        *("--default-resources", f"slurm_partition={place}", "runtime=30", "mem_mb=1000"),
+        *("--configfile", "config/smoke.yaml", "--", *CASES, *MODELS),
+    )
+    done = run_snakemake(project, *arguments, timeout=1500)
+    assert done.returncode == 0, done.stdout[-4000:]
+    submitted = re.findall(r"submitted with SLURM jobid (\d+)", done.stdout)
+    # The kernels, the simulations as one job, the yield models as one job.
+    assert len(submitted) == 3, done.stdout
+    assert "Group job simulations" in done.stdout
+    assert all(abs(read_json(project / case)["closure"]) < 0.005 for case in CASES)
+    assert "Nothing to be done" in run_snakemake(project, *arguments).stdout
