@@ -40,6 +40,7 @@ include: "workflow/rules/convergence.smk"
 include: "workflow/rules/view.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/fingerprint.smk"
+include: "workflow/rules/fit.smk"
 include: "workflow/rules/partition.smk"
 include: "workflow/rules/yields.smk"
 include: "workflow/rules/surrogate.smk"
@@ -51,6 +52,7 @@ STAGE_OUTPUTS = [
     *VIEW_OUTPUTS,
     *CALIBRATION_OUTPUTS,
     *FINGERPRINT_OUTPUTS,
+    *FIT_OUTPUTS,
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
     *SURROGATE_OUTPUTS,
@@ -85,6 +87,7 @@ rule chapter3:
     input:
         CALIBRATION_OUTPUTS,
         FINGERPRINT_OUTPUTS,
+        FIT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,
 

@@ -17,6 +17,7 @@ from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.regimes import read_regimes
+from millprint.fit.preflight import fit_faults
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel
 from millprint.predict.region import check_region
@@ -48,7 +49,11 @@ def check_before_running(
         check_step(config, contact, case, source)
     check_movie(config, source)
     check_surrogate_cases(config.surrogate, cases, source)
-    faults = [*fingerprint_faults(config, cases, source), *calibration_faults(config, mills, contacts)]
+    faults = [
+        *fingerprint_faults(config, cases, source),
+        *calibration_faults(config, mills, contacts),
+        *fit_faults(config, mills, source),
+    ]
     if faults:
         raise ConfigError("\n".join(faults))
 

@@ -1,0 +1,33 @@
+"""What must hold of the section `fit` before a job starts."""
+
+from millprint.config.geometry import StadiumGeometry
+from millprint.config.mill import MillConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.published import read_published
+from millprint.fit.published import published_values, with_roles
+
+
+def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> list[str]:
+    """A line for each fault, naming file, key, value and what would be right; none where another mill is run."""
+    fit = config.fit
+    if fit is None or fit.mill != config.mill:
+        return []
+    faults = []
+    if not isinstance(mills[fit.mill].geometry, StadiumGeometry):
+        kind = mills[fit.mill].geometry.kind
+        faults.append(f"{source}: fit.mill = {fit.mill}: its geometry is of kind {kind}; only a stadium can be fitted")
+    if fit.contact not in config.contacts:
+        faults.append(f"{source}: fit.contact = {fit.contact}: must be one of contacts ({', '.join(config.contacts)})")
+    free = [rule.name for rule in config.dem.counting_rules if not rule.peak_force_min_N + rule.duration_min_s]
+    for name in fit.counting_rules:
+        if name not in free:
+            faults.append(
+                f"{source}: fit.counting_rules = {name}: must be a rule of dem.counting_rules without a threshold "
+                f"({', '.join(free)})"
+            )
+    try:
+        with_roles(published_values(read_published(config.data.published), fit.contact), fit.fitted)
+    except ConfigError as error:
+        faults.append(f"{source}: {error}")
+    return faults
