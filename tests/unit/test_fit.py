@@ -7,12 +7,14 @@ import pandas as pd
 import pytest
 
 from millprint.config.fit import FitConfig
-from millprint.config.load import load_named, read_yaml
+from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
+from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.published import read_published
+from millprint.fit.preflight import fit_faults, fitted_mill
 from millprint.fit.published import computed_values, misfit, published_values, with_roles
 from millprint.fit.search import Search, candidates, neighbours
 from millprint.fit.shape import PARAMETERS, on_grid, parameters_of, shaped, volume_ml
@@ -173,3 +175,21 @@ def test_the_table_says_what_a_step_does():
     assert table["record"].value_counts().to_dict() == {
         "sensitivity": len(sensitivity), "parameter": len(PARAMETERS) + 2, "value": 2
     }  # fmt: skip
+
+
+def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
+    content = read_yaml(ROOT / "config/config.yaml")
+    config = check_model(content, WorkflowConfig, "config.yaml")
+    assert fitted_mill(config, {"emax": EMAX}) is EMAX
+    assert fit_faults(config, {"emax": EMAX}, "config.yaml") == []
+    cylinder = {"kind": "cylinder", "radius_mm": 30, "height_mm": 44}
+    other = check_model(EMAX.model_dump() | {"geometry": cylinder}, MillConfig, "emax.yaml")
+    assert fitted_mill(config, {"emax": other}) is None
+    assert fitted_mill(config.model_copy(update={"mill": "drum"}), {"drum": other}) is None
+
+
+def test_faults_of_the_section_name_the_key():
+    content = read_yaml(ROOT / "config/config.yaml")
+    content["fit"] |= {"counting_rules": ["gap_3ms_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
+    faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
+    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]

@@ -1,8 +1,9 @@
 """The fit of what the thesis leaves open of its jar: what it was fitted to, what was held back, and the search."""
 
+from millprint.fit.preflight import fitted_mill
+
 FIT = f"{RESULTS}/fingerprint"
-# A run of another mill, or without the section, has nothing that was fitted.
-FIT_MILL = MILLS[CONFIG.fit.mill] if CONFIG.fit and CONFIG.fit.mill == CONFIG.mill else None
+FIT_MILL = fitted_mill(CONFIG, MILLS)
 FIT_OUTPUTS = []
 
 if FIT_MILL:

@@ -8,15 +8,19 @@ from millprint.fingerprint.published import read_published
 from millprint.fit.published import published_values, with_roles
 
 
+def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillConfig | None:
+    """The mill that the fit is about; None in a run of another mill, or where its jar is no stadium any more."""
+    if config.fit is None or config.fit.mill != config.mill:
+        return None
+    mill = mills[config.mill]
+    return mill if isinstance(mill.geometry, StadiumGeometry) else None
+
+
 def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> list[str]:
-    """A line for each fault, naming file, key, value and what would be right; none where another mill is run."""
-    fit = config.fit
-    if fit is None or fit.mill != config.mill:
+    """A line for each fault, naming file, key, value and what would be right; none where nothing is fitted."""
+    if fitted_mill(config, mills) is None:
         return []
-    faults = []
-    if not isinstance(mills[fit.mill].geometry, StadiumGeometry):
-        kind = mills[fit.mill].geometry.kind
-        faults.append(f"{source}: fit.mill = {fit.mill}: its geometry is of kind {kind}; only a stadium can be fitted")
+    fit, faults = config.fit, []
     if fit.contact not in config.contacts:
         faults.append(f"{source}: fit.contact = {fit.contact}: must be one of contacts ({', '.join(config.contacts)})")
     free = [rule.name for rule in config.dem.counting_rules if not rule.peak_force_min_N + rule.duration_min_s]
