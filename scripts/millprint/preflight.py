@@ -21,6 +21,7 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.mill_cases import mill_cases
 from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
 from millprint.fingerprint.regimes import read_regimes
+from millprint.fit.preflight import fit_faults
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel
 from millprint.predict.region import check_region
@@ -59,7 +60,7 @@ def check_before_running(
     if has_chapters(config, cases):
         check_tables(config, source)
         check_surrogate_cases(config.surrogate, cases, source)
-        faults += calibration_faults(config, mills, contacts)
+        faults += [*calibration_faults(config, mills, contacts), *fit_faults(config, mills, source)]
     if faults:
         raise ConfigError("\n".join(faults))
 

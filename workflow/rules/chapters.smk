@@ -4,6 +4,7 @@ include: "convergence.smk"
 include: "view.smk"
 include: "calibration.smk"
 include: "fingerprint.smk"
+include: "fit.smk"
 include: "partition.smk"
 include: "yields.smk"
 include: "surrogate.smk"
@@ -15,6 +16,7 @@ STAGE_OUTPUTS = [
     *VIEW_OUTPUTS,
     *CALIBRATION_OUTPUTS,
     *FINGERPRINT_OUTPUTS,
+    *FIT_OUTPUTS,
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
     *SURROGATE_OUTPUTS,
@@ -49,6 +51,7 @@ rule chapter3:
     input:
         CALIBRATION_OUTPUTS,
         FINGERPRINT_OUTPUTS,
+        FIT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,
 

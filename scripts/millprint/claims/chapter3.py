@@ -2,12 +2,15 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from millprint.claims import chapter3_calibration as calibration
 from millprint.claims import chapter3_curves as curves3
+from millprint.claims.chapter3_causes import cause
+from millprint.claims.compare import DEVIATES, verdict
 from millprint.claims.evidence import Evidence, not_run, rows, yes_no
 from millprint.claims.finding import Finding
 from millprint.config.contact import ContactConfig
@@ -138,7 +141,7 @@ BY_ID: dict[str, Callable[[Evidence, str], Finding]] = {
 def findings(results: Path, data: Path) -> dict[str, Finding]:
     """A finding for every claim of chapter 3; `results` is the run's folder, `data` that of claims.tsv."""
     evidence = Evidence(Path(results))
-    claims = read_table(Path(data) / "claims.tsv", text=["id", "value"])
+    claims = read_table(Path(data) / "claims.tsv", text=["id", "value", "tolerance"])
     claims = claims[claims["id"].str.startswith("3.")]
     found = _balls(claims) | _effective_restitution(Path(data)) | _modulus(evidence)
     found |= curves3.shape_findings(evidence) | curves3.collapse_findings(evidence)
@@ -149,4 +152,14 @@ def findings(results: Path, data: Path) -> dict[str, Finding]:
                 found[name] = finder(evidence, name)
     found["3.restitution"] = calibration.restitution(evidence)
     found["3.friction_fit"] = calibration.friction_fit(evidence, curves3.MILL)
+    return _with_causes(evidence, claims, found)
+
+
+def _with_causes(evidence: Evidence, claims: pd.DataFrame, found: dict[str, Finding]) -> dict[str, Finding]:
+    """The findings, those that deviate with what our runs say of why."""
+    for claim in claims.itertuples():
+        finding = found[claim.id]
+        if verdict(claim.value, claim.tolerance, finding) == DEVIATES:
+            words = "; ".join(part for part in (finding.explanation, cause(evidence, claim.id)) if part)
+            found[claim.id] = replace(finding, explanation=words)
     return found

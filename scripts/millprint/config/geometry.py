@@ -25,6 +25,10 @@ class StadiumGeometry(Section):
     straight_mm: Size = Field(description="length of the straight sides [mm]")
     height_mm: Size = Field(description="inner height [mm]")
     facets_per_half_circle: Annotated[int, Field(ge=3, le=360)] = Field(description="flat facets of each round end [-]")
+    facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = Field(
+        default=0.0,
+        description="u: facets of a round end are by turns 1 + u and 1 - u times as wide as the mean, as in a mesh [-]",
+    )
     fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
     fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(
         default=5, description="flat facets across the fillet [-]"

@@ -6,6 +6,7 @@ from millprint.config.calibration import CalibrationConfig
 from millprint.config.convergence import ConvergenceConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
+from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, ProjectFile, Section
@@ -45,6 +46,7 @@ class WorkflowConfig(Section):
     calibration: CalibrationConfig
     fingerprint: FingerprintConfig
     mills: MillsConfig
+    fit: FitConfig | None = Field(default=None, description="what was fitted to published values; none if left out")
     partition: PartitionConfig
     yields: YieldConfig
     surrogate: SurrogateConfig

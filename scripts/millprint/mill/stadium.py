@@ -6,9 +6,14 @@ from millprint.config.geometry import StadiumGeometry
 from millprint.mill.loft import fillet_profile, loft
 
 
-def stadium_outline(end_radius: float, straight: float, facets: int) -> np.ndarray:
-    """Vertices (2 facets + 2, 2) of a stadium, counter-clockwise; the long side runs along x, all in one unit."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, facets + 1)
+def stadium_outline(end_radius: float, straight: float, facets: int, unevenness: float = 0.0) -> np.ndarray:
+    """Vertices (2 facets + 2, 2) of a stadium, counter-clockwise; the long side runs along x, all in one unit.
+
+    Facets of a round end are by turns 1 + unevenness and 1 - unevenness times as wide as the mean. Each end begins
+    with a wide one, so that half a turn brings the outline onto itself.
+    """
+    widths = 1.0 + unevenness * (-1.0) ** np.arange(facets)
+    angle = np.pi * (np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() - 0.5)
     end = end_radius * np.column_stack([np.cos(angle), np.sin(angle)])
     shift = np.array([straight / 2, 0.0])
     return np.concatenate([end + shift, -end - shift])
@@ -22,7 +27,7 @@ def stadium_facets(geometry: StadiumGeometry) -> list[list[np.ndarray]]:
     radius, straight, height = geometry.end_radius_mm / 1e3, geometry.straight_mm / 1e3, geometry.height_mm / 1e3
     rings = []
     for inset, z in fillet_profile(height, geometry.fillet_radius_mm / 1e3, geometry.fillet_facets, "bottom"):
-        outline = stadium_outline(radius - inset, straight, geometry.facets_per_half_circle)
+        outline = stadium_outline(radius - inset, straight, geometry.facets_per_half_circle, geometry.facet_unevenness)
         rings.append(np.column_stack([outline, np.full(len(outline), z)]))
     *facets, floor, lid = loft(rings)
     if geometry.post:

@@ -1,0 +1,39 @@
+"""Search a jar in better agreement with the fitted published values, and write its geometry as a mill's file has it."""
+
+import yaml
+
+from millprint.config.contact import ContactConfig
+from millprint.config.fit import FitConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.files import whole_file, write_table
+from millprint.fit.search import Search
+from millprint.fit.shape import parameters_of, shaped
+from millprint.fit.trial import trial_of
+from millprint.job import job
+
+
+def main(
+    published_path: str, output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig
+) -> dict[str, float]:
+    """Write every jar that was tried, and the best one's geometry as YAML; returns its parameters."""
+    search = Search(settings, trial_of(mill, contact, dem, settings, published_path))
+    best = search.run(parameters_of(mill.geometry))
+    write_table(search.table(), output.search)
+    geometry = shaped(mill, best).geometry.model_dump(mode="json", exclude_none=True)
+    with whole_file(output.geometry) as partial:
+        partial.write_text(yaml.safe_dump({"geometry": geometry}, sort_keys=False))
+    return best
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "fit the jar") as logger:
+        found = main(
+            snakemake.input.published,
+            snakemake.output,
+            MillConfig(**snakemake.params.mill),
+            ContactConfig(**snakemake.params.contact),
+            DemConfig(**snakemake.params.dem),
+            FitConfig(**snakemake.params.settings),
+        )
+        logger.info("best jar: %s", found)

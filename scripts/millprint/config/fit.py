@@ -1,0 +1,77 @@
+"""The section `fit`: the jar's shape and the counting rule, fitted to some published values and held to the rest."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.counting import RuleName
+from millprint.config.section import Name, NonNegative, Positive, Section
+
+# Published values are named quantity_fFILL or quantity_dDIAMETER_nSPEED, such as Pn_f0.06 and normal_d10_n1200.
+ValueName = Annotated[str, Field(pattern=r"^(Pn|Pt|f)_f0\.\d+$|^(normal|tangential)_d[\d.]+_n\d+$")]
+Count = Annotated[int, Field(ge=1)]
+
+
+class RangeConfig(Section):
+    """A parameter of the jar's shape: where it is looked for, and on which grid."""
+
+    low: NonNegative = Field(description="smallest value, in the parameter's unit")
+    high: Positive = Field(description="largest value, in the parameter's unit")
+    step: Positive = Field(description="values are low, low + step, ...; the sensitivity is that to one step")
+
+    @model_validator(mode="after")
+    def _range_rises(self):
+        if self.low + self.step > self.high * (1 + 1e-9):
+            raise ValueError(f"step = {self.step:g}: must not exceed high - low = {self.high - self.low:g}")
+        return self
+
+
+class ShapeConfig(Section):
+    """The parameters that are fitted; the end radius follows from them and the volume."""
+
+    straight_ratio: RangeConfig = Field(description="length of the straight sides over the end radius [-]")
+    height_mm: RangeConfig = Field(description="inner height [mm]")
+    facets_per_half_circle: RangeConfig = Field(description="flat facets of each round end [-]")
+    facet_unevenness: RangeConfig = Field(description="how far facets differ in width, by turns [-]")
+    fillet_radius_mm: RangeConfig = Field(description="radius of the bottom edge's fillet [mm]")
+
+    @model_validator(mode="after")
+    def _facets_are_whole(self):
+        facets = self.facets_per_half_circle
+        if facets.low % 1 or facets.step % 1:
+            raise ValueError("facets_per_half_circle: low and step must be whole numbers")
+        return self
+
+
+class StageConfig(Section):
+    """One stage of the search: how many jars, and how long each is simulated."""
+
+    jars: Count = Field(description="jars that are simulated, or kept from the stage before")
+    revolutions: Annotated[int, Field(ge=2)] = Field(description="revolutions of the mill that are recorded")
+    seeds: Count = Field(description="starting positions of each, common to all jars: 0 and on")
+
+
+class FitConfig(Section):
+    """A fit of a mill, its geometry a stadium, to values of data.published."""
+
+    mill: Name = Field(description="the mill that is fitted; a run of another mill fits nothing")
+    contact: Name = Field(description="contact set of the published values")
+    fitted: list[ValueName] = Field(
+        min_length=1, description="values that are fitted, at most half of each kind; all others are held back"
+    )
+    counting_rules: list[RuleName] = Field(
+        min_length=1, description="rules of dem.counting_rules without a threshold to choose from"
+    )
+    shape: ShapeConfig
+    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that curves average over [mm]")
+    speeds_rpm: list[Positive] = Field(
+        min_length=1, description="speeds that curves average over; fewer than the sweeps have, to be quick [rpm]"
+    )
+    time_step_s: Positive = Field(description="integration step of the search [s]")
+    settle_s: Positive = Field(description="time for the balls to come to rest [s]")
+    discard_revolutions: Annotated[int, Field(ge=0)] = Field(description="first revolutions, left out")
+    closure_max: Positive = Field(default=0.02, description="in place of dem.closure_max, for the coarse step [-]")
+    screening: StageConfig = Field(description="jars all over the ranges, by a Sobol sequence")
+    refining: StageConfig = Field(description="the best of them again, then steps from the best of all")
+    rounds: Count = Field(description="rounds of steps up and down in every parameter, while one is better")
+    seed: Annotated[int, Field(ge=0)] = Field(description="of the Sobol sequence")

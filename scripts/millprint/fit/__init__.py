@@ -1,0 +1,1 @@
+"""What the thesis leaves open of its jar, fitted to some of the values that it prints."""

@@ -1,0 +1,85 @@
+"""The search for a jar: all over the ranges, then step by step from the best."""
+
+import logging
+from collections.abc import Callable
+
+import pandas as pd
+from scipy.stats import qmc
+
+from millprint.config.fit import FitConfig, ShapeConfig, StageConfig
+from millprint.errors import ConfigError, SimulationError
+from millprint.fit.published import HELD_BACK, misfit
+from millprint.fit.shape import PARAMETERS, on_grid
+
+logger = logging.getLogger("millprint")
+
+# What a trial of a jar in a stage gives: the published values with ours.
+Trial = Callable[[dict[str, float], StageConfig], pd.DataFrame]
+Jar = tuple[float, ...]
+
+
+class Search:
+    """Jars that were tried, and what came of them. A jar is a tuple of PARAMETERS."""
+
+    def __init__(self, settings: FitConfig, trial: Trial) -> None:
+        self.settings, self.trial = settings, trial
+        self.rows: list[dict] = []
+        self._known: dict[tuple[Jar, str], float] = {}
+
+    def misfit(self, jar: Jar, stage: str) -> float:
+        """The misfit of a jar in a stage [-]; inf for one that cannot be built or run. Jars are tried only once."""
+        if (jar, stage) not in self._known:
+            parameters = dict(zip(PARAMETERS, jar, strict=True))
+            row = {"stage": stage, **parameters}
+            try:
+                table = self.trial(parameters, getattr(self.settings, stage))
+            except (ConfigError, SimulationError) as error:
+                logger.info("%s: %s", parameters, error)
+                found = float("inf")
+            else:
+                found = misfit(table)
+                errors = table.dropna(subset="ours").set_index("name")["error_percent"]
+                row |= {"misfit": found, "counting_rule": table["counting_rule"].iloc[0]}
+                row |= {"held_back_misfit": misfit(table[table["ours"].notna()], HELD_BACK)}
+                self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
+                logger.info("%s %s: misfit %.3f", stage, parameters, found)
+            self._known[jar, stage] = found
+        return self._known[jar, stage]
+
+    def table(self) -> pd.DataFrame:
+        """A row for every trial: stage, parameters, misfit [-], rule, and the error of each value [%]."""
+        return pd.DataFrame(self.rows)
+
+    def run(self, present: dict[str, float]) -> dict[str, float]:
+        """The best jar that is found, the present one among the candidates."""
+        screened = sorted(candidates(self.settings, present), key=lambda jar: self.misfit(jar, "screening"))
+        best = min(screened[: self.settings.refining.jars], key=lambda jar: self.misfit(jar, "refining"))
+        for _ in range(self.settings.rounds):
+            around = [best, *neighbours(best, self.settings.shape)]
+            better = min(around, key=lambda jar: self.misfit(jar, "refining"))
+            if better == best:
+                break
+            best = better
+        return dict(zip(PARAMETERS, best, strict=True))
+
+
+def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
+    """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
+    ranges = [getattr(settings.shape, name) for name in PARAMETERS]
+    # A power of two keeps the sequence balanced; what is too much is not simulated.
+    places = qmc.Sobol(len(ranges), seed=settings.seed).random_base2((settings.screening.jars - 1).bit_length())
+    scaled = qmc.scale(places, [allowed.low for allowed in ranges], [allowed.high for allowed in ranges])
+    drawn = [tuple(map(on_grid, place, ranges)) for place in scaled[: settings.screening.jars - 1]]
+    return list(dict.fromkeys([tuple(present[name] for name in PARAMETERS), *drawn]))
+
+
+def neighbours(jar: Jar, shape: ShapeConfig) -> list[Jar]:
+    """The jars one step down and one up in each parameter that stay in the ranges."""
+    found = []
+    for index, name in enumerate(PARAMETERS):
+        allowed = getattr(shape, name)
+        for step in (-allowed.step, allowed.step):
+            value = round(jar[index] + step, 9)
+            if allowed.low - 1e-9 <= value <= allowed.high + 1e-9:
+                found.append((*jar[:index], value, *jar[index + 1 :]))
+    return found

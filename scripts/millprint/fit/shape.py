@@ -1,0 +1,58 @@
+"""Jars of one volume by the parameters that the thesis leaves open."""
+
+import numpy as np
+from scipy.optimize import brentq
+
+from millprint.config.fit import RangeConfig, ShapeConfig
+from millprint.config.geometry import StadiumGeometry
+from millprint.config.mill import MillConfig
+from millprint.errors import ConfigError
+from millprint.mill.stadium import stadium_facets
+from millprint.mill.vessel import Facet, Vessel
+
+PARAMETERS = tuple(ShapeConfig.model_fields)
+
+# End radii that a jar is looked for between, over the cube root of its volume; it is found to this length [mm].
+NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
+
+
+def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
+    """The parameters of a jar, by name."""
+    own = {name: float(getattr(geometry, name)) for name in PARAMETERS if name != "straight_ratio"}
+    return {"straight_ratio": geometry.straight_mm / geometry.end_radius_mm, **own}
+
+
+def on_grid(value: float, allowed: RangeConfig) -> float:
+    """The value of a parameter's grid that is nearest."""
+    last = int((allowed.high - allowed.low) / allowed.step + 1e-9)
+    steps = np.clip(round((value - allowed.low) / allowed.step), 0, last)
+    return float(np.round(allowed.low + allowed.step * steps, 9))
+
+
+def volume_ml(geometry: StadiumGeometry) -> float:
+    """Inner volume of the facetted jar [mL]."""
+    return Vessel([Facet.from_loops(loops) for loops in stadium_facets(geometry)]).volume_m3 * 1e6
+
+
+def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
+    """The mill with a jar of these parameters, its end radius such that the facetted jar holds the mill's volume.
+
+    Raises ConfigError where no end radius does.
+    """
+    whole = {name: value for name, value in parameters.items() if name != "straight_ratio"}
+    whole["facets_per_half_circle"] = int(whole["facets_per_half_circle"])
+    size = mill.volume_ml ** (1 / 3) * 10
+
+    def jar(radius: float) -> StadiumGeometry:
+        sizes = {"end_radius_mm": radius, "straight_mm": radius * parameters["straight_ratio"]}
+        return StadiumGeometry.model_validate({**mill.geometry.model_dump(), **whole, **sizes})
+
+    def excess(radius: float) -> float:
+        return volume_ml(jar(radius)) - mill.volume_ml
+
+    narrowest = max(NARROWEST * size, 1.01 * parameters["fillet_radius_mm"])
+    if excess(narrowest) > 0 or excess(WIDEST * size) < 0:
+        words = ", ".join(f"{name} {value:g}" for name, value in parameters.items())
+        raise ConfigError(f"fit.shape: no jar of {mill.volume_ml:g} mL has {words}")
+    radius = brentq(excess, narrowest, WIDEST * size, xtol=CLOSE_MM)
+    return mill.model_copy(update={"geometry": jar(round(radius, 3))})

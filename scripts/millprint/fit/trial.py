@@ -1,0 +1,86 @@
+"""Short simulations of one jar at the conditions that the fitted values ask for."""
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.fit import FitConfig, StageConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.collisions import collision_table
+from millprint.dem.ledger import ledger_series
+from millprint.dem.simulation import Simulation
+from millprint.dem.summary import summarise
+from millprint.fingerprint.cycles import tabulate_cycles
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.published import read_published
+from millprint.fit.published import FITTED, computed_values, misfit, published_values, with_roles
+from millprint.fit.shape import shaped
+
+
+def trial_cases(mill: str, values: pd.DataFrame, settings: FitConfig, stage: StageConfig) -> list[Case]:
+    """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
+    places = set()
+    for row in values[values["role"] == FITTED].to_dict("records"):
+        single = np.isfinite(row["ball_diameter_mm"])
+        diameters = [row["ball_diameter_mm"]] if single else settings.ball_diameters_mm
+        speeds = [row["speed_rpm"]] if single else settings.speeds_rpm
+        places |= set(itertools.product(diameters, [row["fill_ratio"]], speeds))
+    return [
+        Case(
+            mill=mill,
+            contact=settings.contact,
+            ball_diameter_mm=diameter,
+            fill_ratio=fill,
+            speed_rpm=speed,
+            seed=seed,
+            time_step_s=settings.time_step_s,
+            closure_max=settings.closure_max,
+            settle_s=settings.settle_s,
+            discard_s=settings.discard_revolutions * 60.0 / speed,
+            window_s=stage.revolutions * 60.0 / speed,
+        )
+        for diameter, fill, speed in sorted(places)
+        for seed in range(stage.seeds)
+    ]
+
+
+def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> dict:
+    """The summary of one case, with no file written. Raises SimulationError as any run does."""
+    simulation = Simulation(case, mill, contact, dem)
+    recording = simulation.run(case.path)
+    series = ledger_series(np.concatenate(recording.samples))
+    contacts = collision_table(*(np.concatenate(column) for column in zip(*recording.contacts, strict=True)))
+    return summarise(simulation, series, contacts, recording.height_m)
+
+
+def trial_of(
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig, published_path: str
+) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
+    """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
+
+    It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
+    column counting_rule. Raises ConfigError for a jar that cannot be built.
+    """
+    values = with_roles(published_values(read_published(published_path), settings.contact), settings.fitted)
+
+    def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
+        jar = shaped(mill, parameters)
+        cases = trial_cases(mill.name, values, settings, stage)
+        summaries = [simulate(case, jar, contact, dem) for case in cases]
+        return choose_rule(summaries, values, settings.counting_rules, mill.name, settings.contact)
+
+    return trial
+
+
+def choose_rule(summaries: list[dict], values: pd.DataFrame, rules: list[str], mill: str, contact: str) -> pd.DataFrame:
+    """The values of summaries under the rule with the smallest misfit; powers do not depend on it."""
+    cycles = tabulate_cycles(summaries)
+    tables = [
+        computed_values(values, tabulate_descriptors(summaries, rule), cycles, mill, contact).assign(counting_rule=rule)
+        for rule in rules
+    ]
+    return min(tables, key=misfit)

@@ -1,0 +1,37 @@
+"""What the mill's jar and the counting rule were fitted to, what was held back, and how far each value is off."""
+
+import pandas as pd
+
+from millprint.config.fit import FitConfig
+from millprint.config.mill import MillConfig
+from millprint.files import read_table, write_table
+from millprint.fingerprint.published import read_published
+from millprint.fit.published import computed_values, published_values, with_roles
+from millprint.fit.shape import parameters_of
+from millprint.fit.table import fit_table, parameter_rows
+from millprint.job import job
+
+TEXT = ["mill", "contact", "varied"]
+
+
+def main(files, output_path: str, mill: MillConfig, rule: str, settings: FitConfig) -> pd.DataFrame:
+    """Write the table from the sweeps' descriptors and revolutions and the short runs of the sensitivity."""
+    values = with_roles(published_values(read_published(files.published), settings.contact), settings.fitted)
+    descriptors, cycles = (read_table(path, text=TEXT) for path in (files.descriptors, files.cycles))
+    values = computed_values(values, descriptors, cycles, mill.name, settings.contact).assign(counting_rule=rule)
+    parameters = parameter_rows(parameters_of(mill.geometry), mill.geometry.end_radius_mm, rule)
+    write_table(fit_table(parameters, values, read_table(files.sensitivity)), output_path)
+    return values
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "tabulate the fit") as logger:
+        table = main(
+            snakemake.input,
+            snakemake.output.fit,
+            MillConfig(**snakemake.params.mill),
+            snakemake.params.counting_rule,
+            FitConfig(**snakemake.params.settings),
+        )
+        for role, part in table.groupby("role"):
+            logger.info("%s: largest error %.1f %% of %d values", role, part["error_percent"].abs().max(), len(part))

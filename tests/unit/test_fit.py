@@ -1,0 +1,195 @@
+"""The fit of the jar: volumes, names and roles of the published values, the search on a mill whose answer is known."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.config.fit import FitConfig
+from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.cycles import tabulate_cycles
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.published import read_published
+from millprint.fit.preflight import fit_faults, fitted_mill
+from millprint.fit.published import computed_values, misfit, published_values, with_roles
+from millprint.fit.search import Search, candidates, neighbours
+from millprint.fit.shape import PARAMETERS, on_grid, parameters_of, shaped, volume_ml
+from millprint.fit.table import COLUMNS, fit_table, parameter_rows, sensitivity_rows
+from millprint.fit.trial import trial_cases
+from tests.unit.synthetic_mill import summary, true_curves
+
+ROOT = Path(__file__).parents[2]
+EMAX = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
+SETTINGS = FitConfig.model_validate(read_yaml(ROOT / "config/config.yaml")["fit"])
+PUBLISHED = read_published(ROOT / "config/data/published.tsv")
+VALUES = published_values(PUBLISHED, "calibrated")
+
+
+@pytest.mark.parametrize("change", [{}, {"height_mm": 31.0}, {"straight_ratio": 1.6}, {"facets_per_half_circle": 16.0}])
+def test_every_jar_holds_the_volume(change):
+    parameters = parameters_of(EMAX.geometry) | change
+    jar = shaped(EMAX, parameters).geometry
+    assert volume_ml(jar) == pytest.approx(125, rel=2e-4)
+    assert parameters_of(jar) == pytest.approx(parameters, rel=1e-3)
+
+
+def test_the_present_jar_is_what_its_parameters_give():
+    assert shaped(EMAX, parameters_of(EMAX.geometry)).geometry.end_radius_mm == pytest.approx(
+        EMAX.geometry.end_radius_mm, abs=0.01
+    )
+
+
+def test_a_jar_that_cannot_hold_the_volume_is_refused():
+    with pytest.raises(ConfigError, match=r"fit\.shape: no jar of 125 mL"):
+        shaped(EMAX, parameters_of(EMAX.geometry) | {"height_mm": 4000.0, "fillet_radius_mm": 0.0})
+
+
+def test_mills_on_other_motions_have_the_fitted_jar():
+    for name in ("emax_motion1", "emax_motion2", "emax_post"):
+        other = load_named(ROOT / "config/mills", name, MillConfig, "mill")
+        assert other.geometry.model_copy(update={"post": None}) == EMAX.geometry
+
+
+def test_published_values_are_those_of_the_thesis():
+    value = VALUES.set_index("name")["published"]
+    assert len(VALUES) == 9 + 16
+    assert value["Pn_f0.06"] == 23
+    assert value["normal_d10_n600"] == pytest.approx(0.162, abs=5e-4)
+    assert value["tangential_d5_n1200"] == pytest.approx(1.576, abs=5e-4)
+
+
+def test_at_most_half_of_each_kind_is_fitted():
+    table = with_roles(VALUES, SETTINGS.fitted)
+    assert (table["role"] == "fitted").sum() == len(SETTINGS.fitted)
+    with pytest.raises(ConfigError, match="67 % of the published frequencies"):
+        with_roles(VALUES, ["f_f0.06", "f_f0.10"])
+    with pytest.raises(ConfigError, match=r"fit\.fitted = Pn_f0\.07: must be one of"):
+        with_roles(VALUES, ["Pn_f0.07"])
+
+
+def synthetic(factor=1.0):
+    places = [(0.06, 10, 600), (0.06, 5, 1200), (0.10, 10, 600), (0.17, 10, 600), (0.08, 10, 1200)]
+    return [summary(fill, diameter, speed, factor=factor) for fill, diameter, speed in places]
+
+
+def test_our_values_are_means_over_conditions_and_revolutions():
+    summaries = synthetic()
+    table = computed_values(
+        VALUES, tabulate_descriptors(summaries, "gap_3ms"), tabulate_cycles(summaries), "emax", "calibrated"
+    ).set_index("name")
+    normal, tangential, frequency = true_curves(0.06)
+    assert table.loc[["Pn_f0.06", "Pt_f0.06", "f_f0.06"], "ours"].tolist() == pytest.approx(
+        [normal, tangential, frequency], rel=1e-3
+    )
+    assert table.loc["Pn_f0.06", "error_percent"] == pytest.approx(100 * (normal / 23 - 1), abs=0.1)
+    energy = np.mean(summaries[-1]["per_revolution"]["normal_J"])
+    assert table.loc["normal_d10_n1200", "ours"] == pytest.approx(energy)
+    assert np.isnan(table.loc["normal_d10_n800", "ours"])
+
+
+def test_the_misfit_is_that_of_logarithms():
+    table = pd.DataFrame(
+        {"role": ["fitted", "fitted", "held back"], "published": [1.0, 2.0, 1.0], "ours": [2.0, 1.0, 9.0]}
+    )
+    assert misfit(table) == pytest.approx(np.log(2))
+    assert np.isnan(misfit(table.assign(ours=[2.0, np.nan, 1.0])))
+
+
+def test_only_conditions_of_fitted_values_are_simulated():
+    values = with_roles(VALUES, ["Pn_f0.06", "normal_d10_n1200"])
+    cases = trial_cases("emax", values, SETTINGS, SETTINGS.screening)
+    places = {(case.ball_diameter_mm, case.fill_ratio, case.speed_rpm) for case in cases}
+    assert places == {(10, 0.06, 1200), (5, 0.06, 1200), (10, 0.08, 1200)}
+    assert {case.seed for case in cases} == set(range(SETTINGS.screening.seeds))
+
+
+def grid_point(**change):
+    middle = {name: (getattr(SETTINGS.shape, name).low + getattr(SETTINGS.shape, name).high) / 2 for name in PARAMETERS}
+    return {name: on_grid(value, getattr(SETTINGS.shape, name)) for name, value in (middle | change).items()}
+
+
+def quadratic(best):
+    """A trial whose misfit grows with the distance from a known jar."""
+
+    def trial(parameters, stage):
+        steps = [(parameters[name] - best[name]) / getattr(SETTINGS.shape, name).step for name in PARAMETERS]
+        ours = float(np.exp(0.01 * np.abs(steps).sum()))
+        return pd.DataFrame(
+            {
+                "name": ["Pn_f0.06", "Pt_f0.10"], "role": ["fitted", "held back"], "published": 1.0,
+                "ours": [ours, ours], "error_percent": 100 * (ours - 1), "counting_rule": "gap_3ms",
+                "standard_error_percent": 1.0,
+            }
+        )  # fmt: skip
+
+    return trial
+
+
+def test_the_search_climbs_to_a_known_jar():
+    best = grid_point()
+    settings = SETTINGS.model_copy(update={"rounds": 40})
+    search = Search(settings, quadratic(best))
+    assert search.run(grid_point(height_mm=31)) == pytest.approx(best)
+    table = search.table()
+    assert table["misfit"].min() == pytest.approx(0, abs=1e-12)
+    assert not table.duplicated(["stage", *PARAMETERS]).any()
+
+
+def test_the_search_leaves_out_jars_that_cannot_be_built():
+    def trial(parameters, stage):
+        if parameters["height_mm"] < 36:
+            raise ConfigError("too low")
+        return quadratic(grid_point())(parameters, stage)
+
+    assert Search(SETTINGS, trial).run(grid_point(height_mm=31))["height_mm"] >= 36
+
+
+def test_candidates_are_on_the_grid_and_hold_the_present_jar():
+    present = grid_point(height_mm=33)
+    jars = candidates(SETTINGS, present)
+    assert jars[0] == tuple(present.values())
+    assert len(jars) == SETTINGS.screening.jars
+    for jar in jars:
+        assert jar == tuple(
+            on_grid(value, getattr(SETTINGS.shape, n)) for n, value in zip(PARAMETERS, jar, strict=True)
+        )
+
+
+def test_neighbours_stay_in_the_ranges():
+    corner = tuple(getattr(SETTINGS.shape, name).low for name in PARAMETERS)
+    assert len(neighbours(corner, SETTINGS.shape)) == len(PARAMETERS)
+    assert len(neighbours(tuple(grid_point().values()), SETTINGS.shape)) == 2 * len(PARAMETERS)
+
+
+def test_the_table_says_what_a_step_does():
+    jar = grid_point()
+    sensitivity = sensitivity_rows(jar, SETTINGS, quadratic(jar))
+    assert len(sensitivity) == 2 * 2 * len(PARAMETERS)
+    assert sensitivity["change_percent"].to_numpy() == pytest.approx(100 * np.expm1(0.01))
+    table = fit_table(parameter_rows(jar, 26.0, "gap_3ms"), quadratic(jar)(jar, None), sensitivity)
+    assert list(table.columns) == COLUMNS
+    assert table["record"].value_counts().to_dict() == {
+        "sensitivity": len(sensitivity), "parameter": len(PARAMETERS) + 2, "value": 2
+    }  # fmt: skip
+
+
+def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
+    content = read_yaml(ROOT / "config/config.yaml")
+    config = check_model(content, WorkflowConfig, "config.yaml")
+    assert fitted_mill(config, {"emax": EMAX}) is EMAX
+    assert fit_faults(config, {"emax": EMAX}, "config.yaml") == []
+    cylinder = {"kind": "cylinder", "radius_mm": 30, "height_mm": 44}
+    other = check_model(EMAX.model_dump() | {"geometry": cylinder}, MillConfig, "emax.yaml")
+    assert fitted_mill(config, {"emax": other}) is None
+    assert fitted_mill(config.model_copy(update={"mill": "drum"}), {"drum": other}) is None
+
+
+def test_faults_of_the_section_name_the_key():
+    content = read_yaml(ROOT / "config/config.yaml")
+    content["fit"] |= {"counting_rules": ["gap_3ms_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
+    faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
+    assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]

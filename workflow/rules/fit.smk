@@ -1,0 +1,88 @@
+"""The fit of what the thesis leaves open of its jar: what it was fitted to, what was held back, and the search."""
+
+from millprint.fit.preflight import fitted_mill
+
+FIT = f"{RESULTS}/fingerprint"
+FIT_MILL = fitted_mill(CONFIG, MILLS)
+FIT_OUTPUTS = []
+
+if FIT_MILL:
+    FIT_PARAMS = {
+        "mill": FIT_MILL.model_dump(mode="json"),
+        "contact": CONTACTS[CONFIG.fit.contact].model_dump(mode="json"),
+        "dem": settings("dem"),
+        "settings": settings("fit"),
+    }
+
+    rule fit_jar:
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            published=CONFIG.data.published,
+        output:
+            search=f"{FIT}/fit_search.tsv",
+            geometry=f"{FIT}/fit_geometry.yaml",
+        log:
+            f"{LOGS}/fingerprint/fit_jar.log",
+        benchmark:
+            f"{BENCHMARKS}/fingerprint/fit_jar.tsv"
+        conda:
+            "../../envs/millprint.yaml"
+        threads: 1
+        params:
+            **FIT_PARAMS,
+            library=library("fit_jar.py"),
+        message:
+            "Searching a jar in better agreement with the published values that are fitted"
+        script:
+            "../../scripts/fit_jar.py"
+
+    rule measure_fit_sensitivity:
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            published=CONFIG.data.published,
+        output:
+            sensitivity=f"{FIT}/fit_sensitivity.tsv",
+        log:
+            f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
+        benchmark:
+            f"{BENCHMARKS}/fingerprint/measure_fit_sensitivity.tsv"
+        conda:
+            "../../envs/millprint.yaml"
+        threads: 1
+        params:
+            **FIT_PARAMS,
+            library=library("measure_fit_sensitivity.py"),
+        message:
+            "Measuring what a step of each parameter of the jar does"
+        script:
+            "../../scripts/measure_fit_sensitivity.py"
+
+    rule tabulate_fit:
+        input:
+            descriptors=rules.tabulate_descriptors.output.descriptors,
+            cycles=rules.tabulate_descriptors.output.cycles,
+            published=CONFIG.data.published,
+            sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
+        output:
+            fit=f"{FIT}/fit.tsv",
+        log:
+            f"{LOGS}/fingerprint/tabulate_fit.log",
+        localrule: True
+        conda:
+            "../../envs/millprint.yaml"
+        params:
+            mill=FIT_PARAMS["mill"],
+            settings=FIT_PARAMS["settings"],
+            counting_rule=CONFIG.fingerprint.counting_rule,
+            library=library("tabulate_fit.py"),
+        message:
+            "Tabulating what the jar was fitted to and what was held back"
+        script:
+            "../../scripts/tabulate_fit.py"
+
+    rule fit:
+        input:
+            rules.fit_jar.output,
+        localrule: True
+
+    FIT_OUTPUTS += [*rules.measure_fit_sensitivity.output, *rules.tabulate_fit.output]
