@@ -19,7 +19,7 @@ def in_the_root(monkeypatch):
 def load(change=lambda content: None):
     content = yaml.safe_load(Path("config/config.yaml").read_text())
     change(content)
-    config, _, _, cases = load_workflow(content, "config.yaml")
+    config, _, _, cases = load_workflow(content, ["config/config.yaml"])
     return config, cases
 
 
