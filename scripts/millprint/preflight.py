@@ -60,9 +60,7 @@ def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str
     return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
 
 
-def check_room(
-    cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str
-) -> None:
+def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
     """The balls of every case must fit into its mill; place: file and key that the cases come from."""
     fills: dict[tuple[str, float], set[float]] = {}
     for case in cases:

@@ -1,5 +1,6 @@
 """The thesis: one target a chapter, all of them together, and the report."""
 
+
 include: "convergence.smk"
 include: "view.smk"
 include: "calibration.smk"
