@@ -2,13 +2,18 @@
 
 import math
 
+import h5py
 import numpy as np
 import pytest
 
 from millprint.config.sweep import Case, DemConfig
+from millprint.config.view import ViewConfig
 from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import build_bodies
+from millprint.view.frames import read_movie
+from millprint.view.paraview import export_run
 
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.3)
 GRAVITY = 9.81
@@ -139,3 +144,36 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
         assert power > 0
     assert slips[2.5] < 0.05
     assert slips[0.6] > 0.2
+
+
+def test_the_arms_of_an_attritor_are_seen_where_they_are(mills, contacts, tmp_path):
+    """Pictures and the files for ParaView hold every body in its place, and contacts end on the body that is touched."""
+    case = Case(
+        mill="attritor", contact="calibrated", ball_diameter_mm=9, fill_ratio=0.05, speed_rpm=600, seed=0, settle_s=0.1,
+        discard_s=0.0, window_s=0.1, rayleigh_fraction=0.03, snapshot_interval_s=2e-3,
+    )  # fmt: skip
+    mill, run = mills["attritor"], tmp_path / "run.h5"
+    run_case(case, mill, contacts["calibrated"], DEM, run, tmp_path / "summary.json")
+    bodies = build_bodies(mill, 600)
+    files = [tmp_path / f"{name}.vtkhdf" for name in ("balls", "walls", "contacts")]
+    steps = export_run(run, *files)
+    with h5py.File(files[1]) as walls, h5py.File(files[2]) as contacts_file:
+        root, lines = walls["VTKHDF"], contacts_file["VTKHDF"]
+        points = root["Points"][:].reshape(steps, -1, 3)
+        assert points.shape[1] == sum(len(body.vessel.triangles()[0]) for body in bodies)
+        # Half a turn a tenth of a second: the last snapshot has the arms where the motion says.
+        times = root["Steps/Values"][:]
+        upper = bodies[-1].to_laboratory(bodies[-1].vessel.triangles()[0], times[-1])
+        assert points[-1, -len(upper) :] == pytest.approx(upper, abs=1e-6)
+        assert set(root["CellData/body"][:]) == set(range(len(bodies)))
+        ends = lines["Points"][:].reshape(-1, 2, 3)
+        is_wall = lines["CellData/partner"][:] == 1
+        reach = np.linalg.norm(ends[is_wall, 1] - ends[is_wall, 0], axis=1)
+        assert len(reach) > 100
+        # A foot on another body, or on one in another pose, would be millimetres off.
+        assert reach == pytest.approx(0.0045, abs=2e-4)
+    movie = read_movie(run, ViewConfig())
+    first, later = (movie.frames[k].pictures[0].insert_mm for k in (0, 10))
+    assert len(first)
+    assert movie.frames[0].revolution is not None
+    assert len(first) != len(later) or np.abs(first - later).max() > 1

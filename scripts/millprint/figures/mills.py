@@ -87,7 +87,9 @@ def _draw_curve(axis: Axes, quantity: str, label: str, descriptors: pd.DataFrame
 
 
 def _number(value: float) -> str:
-    return "-" if value is None or np.isnan(value) else f"{value:.3g}"
+    if value is None or np.isnan(value):
+        return "-"
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
 
 
 def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:

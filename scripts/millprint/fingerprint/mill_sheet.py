@@ -85,6 +85,8 @@ def tabulate_sheet(
         rows.append(_row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
     for name, (title, unit, factor) in RANGES.items():
         low, high = about["ranges"][name]
+        if name == "speed_hz" and mill.speed_unit == "hz":
+            unit, factor = "Hz", 1.0
         rows.append(_row("validity", title, None, low * factor, high * factor, unit))
     rows.append(_row("validity", "largest error of an energy balance", closure, unit="-"))
     return pd.DataFrame(rows, columns=SHEET)
