@@ -147,7 +147,7 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
 
 
 def test_the_arms_of_an_attritor_are_seen_where_they_are(mills, contacts, tmp_path):
-    """Pictures and the files for ParaView hold every body in its place, and contacts end on the body that is touched."""
+    """Pictures and the files for ParaView hold every body in its place, and contacts end on the body touched."""
     case = Case(
         mill="attritor", contact="calibrated", ball_diameter_mm=9, fill_ratio=0.05, speed_rpm=600, seed=0, settle_s=0.1,
         discard_s=0.0, window_s=0.1, rayleigh_fraction=0.03, snapshot_interval_s=2e-3,
