@@ -28,19 +28,11 @@ include: "report.smk"
 
 
 localrules:
-    all,
     chapter2,
     chapter3,
     chapter4,
     chapter5,
     chapter6,
-
-
-rule all:
-    default_target: True
-    input:
-        STAGE_OUTPUTS,
-        rules.build_report.output,
 
 
 rule chapter2:
