@@ -17,17 +17,19 @@ from millprint.view.paraview import export_run
 
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.3)
 GRAVITY = 9.81
+DISSIPATED = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]
 
 
-def simulate(mill, contact, speed_rpm: float, **changes):
+def simulate(mill, contact, speed_rpm: float, closure_max: float = 2e-3, **changes):
+    """A run, and what it dissipates [W]: the work of a wall also lifts and lowers the balls within a turn."""
     described = {
         "mill": mill.name, "contact": contact.name, "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": speed_rpm,
         "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5, "rayleigh_fraction": 0.03,
     }  # fmt: skip
     simulation = Simulation(Case(**{**described, **changes}), mill, contact, DEM)
     series = ledger_series(np.concatenate(simulation.run("test").samples))
-    assert closure(series) < 2e-3
-    return simulation, series["wall_work_J"].iloc[-1] / simulation.window_s
+    assert closure(series) < closure_max
+    return simulation, series[DISSIPATED].iloc[-1].sum() / simulation.window_s
 
 
 def exponents(powers: list[float], speeds: list[float]) -> np.ndarray:
@@ -108,27 +110,33 @@ def test_a_ball_of_the_mixer_mill_flies_from_end_to_end_and_back_in_a_turn(mills
     assert 1.5 < crossings <= 2.1
 
 
-def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_leave_the_tube(mills, contacts):
-    """Under one g the charge rides along; far above it is thrown. Power over omega^3 tells the two apart."""
+def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_tube(mills, contacts):
+    """At a tenth of g the apparent gravity leans by 6 degrees, under any angle of repose, and the charge rides along.
+
+    At four g it is thrown. Power over omega^3, which the scaling holds constant, tells the two apart.
+    """
     amplitude = 0.0024
     scaled = {}
-    for g in (0.6, 4.0):
+    for g in (0.1, 4.0):
         w = math.sqrt(g * GRAVITY / amplitude)
         _, power = simulate(mills["vibratory"], contacts["calibrated"], w * 30 / math.pi, fill_ratio=0.28, settle_s=0.3,
-                            window_s=0.3)  # fmt: skip
+                            discard_s=0.2, window_s=0.35, closure_max=0.05)  # fmt: skip
         scaled[g] = power / w**3
-    assert abs(scaled[0.6]) < 0.2 * scaled[4.0]
+    assert abs(scaled[0.1]) < 0.1 * scaled[4.0]
 
 
 def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
-    """In a dense bed stirred slowly the torque is Coulomb's, so power goes with the speed, not with its cube."""
-    speeds = [60, 300]
+    """In a dense bed the torque is Coulomb's and hardly depends on the speed.
+
+    So power goes with its first power, less where the bed opens, and is far from its cube.
+    """
+    speeds = [60, 180]
     powers = [
-        simulate(mills["attritor"], contacts["calibrated"], speed, ball_diameter_mm=8, fill_ratio=0.16, window_s=0.5)[1]
+        simulate(mills["attritor"], contacts["calibrated"], speed, ball_diameter_mm=9, fill_ratio=0.26, window_s=0.5)[1]
         for speed in speeds
     ]
     (found,) = exponents(powers, speeds)
-    assert 0.3 < found < 2
+    assert 0 < found < 1.7
 
 
 def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_above(mills, contacts):
