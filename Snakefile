@@ -52,9 +52,12 @@ if CHAPTERS:
 
     include: "workflow/rules/chapters.smk"
 
-else:
 
-    rule all:
-        default_target: True
-        input:
-            FINGERPRINTED,
+localrules:
+    all,
+
+
+rule all:
+    default_target: True
+    input:
+        [*STAGE_OUTPUTS, *rules.build_report.output] if CHAPTERS else FINGERPRINTED,

@@ -24,6 +24,7 @@ from millprint.fingerprint.model import Fingerprint
 
 SHOWN = {
     "rank": "rank",
+    "mill": "mill",
     "contact": "contact",
     "ball_diameter_mm": "ball/mm",
     "fill_ratio": "fill",

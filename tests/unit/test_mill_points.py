@@ -22,7 +22,7 @@ def poses_at(motions, time):
 
 
 def planetary_table() -> pd.DataFrame:
-    """A jar on a sun wheel of 70 mm at ratio -2.5: it turns by -1.5 turns a turn about z, so its pose repeats in two."""
+    """A jar on a sun wheel of 70 mm at ratio -2.5: it turns by -1.5 a turn about z, so its pose repeats in two."""
     turn = np.linspace(0, 2, 2 * ROWS - 1)
     table = pd.DataFrame({"time_s": 3.0 + 0.2 * turn})
     table["x_m"], table["y_m"], table["z_m"] = 0.07 * np.cos(2 * np.pi * turn), 0.07 * np.sin(2 * np.pi * turn), 0.0
@@ -87,8 +87,12 @@ def test_velocities_are_the_rates_of_a_rotation_about_a_moving_axis(tmp_path):
 def test_the_kernel_moves_as_the_object_says(tmp_path):
     made = read(planetary_table(), tmp_path)
     for moving in (made, made.at_rest()):
-        motions = stack_motions([read(planetary_table().drop(columns=["rotation_x_deg", "rotation_y_deg",
-                                                                     "rotation_z_deg"]), tmp_path), moving])
+        motions = stack_motions(
+            [
+                read(planetary_table().drop(columns=["rotation_x_deg", "rotation_y_deg", "rotation_z_deg"]), tmp_path),
+                moving,
+            ]
+        )
         for time in (-0.5, 0.0, 0.0123, 0.3999, 0.4, 1.234):
             poses_at(motions, time)
             pose = motions.pose[1]

@@ -12,11 +12,14 @@ Several = Annotated[list[Positive], Field(min_length=1, max_length=12)]
 
 
 class MillSweepConfig(Section):
-    """Speeds, balls and fill ratios that suit a mill: the first speed with every ball size, the first ball size with
-    every speed, each at every fill ratio."""
+    """Speeds, balls and fill ratios that suit a mill.
 
-    speeds_rpm: Several | None = Field(default=None, description="speeds, where the mill is set in turns a minute [rpm]")
-    speeds_hz: Several | None = Field(default=None, description="speeds, where the mill is set in cycles a second [Hz]")
+    Simulated are the first speed with every ball size, and the first ball size with every speed, each at every fill
+    ratio.
+    """
+
+    speeds_rpm: Several | None = Field(default=None, description="speeds of a mill that is set in turns a minute [rpm]")
+    speeds_hz: Several | None = Field(default=None, description="speeds of a mill that is set in cycles a second [Hz]")
     ball_diameters_mm: Several = Field(description="ball diameters [mm]")
     fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
         description="ball volume over the nominal volume [-]"
@@ -71,7 +74,7 @@ class ScaleUpConfig(Section):
     speed_rpm: Positive = Field(description="speed of the small mill [rpm]")
     revolutions: Turns = Field(default=5, description="turns of the large mill after its start, for the costs [-]")
     cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
-    run_turns: Turns = Field(default=1, description="turns of the large mill in the run, of which the last half counts [-]")
+    run_turns: Turns = Field(default=1, description="turns of the large run, of which the last half counts [-]")
     run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
 
 

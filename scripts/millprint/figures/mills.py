@@ -7,7 +7,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from millprint.figures.chapter3 import CURVE_LABELS, FILL_LABEL, MARKERS
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, plt
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
@@ -87,7 +87,9 @@ def _draw_curve(axis: Axes, quantity: str, label: str, descriptors: pd.DataFrame
 
 
 def _number(value: float) -> str:
-    return "-" if value is None or np.isnan(value) else f"{value:.3g}"
+    if value is None or np.isnan(value):
+        return "-"
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.3g}"
 
 
 def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
@@ -103,7 +105,8 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     right.append("exponents (interval; of the thesis)")
     for row in sheet[sheet["section"] == "exponents"].itertuples():
         supposed = row.text.removeprefix("the thesis has ")
-        right.append(f"  {row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}; {supposed})")
+        interval = f"{_number(row.lower)} to {_number(row.upper)}"
+        right.append(f"  {row.quantity}: {_number(row.value)} ({interval}; {supposed})")
     right += ["", "spread of power per ball, before: after the thesis's scaling: after its own"]
     for title in ("power per ball", "frequency per ball"):
         rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
@@ -142,7 +145,7 @@ def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFr
 def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
     """Spread of the power per ball of several mills: before scaling, by the thesis's exponents, by their own.
 
-    collapse: a row a mill, power_spread_before, power_spread_thesis and power_spread_own; largest: spread of a collapse.
+    collapse: a row a mill, power_spread_before, power_spread_thesis, power_spread_own; largest: spread of a collapse.
     """
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.9 + 0.3 * len(collapse)))
     places = np.arange(len(collapse))

@@ -27,7 +27,7 @@ def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
 
 
 def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray], probability: float) -> dict:
-    """Exponents by least squares over all fill ratios at once, with Student's intervals, and the spread that is left."""
+    """Exponents by least squares over all fill ratios, with Student's intervals, and the spread that is left."""
     names = [name for name, values in varied.items() if np.ptp(values) > 0]
     empty = {f"{name}{end}": np.nan for name in varied for end in ("", "_lower", "_upper")}
     design = np.column_stack([constants, *(varied[name] for name in names)])
@@ -49,11 +49,11 @@ def verdict(thesis: float, own: float, largest: float) -> str:
 def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, largest: float) -> pd.DataFrame:
     """The spread between speeds and ball sizes of one mill and contact set, a row a quantity.
 
-    Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that 0.1
-    is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
-    exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d, with
-    intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one fill
-    ratio only tell nothing; density and amplitude are those of the mill.
+    Each spread is a standard deviation of log y about the mean of a fill ratio, pooled over the fill ratios, so that
+    0.1 is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
+    exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d,
+    with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one
+    fill ratio only tell nothing; density and amplitude are those of the mill.
     """
     table = as_built(descriptors)
     for channel in ("normal", "tangential"):
@@ -89,7 +89,8 @@ def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
         "tangential_power_per_ball_W": "tangential",
         "frequency_per_ball_hz": "frequency",
     }
-    kept = ["spread_before", "spread_thesis", "spread_own", "omega", "omega_lower", "omega_upper", "d", "d_lower", "d_upper"]
+    kept = [f"spread_{name}" for name in ("before", "thesis", "own")]
+    kept += [f"{name}{end}" for name in VARIED for end in ("", "_lower", "_upper")]
     rows = []
     for table in tables:
         first = table.iloc[0]

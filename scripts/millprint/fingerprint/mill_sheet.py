@@ -53,17 +53,17 @@ def tabulate_sheet(
 ) -> pd.DataFrame:
     """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents and collapse, zones, validity.
 
-    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest error of an energy balance [-].
+    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-].
     """
     about, condition = fingerprint.about, reference_of(fingerprint)
-    prediction = fingerprint.predict(**condition)
+    prediction, speed = fingerprint.predict(**condition), condition["speed_hz"]
     rows = [
         _row("mill", "name", text=f"{mill.name}: {mill.title}"),
         _row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         _row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
         _row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
         _row("mill", "collisions counted by", text=about["counting_rule"]),
-        _row("condition", "speed", 60 * condition["speed_hz"], unit="rpm", text=shown_speed(mill, condition["speed_hz"])),
+        _row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
         _row("condition", "ball diameter", 1e3 * condition["ball_diameter_m"], unit="mm"),
         _row("condition", "fill ratio", condition["fill_ratio"], unit="-"),
         _row("condition", "balls", prediction.balls, unit="-"),
@@ -78,13 +78,15 @@ def tabulate_sheet(
                  f"the thesis has {own.d_supposed:g}"),
             _row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
             _row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
-            _row("collapse", f"{title}: by its own exponents", own.spread_own, unit="-", text=f"collapses {own.collapse}"),
+            _row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
+                 f"collapses {own.collapse}"),
         ]  # fmt: skip
-    rows += [
-        _row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-") for zone in zones.itertuples()
-    ]
+    for zone in zones.itertuples():
+        rows.append(_row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
     for name, (title, unit, factor) in RANGES.items():
         low, high = about["ranges"][name]
+        if name == "speed_hz" and mill.speed_unit == "hz":
+            unit, factor = "Hz", 1.0
         rows.append(_row("validity", title, None, low * factor, high * factor, unit))
     rows.append(_row("validity", "largest error of an energy balance", closure, unit="-"))
     return pd.DataFrame(rows, columns=SHEET)

@@ -17,7 +17,7 @@ def is_as_built(case: Case) -> bool:
 
 
 def has_chapters(config: WorkflowConfig, cases: dict[str, Case]) -> bool:
-    """Whether the sweeps of the configuration simulate the run's mill, so that the thesis's chapters can be about it."""
+    """Whether the sweeps of the configuration simulate the run's mill, so that the chapters can be about it."""
     return any(case.mill == config.mill for case in described_cases(config, cases).values())
 
 

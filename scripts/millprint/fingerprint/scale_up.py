@@ -1,8 +1,8 @@
 """A mill enlarged by geometric similarity: how to run it for the same fingerprint, and what it costs to simulate.
 
 All lengths of vessel and motion grow by L = (V / V_0)^(1/3). With energies per collision ~ rho omega^2 A^2 d^3, a
-frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29) each row keeps one of them. Balls as they
-are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1/2), keep every scaled number, gravity's
+frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29) each row keeps one of them. Balls as
+they are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1/2), keep every scaled number, gravity's
 share A omega^2 / g included.
 """
 

@@ -49,8 +49,9 @@ def _speeds_rpm(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list
     step = 1e-4
     times = np.linspace(0.001, 1.001, 721)
     middle = bodies[0].vessel.bounds.mean(axis=0)
-    places = [np.array([bodies[0].to_laboratory(middle[None], time)[0] for time in times + k * step]) for k in (-1, 0, 1)]
-    largest = float(np.linalg.norm(places[0] - 2 * places[1] + places[2], axis=1).max()) / step**2
+    motion = bodies[0].motion
+    before, at, after = (motion.rotation(t) @ middle + motion.position(t) for t in (times - step, times, times + step))
+    largest = float(np.linalg.norm(before - 2 * at + after, axis=1).max()) / step**2
     return [_rounded(60 * math.sqrt(share * GRAVITY / largest)) for share in SHAKEN]
 
 

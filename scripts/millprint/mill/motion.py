@@ -6,8 +6,8 @@ harmonics of the mill's angular frequency w, and the angle may grow steadily too
     X(t) = p - R(theta) p + sum_k C_k cos(m_k w t) + S_k sin(m_k w t)
     V(t) = dX/dt,  omega(t) = (d theta / dt) a,  R(theta) = cos theta I + (1 - cos theta) a a^T + sin theta [a]x
 with X the origin of the body frame; a point x of the body is at X + R x. The mill starts at t = 0 from rest at its
-pose there and has its full speed at once, as in the thesis (Sec. 3.2.2). A motion given as a table of points is a periodic
-curve instead (mill.path).
+pose there and has its full speed at once, as in the thesis (Sec. 3.2.2). A motion given as a table of points is a
+periodic curve instead (mill.path).
 """
 
 import math

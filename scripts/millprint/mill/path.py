@@ -34,7 +34,7 @@ def _refuse(path: str | Path, what: str) -> ConfigError:
 
 def _check_times(time: np.ndarray, path: str | Path) -> None:
     if len(time) < FEWEST_ROWS:
-        raise _refuse(path, f"{len(time)} rows: a turn of the mill needs {FEWEST_ROWS} at least, the last like the first")
+        raise _refuse(path, f"{len(time)} rows: a turn needs {FEWEST_ROWS} at least, the last like the first")
     steps = np.diff(time)
     if (steps <= 0).any():
         row = int(np.argmax(steps <= 0)) + 2
@@ -53,7 +53,8 @@ def _check_places(place: np.ndarray, path: str | Path) -> None:
     if far.any():
         row, column = (int(index[0]) for index in np.nonzero(far))
         raise _refuse(
-            path, f"column {PLACE[column]}, row {row + 1} = {place[row, column]:g}: at most {LARGEST_PLACE_M:g} m is wanted"
+            path,
+            f"column {PLACE[column]}, row {row + 1} = {place[row, column]:g}: at most {LARGEST_PLACE_M:g} m is wanted",
         )
     apart = np.abs(place[-1] - place[0])
     if (apart > CLOSE * max(float(np.ptp(place, axis=0).max()), 1e-6)).any():

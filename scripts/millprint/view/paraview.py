@@ -17,8 +17,9 @@ def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: 
 
     balls: a point a ball with radius, velocity, speed in the laboratory and relative to the wall, spin, net contact
         force, number of contacts; dissipated energies since the step before as field data.
-    walls: triangles of vessel and inserts, moving, each with the number of its body. contacts: lines between the centres of two balls, or from a ball's centre to
-        the wall, with the partner (0 ball, 1 wall), both numbers and the overlap.
+    walls: triangles of vessel and inserts, moving, each with the number of its body. contacts: lines between the
+        centres of two balls, or from a ball's centre to the wall, with the partner (0 ball, 1 wall), both numbers and
+        the overlap.
     Raises ConfigError for a run without snapshots.
     """
     with open_snapshots(run, every) as snapshots, ExitStack() as files:

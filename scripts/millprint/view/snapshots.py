@@ -106,8 +106,13 @@ def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
     # Within a body the same order holds: its facets, edges, corners.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
-    local = np.concatenate([first + np.arange(k) for row, starts in zip(counts, before, strict=True)
-                            for k, first in zip(row, starts, strict=True)])
+    local = np.concatenate(
+        [
+            first + np.arange(k)
+            for row, starts in zip(counts, before, strict=True)
+            for k, first in zip(row, starts, strict=True)
+        ]
+    )
     return owner[feature], local[feature]
 
 

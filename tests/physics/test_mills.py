@@ -1,0 +1,187 @@
+"""Each mill of the box by a limit that is known: what its motion and its physics must be, whatever its sizes."""
+
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+from millprint.config.sweep import Case, DemConfig
+from millprint.config.view import ViewConfig
+from millprint.dem.ledger import closure, ledger_series
+from millprint.dem.run import run_case
+from millprint.dem.simulation import Simulation
+from millprint.mill.bodies import build_bodies
+from millprint.view.frames import read_movie
+from millprint.view.paraview import export_run
+
+DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.3)
+GRAVITY = 9.81
+DISSIPATED = ["normal_damping_J", "tangential_damping_J", "sliding_J", "rolling_J"]
+
+
+def simulate(mill, contact, speed_rpm: float, closure_max: float = 2e-3, **changes):
+    """A run, and what it dissipates [W]: the work of a wall also lifts and lowers the balls within a turn."""
+    described = {
+        "mill": mill.name, "contact": contact.name, "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": speed_rpm,
+        "seed": 0, "settle_s": 0.1, "discard_s": 0.1, "window_s": 0.5, "rayleigh_fraction": 0.03,
+    }  # fmt: skip
+    simulation = Simulation(Case(**{**described, **changes}), mill, contact, DEM)
+    series = ledger_series(np.concatenate(simulation.run("test").samples))
+    assert closure(series) < closure_max
+    return simulation, series[DISSIPATED].iloc[-1].sum() / simulation.window_s
+
+
+def exponents(powers: list[float], speeds: list[float]) -> np.ndarray:
+    return np.diff(np.log(powers)) / np.diff(np.log(speeds))
+
+
+def accelerations(body, point: np.ndarray, times: np.ndarray, step: float = 1e-6) -> np.ndarray:
+    """Accelerations (n, 3) of a point of a body by differences of the wall's velocity."""
+
+    def velocity(now):
+        spin, place = body.motion.angular_velocity(now), body.motion.rotation(now) @ point
+        return body.motion.velocity(now) + np.cross(spin, place)
+
+    return (velocity(times + step) - velocity(times - step)) / (2 * step)
+
+
+def test_the_jar_of_the_emax_translates_with_one_acceleration(mills):
+    (jar,) = build_bodies(mills["emax"], 1200)
+    found = accelerations(jar, jar.vessel.vertices[0], np.linspace(0.01, 0.05, 50))
+    assert np.linalg.norm(found, axis=1) == pytest.approx(0.017 * (2 * math.pi * 20) ** 2, rel=1e-6)
+
+
+def test_the_planetary_jar_has_the_acceleration_of_its_two_rotations(mills):
+    """Towards the sun's axis R w^2, towards the jar's r (1 + k)^2 w^2: between their sum and their difference."""
+    (jar,) = build_bodies(mills["planetary"], 300)
+    w, radius = 2 * math.pi * 5, 0.0375
+    found = np.linalg.norm(accelerations(jar, np.array([radius, 0, 0.03]), np.linspace(0.01, 0.41, 4001)), axis=1)
+    assert found.max() == pytest.approx((0.0705 + radius) * w**2, rel=1e-4)
+    assert found.min() == pytest.approx((0.0705 - radius) * w**2, rel=1e-4)
+
+
+def test_the_arm_of_the_shaker_draws_a_figure_of_eight(mills):
+    """Sideways it goes to and fro twice in a turn, along the vial once, and passes its middle twice."""
+    (vial,) = build_bodies(mills["spex"], 60)
+    times = np.arange(720) / 720
+    x, y, _ = vial.motion.position(times).T
+    assert np.ptp(y) == pytest.approx(0.059, rel=1e-3)
+    assert np.ptp(x) == pytest.approx(0.025, rel=1e-3)
+    crossings = [int((np.sign(c) != np.sign(np.roll(c, 1))).sum()) for c in (x + 1e-9, y + 1e-9)]
+    assert crossings == [4, 2]
+
+
+@pytest.mark.parametrize("name", ["spex", "mixer"])
+def test_the_power_of_a_shaken_vessel_goes_with_the_cube_of_its_frequency(mills, contacts, name):
+    """At fixed amplitude and far above g nothing but the frequency sets a time: P ~ f^3."""
+    speeds = [15 * 60, 30 * 60]
+    powers = [simulate(mills[name], contacts["calibrated"], speed, window_s=0.8)[1] for speed in speeds]
+    assert exponents(powers, speeds) == pytest.approx(3, abs=0.25)
+
+
+def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
+    (jar,) = build_bodies(mills["mixer"], 25 * 60)
+    times, pivot = np.linspace(0, 0.08, 400), np.array([0, -0.13, 0])
+    arm = jar.motion.position(times) - pivot
+    assert np.linalg.norm(arm, axis=1) == pytest.approx(0.13)
+    assert np.abs(arm[:, 2]).max() < 1e-12
+    # The jar's axis stays along the arc.
+    along = jar.motion.rotation(times) @ np.array([1.0, 0, 0])
+    assert np.abs((along * arm).sum(axis=1)).max() < 1e-12
+    assert np.abs(arm[:, 0]).max() == pytest.approx(0.02, rel=0.01)
+
+
+def test_a_ball_of_the_mixer_mill_flies_from_end_to_end_and_back_in_a_turn(mills, contacts):
+    """One ball in a jar swung far above g hits each end about once a turn: its way along the jar reverses twice."""
+    mill = mills["mixer"].model_copy(update={"volume_ml": 0.6})
+    simulation = Simulation(
+        Case(mill="mixer", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.9, speed_rpm=1500, seed=0,
+             settle_s=0.05, discard_s=0.2, window_s=0.8, rayleigh_fraction=0.03, snapshot_interval_s=1e-3),
+        mill, contacts["calibrated"], DEM,
+    )  # fmt: skip
+    assert simulation.count == 1
+    recording = simulation.run("test")
+    ball = np.concatenate(recording.snapshots)[:, 0, :3]
+    pose = np.concatenate(recording.poses)[:, 0]
+    inside = np.einsum("nji,nj->ni", pose[:, 9:].reshape(-1, 3, 3), ball - pose[:, :3])[:, 0]
+    sides = np.sign(inside[np.abs(inside) > 0.005])
+    crossings = (np.diff(sides) != 0).sum() / (simulation.window_s * 25)
+    assert 1.5 < crossings <= 2.1
+
+
+def test_the_bed_of_a_vibratory_mill_takes_power_only_where_it_can_move_in_the_tube(mills, contacts):
+    """At a tenth of g the apparent gravity leans by 6 degrees, under any angle of repose, and the charge rides along.
+
+    At four g it is thrown. Power over omega^3, which the scaling holds constant, tells the two apart.
+    """
+    amplitude = 0.0024
+    scaled = {}
+    for g in (0.1, 4.0):
+        w = math.sqrt(g * GRAVITY / amplitude)
+        _, power = simulate(mills["vibratory"], contacts["calibrated"], w * 30 / math.pi, fill_ratio=0.28, settle_s=0.3,
+                            discard_s=0.2, window_s=0.35, closure_max=0.05)  # fmt: skip
+        scaled[g] = power / w**3
+    assert abs(scaled[0.1]) < 0.1 * scaled[4.0]
+
+
+def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
+    """In a dense bed the torque is Coulomb's and hardly depends on the speed.
+
+    So power goes with its first power, less where the bed opens, and is far from its cube.
+    """
+    speeds = [60, 180]
+    powers = [
+        simulate(mills["attritor"], contacts["calibrated"], speed, ball_diameter_mm=9, fill_ratio=0.26, window_s=0.5)[1]
+        for speed in speeds
+    ]
+    (found,) = exponents(powers, speeds)
+    assert 0 < found < 1.7
+
+
+def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_above(mills, contacts):
+    critical = 30 / math.pi * math.sqrt(GRAVITY / (0.05 - 0.005))
+    slips = {}
+    for share in (0.6, 2.5):
+        simulation, power = simulate(mills["drum"], contacts["calibrated"], share * critical, fill_ratio=0.15,
+                                     settle_s=0.15, discard_s=0.4, window_s=0.4)  # fmt: skip
+        body, now = simulation.bodies[0], simulation.counters[0] * simulation.step
+        wall = np.cross(body.motion.angular_velocity(now), simulation.balls.position - body.motion.position(now))
+        speed = share * critical * math.pi / 30 * 0.05
+        slips[share] = np.linalg.norm(simulation.balls.velocity - wall, axis=1).mean() / speed
+        assert power > 0
+    assert slips[2.5] < 0.05
+    assert slips[0.6] > 0.2
+
+
+def test_the_arms_of_an_attritor_are_seen_where_they_are(mills, contacts, tmp_path):
+    """Pictures and the files for ParaView hold every body in its place, and contacts end on the body touched."""
+    case = Case(
+        mill="attritor", contact="calibrated", ball_diameter_mm=9, fill_ratio=0.05, speed_rpm=600, seed=0, settle_s=0.1,
+        discard_s=0.0, window_s=0.1, rayleigh_fraction=0.03, snapshot_interval_s=2e-3,
+    )  # fmt: skip
+    mill, run = mills["attritor"], tmp_path / "run.h5"
+    run_case(case, mill, contacts["calibrated"], DEM, run, tmp_path / "summary.json")
+    bodies = build_bodies(mill, 600)
+    files = [tmp_path / f"{name}.vtkhdf" for name in ("balls", "walls", "contacts")]
+    steps = export_run(run, *files)
+    with h5py.File(files[1]) as walls, h5py.File(files[2]) as contacts_file:
+        root, lines = walls["VTKHDF"], contacts_file["VTKHDF"]
+        points = root["Points"][:].reshape(steps, -1, 3)
+        assert points.shape[1] == sum(len(body.vessel.triangles()[0]) for body in bodies)
+        # Half a turn a tenth of a second: the last snapshot has the arms where the motion says.
+        times = root["Steps/Values"][:]
+        upper = bodies[-1].to_laboratory(bodies[-1].vessel.triangles()[0], times[-1])
+        assert points[-1, -len(upper) :] == pytest.approx(upper, abs=1e-6)
+        assert set(root["CellData/body"][:]) == set(range(len(bodies)))
+        ends = lines["Points"][:].reshape(-1, 2, 3)
+        is_wall = lines["CellData/partner"][:] == 1
+        reach = np.linalg.norm(ends[is_wall, 1] - ends[is_wall, 0], axis=1)
+        assert len(reach) > 100
+        # A foot on another body, or on one in another pose, would be millimetres off.
+        assert reach == pytest.approx(0.0045, abs=2e-4)
+    movie = read_movie(run, ViewConfig())
+    first, later = (movie.frames[k].pictures[0].insert_mm for k in (0, 10))
+    assert len(first)
+    assert movie.frames[0].revolution is not None
+    assert len(first) != len(later) or np.abs(first - later).max() > 1

@@ -1,0 +1,266 @@
+"""Mills by their own sweeps: which conditions, how far curves collapse, the sheet, a large mill, and the figures."""
+
+import math
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from millprint.config.load import check_model, load_named, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.figures import mills as figures
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.mill_cases import large_case, mill_cases, settings_of, sweep_of
+from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
+from millprint.fingerprint.mill_sheet import SHEET, tabulate_sheet
+from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
+from millprint.fingerprint.similarity import RUN_WAY, enlarged
+from millprint.fingerprint.zones import find_zones
+from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
+from millprint.mill.default_sweep import default_sweep
+from millprint.view.mill_picture import FRAMES, picture_mill
+from millprint.view.snapshots import Geometry, body_of_feature
+from tests.unit.synthetic_mill import descriptors, fingerprint, summary
+
+CONFIG = Path(__file__).parents[2] / "config"
+BOX = ("emax", "planetary", "spex", "mixer", "vibratory", "attritor", "drum")
+
+
+def mill(name: str, **changes) -> MillConfig:
+    return load_named(CONFIG / "mills", name, MillConfig, "mill").model_copy(update=changes)
+
+
+@pytest.fixture(scope="module")
+def settings() -> MillsConfig:
+    return check_model(read_yaml(CONFIG / "config.yaml"), WorkflowConfig, "config.yaml").mills
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("name", BOX)
+def test_a_mill_of_the_box_holds_its_volume_and_clears_its_inserts(name):
+    made = mill(name)
+    bodies = build_bodies(made, CHECK_RPM)
+    assert bodies[0].vessel.volume_m3 * 1e6 == pytest.approx(made.volume_ml, rel=0.03)
+    check_inserts(made, bodies)
+    assert len(made.source) > 80
+
+
+def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(settings):
+    cases = mill_cases(mill("mixer"), settings)
+    conditions = {(case.ball_diameter_mm, case.speed_rpm) for case in cases}
+    assert conditions == {(10, 18 * 60), (10, 27 * 60), (7, 18 * 60)}
+    assert len(cases) == 3 * 4
+    # Whole turns, and long enough.
+    for case in cases:
+        turns = case.window_s * case.speed_rpm / 60
+        assert turns == pytest.approx(round(turns))
+        assert case.window_s >= 0.8
+
+
+def test_a_sweep_may_say_its_turns():
+    given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3], "window_turns": 5}
+    sweep = MillSweepConfig(**given)
+    assert settings_of(sweep) == [(10, 60), (10, 90)]
+    assert sweep_of(mill("drum", sweep=sweep)) is sweep
+
+
+@pytest.mark.parametrize(
+    ("changes", "part"),
+    [
+        ({"speeds_hz": [1, 2]}, "either speeds_rpm or speeds_hz"),
+        ({"speeds_rpm": None}, "either speeds_rpm or speeds_hz"),
+        ({"speeds_rpm": [60, 60]}, "twice"),
+        ({"fill_ratios": [0.1, 0.2]}, "at least 3"),
+        ({"fill_ratios": [0.1, 0.2, 1.2]}, "less than 1"),
+        ({"speeds_rpm": [-60]}, "greater than 0"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_refused(changes, part):
+    given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}
+    with pytest.raises(ValidationError, match=part):
+        MillSweepConfig(**{**given, **changes})
+
+
+def test_the_sweep_of_a_mill_that_has_none_follows_from_the_mill():
+    drum = default_sweep(mill("drum", sweep=None))
+    critical = 30 / math.pi * math.sqrt(9.81 / (0.05 - drum.ball_diameters_mm[0] / 2e3))
+    assert drum.speeds == pytest.approx([0.6 * critical, 0.8 * critical], rel=0.05)
+    emax = default_sweep(mill("emax", sweep=None))
+    w = 2 * math.pi * emax.speeds[0] / 60
+    assert 0.017 * w**2 == pytest.approx(6 * 9.81, rel=0.1)
+    attritor = mill("attritor", sweep=None)
+    tip = 2 * math.pi * default_sweep(attritor).speeds[0] / 60 * travel_m(build_bodies(attritor, 60), 60)
+    assert tip == pytest.approx(0.5, rel=0.05)
+    for name in BOX:
+        swept = default_sweep(mill(name, sweep=None))
+        assert len(set(swept.ball_diameters_mm)) == 2
+        narrowest = 1e3 * np.ptp(build_bodies(mill(name), 60)[0].vessel.bounds, axis=0).min()
+        assert max(swept.ball_diameters_mm) <= narrowest / 5
+
+
+def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
+    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2).set_index("quantity")
+    power = table.loc["power_per_ball_W"]
+    assert power["spread_thesis"] < 1e-9
+    assert power["spread_before"] > 1
+    assert (power["omega"], power["d"]) == pytest.approx((3, 3))
+    assert table.loc["frequency_per_ball_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
+    assert set(table["collapse"]) == {VERDICTS[0]}
+
+
+def test_other_powers_are_found_and_said():
+    """Power that grows as omega^2 d^4 collapses by its own exponents only; at one speed nothing can be told of it."""
+    runs = [
+        summary(fill, size, speed, factor=(speed / 600) ** -1 * (size / 10))
+        for fill in (0.06, 0.1, 0.2)
+        for size in (10.0, 5.0)
+        for speed in (600.0, 1200.0)
+    ]
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2).set_index("quantity")
+    power = table.loc["power_per_ball_W"]
+    assert (power["omega"], power["d"]) == pytest.approx((2, 4))
+    assert power["spread_thesis"] > 0.3
+    assert power["spread_own"] < 1e-9
+    assert power["collapse"] == VERDICTS[1]
+    slow = tabulate_mill_collapse(descriptors(speeds=(600.0,)), 0.95, 0.2).set_index("quantity")
+    assert np.isnan(slow.loc["power_per_ball_W", "omega"])
+    assert slow.loc["power_per_ball_W", "d"] == pytest.approx(3)
+
+
+def test_a_regime_that_changes_is_said_not_to_collapse():
+    runs = [
+        summary(fill, size, speed, factor=(8.0 if speed > 700 and fill < 0.1 else 1.0))
+        for fill in (0.06, 0.1, 0.2)
+        for size in (10.0, 5.0)
+        for speed in (600.0, 1200.0)
+    ]
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2)
+    (row,) = one_row_a_mill([table]).to_dict("records")
+    assert row["power_collapse"] == VERDICTS[2]
+    assert row["power_spread_own"] > 0.2
+
+
+def test_the_sheet_has_every_part_and_only_its_own_columns():
+    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), 1e-4)
+    assert list(sheet.columns) == SHEET
+    assert list(dict.fromkeys(sheet["section"])) == [
+        *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity"),
+    ]
+    described = sheet[sheet["section"] == "descriptors"]
+    assert ((described["lower"] < described["value"]) & (described["value"] < described["upper"])).all()
+    assert "10 Hz" in sheet["text"].tolist()
+
+
+def test_an_enlarged_mill_is_similar_in_shape_and_motion():
+    for name in BOX:
+        small = mill(name)
+        large, factor = enlarged(small, 10, "large")
+        assert factor == pytest.approx((1e4 / small.volume_ml) ** (1 / 3))
+        few, many = build_bodies(small, 60), build_bodies(large, 60)
+        assert many[0].vessel.volume_m3 == pytest.approx(few[0].vessel.volume_m3 * factor**3, rel=1e-9)
+        assert travel_m(many, 60) == pytest.approx(travel_m(few, 60) * factor, rel=1e-9)
+        assert [len(body.vessel.facets) for body in many] == [len(body.vessel.facets) for body in few]
+
+
+def test_each_way_to_run_a_large_mill_keeps_what_it_says(settings):
+    """With the scaling exact, the ratios large over small follow from L alone."""
+    plan = settings.scale_up.model_copy(update={"ball_diameter_mm": 10.0})
+    factor = 80 ** (1 / 3)
+    table = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0).set_index("way")
+    near = {"rel": 0.25}  # beyond its data the fingerprint's curves drift a little
+    assert table.loc["energy", "normal_energy_ratio"] == pytest.approx(1, **near)
+    assert table.loc["power", "specific_power_ratio"] == pytest.approx(1, **near)
+    assert table.loc["frequency", "frequency_per_ball_ratio"] == pytest.approx(1, **near)
+    assert table.loc["similar", "froude"] == pytest.approx(1)
+    assert table.loc["similar", "normal_energy_ratio"] == pytest.approx(factor**4, **near)
+    assert table.loc["similar", "balls"] == pytest.approx(24, abs=1)
+    assert table.loc["energy", "balls"] == pytest.approx(24 * 80, abs=60)
+    assert table.loc["energy", "speed_rpm"] == pytest.approx(600 / factor)
+    # 10 turns of the large mill at 2 us and 40 ns.
+    energy = table.loc["energy"]
+    assert energy["hours"] == pytest.approx(10 / (10 / factor) / 2e-6 * energy["balls"] * 40e-9 / 3600, rel=1e-6)
+    assert "amplitude_m" in energy["outside"]
+    assert "volume_m3" in energy["outside"]
+
+
+def test_the_large_run_is_held_against_the_sheet(settings):
+    plan = settings.scale_up
+    large, factor = enlarged(mill(plan.mill), plan.volume_l, "large")
+    case = large_case(large, factor, settings)
+    assert case.speed_rpm == pytest.approx(plan.speed_rpm / factor)
+    sheet = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0)
+    foreseen = sheet.set_index("way").loc[RUN_WAY]
+    assert foreseen["balls"] >= 10_000
+    run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"normal": 1.0, "tangential": 2.0}}
+    rule = {"mean_normal_J": 2 * foreseen["normal_energy_J"], "mean_tangential_J": 1e-3, "frequency_hz": 1e6}
+    compared = compare_run(sheet, run, rule).set_index("quantity")
+    assert compared.loc["normal_energy_J", "ratio"] == pytest.approx(2)
+    assert compared.loc["ns_per_ball_step", "ratio"] == pytest.approx(2)
+    assert compared.loc["power_W", "simulated"] == 3.0
+
+
+@pytest.mark.parametrize("name", BOX)
+def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
+    picture = picture_mill(mill(name))
+    assert len(picture.strip) == FRAMES
+    assert np.ptp(picture.path_mm, axis=0).max() > 4
+    for look in (*picture.looks, *picture.strip):
+        assert len(look.wall_mm)
+        assert bool(len(look.insert_mm)) == (name == "attritor")
+    # What is drawn lies within the limits.
+    for look in picture.strip:
+        low, high = picture.strip_limits_mm
+        assert (look.outline_mm >= low).all()
+        assert (look.outline_mm <= high).all()
+    for figure in (figures.plot_geometry(picture), figures.plot_motion(picture)):
+        labels = [text for axis in figure.axes for text in (axis.get_xlabel(), axis.get_ylabel()) if text]
+        assert labels
+        assert all(text.endswith("[mm]") for text in labels)
+
+
+def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables():
+    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), 1e-4)
+    curves = fingerprint().curve(np.geomspace(0.04, 0.4, 20))
+    page = figures.plot_sheet(picture_mill(mill("attritor")), sheet, descriptors(), curves)
+    assert page.get_size_inches() == pytest.approx([8.27, 11.69])
+    words = " ".join(text.get_text() for axis in page.axes for text in axis.texts)
+    for part in (
+        "normal energy of a collision",
+        "power per ball: of speed: 3",
+        "holds from",
+        "fill ratio: 0.04 to 0.4",
+    ):
+        assert part in words
+    collapse = figures.plot_collapse(one_row_a_mill([table]), 0.2)
+    assert [label.get_text() for label in collapse.axes[0].get_yticklabels()] == ["emax"]
+
+
+def test_a_large_mill_is_drawn_by_what_each_way_keeps(settings):
+    sheet = tabulate_scale_up(fingerprint(), 4.3, settings.scale_up, 2e-6, 40.0)
+    figure = figures.plot_scale_up(sheet)
+    assert len(figure.axes) == 3
+    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["normal_energy_ratio"])
+
+
+def test_features_are_numbered_through_all_bodies_as_the_simulation_does():
+    """Facets of all bodies first, then edges, then corners."""
+
+    def body(facets, edges, corners):
+        empty = np.zeros((0, 3))
+        sizes = np.zeros((facets, 3)), np.zeros(facets), np.zeros((edges, 2, 3)), np.zeros((corners, 3))
+        return Geometry(empty, empty, *sizes)
+
+    owner, local = body_of_feature([body(3, 1, 1), body(2, 2, 3)], np.arange(12))
+    assert owner.tolist() == [0, 0, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1]
+    assert local.tolist() == [0, 1, 2, 0, 1, 3, 2, 3, 4, 4, 5, 6]
