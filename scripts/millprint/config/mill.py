@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, StlGeometry, VesselGeometry
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.motion import CircleMotion, Motion, PointsMotion
-from millprint.config.section import Name, Positive, Section
+from millprint.config.section import Name, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
 
