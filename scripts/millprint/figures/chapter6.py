@@ -14,6 +14,7 @@ LABELS = {
     "surrogate": ("surrogate", {"color": COLOURS[1]}),
     "dem": ("DEM", {"color": COLOURS[0]}),
     "other_seed": ("DEM, other seed", {"color": COLOURS[0], "linestyle": ":"}),
+    "twin": ("DEM, 1 nm away at the start", {"color": COLOURS[0]}),
     "centroid": ("all at the centre of mass", {"color": COLOURS[2], "linestyle": "--"}),
     "original": ("DEM, original jar", {"color": COLOURS[3], "linestyle": "-."}),
 }
@@ -97,17 +98,21 @@ def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
 
 
 def plot_error_growth(errors: pd.DataFrame) -> Figure:
-    """Position error over time beside that of another DEM run and of the centre of mass (Figs 6.7, 6.11)."""
+    """Position error over time beside those of two other DEM runs and of the centre of mass (Figs 6.7, 6.11)."""
     figure, panels = _grid(list(errors["test"].unique()))
     for test, panel in panels.items():
         part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]
-        for name in ("surrogate", "other_seed", "centroid"):
-            label, style = LABELS[name]
-            panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
+        for name in ("surrogate", "twin", "other_seed", "centroid"):
+            if f"{name}_m2" in part and part[f"{name}_m2"].notna().any():
+                label, style = LABELS[name]
+                panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
-    next(iter(panels.values())).legend()
+        # What a disturbance of 1e-9 m begins with is below all that is of interest.
+        panel.set_ylim(bottom=1e-13)
+    handles, labels = next(iter(panels.values())).get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 
@@ -131,21 +136,31 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
     return figure
 
 
+# Quantity of a distribution: label of its axis, unit of its density, and the factor to both.
+QUANTITIES = {
+    "speed_m_s": ("speed / m s$^{-1}$", "s m$^{-1}$", 1),
+    "wall_distance_m": ("wall distance / mm", "mm$^{-1}$", 1e3),
+    "contacts": ("contacts of a ball", "1", 1),
+    "increment_5ms_J": ("dissipated in 5 ms / mJ", "mJ$^{-1}$", 1e3),
+}
+
+
 def plot_distributions(distributions: pd.DataFrame) -> Figure:
-    """Densities of ball speed and wall distance, a row a test."""
+    """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test."""
     tests = list(distributions["test"].unique())
-    figure, panels = plt.subplots(len(tests), 2, figsize=(PAGE_WIDTH_IN, 1.7 * len(tests)), squeeze=False)
+    figure, panels = plt.subplots(
+        len(tests), len(QUANTITIES), figsize=(PAGE_WIDTH_IN, 1.6 * len(tests) + 0.3), squeeze=False
+    )
     for row, test in zip(panels, tests, strict=True):
-        for panel, (quantity, label, scale) in zip(
-            row, (("speed_m_s", "speed / m s$^{-1}$", 1), ("wall_distance_m", "wall distance / mm", 1e3)), strict=True
-        ):
+        for panel, (quantity, (label, unit, scale)) in zip(row, QUANTITIES.items(), strict=True):
             part = distributions[(distributions["test"] == test) & (distributions["quantity"] == quantity)]
             middle = scale * (part["low"] + part["high"]) / 2
             for name in ("dem", "other_seed", "surrogate"):
                 panel.plot(middle, part[name].where(part[name] > 0) / scale, label=LABELS[name][0], **LABELS[name][1])
-            unit = "s m$^{-1}$" if scale == 1 else "mm$^{-1}$"
-            panel.set(xlabel=label, ylabel=f"density / {unit}", title=TITLES.get(test, test), yscale="log")
-    panels[0, 0].legend()
+            panel.set(xlabel=label, ylabel=f"density / {unit}", yscale="log")
+        row[0].set_title(TITLES.get(test, test), loc="left")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 
@@ -156,18 +171,16 @@ def plot_ablations(ablations: pd.DataFrame) -> Figure:
         "dissipation_error_percent": "error of the cumulative dissipation / %",
         "position_mse_plateau_m2": "plateau of the position error / m$^2$",
     }
-    names = list(ablations["variant"].unique())
-    stable = ablations[ablations["measure"] == "stable"].set_index("variant")["value"]
+    places = range(len(ablations))
+    colours = [COLOURS[0] if stable else COLOURS[1] for stable in ablations["stable"]]
     for panel, (measure, label) in zip(panels, wanted.items(), strict=True):
-        part = ablations[ablations["measure"] == measure].set_index("variant").loc[names]
-        finite = part["value"].where(np.isfinite(part["value"]))
-        colours = [COLOURS[0] if stable[name] else COLOURS[1] for name in names]
-        panel.barh(range(len(names)), finite, color=colours)
+        finite = ablations[measure].where(np.isfinite(ablations[measure]))
+        panel.barh(places, finite, color=colours)
         for place in np.flatnonzero(finite.isna()):
             panel.text(0.02, place, "not finite", transform=panel.get_yaxis_transform(), va="center")
-        panel.plot(part["thesis"], range(len(names)), **PUBLISHED)
         panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
-    panels[0].set_yticks(range(len(names)), names)
+    panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)
+    panels[0].set_yticks(places, ablations["variant"])
     panels[0].invert_yaxis()
     handles = [Patch(color=COLOURS[0], label="stable"), Patch(color=COLOURS[1], label="unstable")]
     handles.append(Line2D([], [], label="thesis", **PUBLISHED))
