@@ -12,7 +12,7 @@ from millprint.surrogate.trajectory import read_trajectory
 LENGTH_S = 3.0
 
 
-def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float, rule: str, test: str) -> None:
+def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float, test: str) -> None:
     scene = read_scene(inputs["dem"])
     runs = {role: read_trajectory(inputs[role], start_s) for role in ("dem", "other_seed", "twin") if role in inputs}
     summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
@@ -21,7 +21,7 @@ def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float,
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
     tables = []
     for name, rollout in known.items():
-        found = evaluate(rollout, runs, scene, summaries, rule)
+        found = evaluate(rollout, runs, scene, summaries)
         table = tabulate(found.values, found.references, test, name).drop(columns="thesis")
         aimed = table["aim"].notna()
         table.loc[aimed, "met"] = [
@@ -38,6 +38,5 @@ if "snakemake" in globals():
             snakemake.output.controls,
             snakemake.params.start_s,
             snakemake.params.interval_s,
-            snakemake.params.counting_rule,
             snakemake.params.test,
         )

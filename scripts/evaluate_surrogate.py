@@ -12,7 +12,7 @@ from millprint.surrogate.trajectory import read_trajectory
 ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
 
-def main(inputs: dict[str, str], outputs: dict[str, str], rule: str, variant: str, test: str) -> None:
+def main(inputs: dict[str, str], outputs: dict[str, str], variant: str, test: str) -> None:
     rollout, scene = read_rolled(inputs["rollout"]), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
     runs = {
@@ -24,10 +24,10 @@ def main(inputs: dict[str, str], outputs: dict[str, str], rule: str, variant: st
         found = evaluate_at_rest(rollout, runs, scene)
     else:
         summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
-        found = evaluate(rollout, runs, scene, summaries, rule)
+        found = evaluate(rollout, runs, scene, summaries)
     write_table(tabulate(found.values, found.references, test, variant), outputs["metrics"])
     write_table(error_table(found.series, test), outputs["errors"])
-    write_table(dissipation_table(found.series, test), outputs["dissipation"])
+    write_table(dissipation_table(found.series, rollout.member_totals_J(), test), outputs["dissipation"])
     write_table(distribution_table(found.series, scene.ball_radius_m, test), outputs["distributions"])
 
 
@@ -36,7 +36,6 @@ if "snakemake" in globals():
         main(
             dict(snakemake.input.items()),
             dict(snakemake.output.items()),
-            snakemake.params.counting_rule,
             snakemake.wildcards.variant,
             snakemake.wildcards.test,
         )

@@ -107,7 +107,6 @@ rule evaluate_surrogate:
         "../../envs/millprint.yaml"
     threads: 1
     params:
-        counting_rule=CONFIG.fingerprint.counting_rule,
         library=library("evaluate_surrogate.py"),
     message:
         "Measure the surrogate {wildcards.variant} against the simulation: {wildcards.test}"
@@ -152,7 +151,6 @@ rule check_measures:
         start_s=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].starts_s[0],
         interval_s=CONFIG.surrogate.rollout.frame_interval_s,
         test=CONFIG.surrogate.trained_test,
-        counting_rule=CONFIG.fingerprint.counting_rule,
         library=library("check_measures.py"),
     message:
         "What the measures make of roll-outs that are known to be right or wrong"

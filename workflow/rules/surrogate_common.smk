@@ -54,7 +54,12 @@ def measured(variant: str) -> list[str]:
     ablation = variant in CONFIG.surrogate.ablations
     tests = [CONFIG.surrogate.trained_test] if ablation else CONFIG.surrogate.tests
     tables = [f"{SURROGATE}/{variant}/{test}/metrics.tsv" for test in tests]
-    return [*tables, f"{SURROGATE}/{variant}/single_steps.tsv"]
+    return [*tables, *([f"{SURROGATE}/{variant}/single_steps.tsv"] if is_graph_network(variant) else [])]
+
+
+def is_graph_network(variant: str) -> bool:
+    """Whether a variant predicts accelerations of the whole graph, which single steps can be judged by."""
+    return getattr(CONFIG.surrogate.variant(variant), "kind", "graph") == "graph"
 
 
 def changes(variant: str) -> str:

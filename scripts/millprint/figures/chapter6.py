@@ -127,6 +127,9 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
             if column in part and part[column].notna().any():
                 label, style = LABELS[name]
                 panel.plot(part["time_s"], part[column], label=label, **style)
+        if "spread_J" in part and part["spread_J"].notna().any():
+            low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
+            panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")
         note = f"error {errors['value'][test]:.3g} %"
         if pd.notna(errors["thesis"][test]):
             note += f"\nthesis {errors['thesis'][test]:g} %"

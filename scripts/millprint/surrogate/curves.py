@@ -27,9 +27,14 @@ def error_table(series: dict[str, Series], test: str) -> pd.DataFrame:
     return pd.DataFrame({"test": test, "time_s": truth.time_s, **columns})
 
 
-def dissipation_table(series: dict[str, Series], test: str) -> pd.DataFrame:
-    """Cumulative dissipation over time, averaged over the batch, of every series."""
+def dissipation_table(series: dict[str, Series], members_J: np.ndarray | None, test: str) -> pd.DataFrame:
+    """Cumulative dissipation over time, averaged over the batch, of every series.
+
+    members_J (frames, members): that of each member of an ensemble, where there is one; `spread_J` is its deviation.
+    """
     columns = {f"{name}_J": part.cumulative_J.mean(axis=1) for name, part in series.items()}
+    if members_J is not None:
+        columns["spread_J"] = members_J.std(axis=1, ddof=1)
     return pd.DataFrame({"test": test, "time_s": series["dem"].time_s, **columns})
 
 

@@ -82,14 +82,12 @@ def statistics(series: Series, truth: Series, radius_m: float) -> Values:
     }
 
 
-def evaluate(
-    rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summaries: dict[str, dict], rule: str
-) -> Evaluation:
+def evaluate(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summaries: dict[str, dict]) -> Evaluation:
     """Measures of a roll-out in a jar that moves.
 
     runs: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`, whose
-    walls are another's and of which only the dissipation is taken; summaries: of `dem` and `other_seed`; rule: how
-    collisions are counted.
+    walls are another's and of which only the dissipation is taken; summaries: of `dem` and `other_seed`, whose
+    collisions are compared with those of a roll-out that counts its own.
     """
     series = {name: simulated_series(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
     series["surrogate"] = rolled_series(rollout, scene)
@@ -103,13 +101,15 @@ def evaluate(
     if "original" in series:
         cumulative = series["surrogate"].cumulative_J, series["original"].cumulative_J
         values["dissipation_error_original_percent"] = measures.relative_error_percent(*cumulative)
-    if "spread_dissipated_J" in rollout.extra:
-        spread = rollout.extra["spread_dissipated_J"][-1] / series["surrogate"].cumulative_J[-1]
-        values["ensemble_spread_percent"] = float(100 * np.abs(spread).mean())
+    members_J = rollout.member_totals_J()
+    if members_J is not None:
+        values["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
     references = _references(series, saturation_m2, radius_m)
-    simulated = {name: simulated_descriptors(summary, rule) for name, summary in summaries.items()}
-    values |= compare_descriptors(rolled_descriptors(rollout), simulated["dem"])
-    references |= compare_descriptors(simulated["other_seed"], simulated["dem"])
+    own = rolled_descriptors(rollout)
+    if own:
+        known = {name: simulated_descriptors(summary, rollout.counting_rule) for name, summary in summaries.items()}
+        values |= compare_descriptors(own, known["dem"])
+        references |= compare_descriptors(known["other_seed"], known["dem"])
     return Evaluation(values, references, series)
 
 
@@ -126,10 +126,10 @@ def evaluate_at_rest(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene)
 
 def _references(series: dict[str, Series], saturation_m2: float, radius_m: float) -> Values:
     """What a second simulation scores: the twin in growth, another seed in statistics, there against each of the two
-    runs that it shares nothing with, since one pair of seeds may happen to lie close."""
+    runs that it shares nothing with, since one pair of seeds may happen to lie close. No twin, no word on growth."""
     truth, seed = series["dem"], series["other_seed"]
     if "twin" not in series:
-        return growth(seed, truth, saturation_m2) | statistics(seed, truth, radius_m)
+        return statistics(seed, truth, radius_m)
     twin = series["twin"].first_trajectory()
     alone = truth.first_trajectory(), seed.first_trajectory()
     pairs = [statistics(seed, truth, radius_m), statistics(alone[1], twin, radius_m)]

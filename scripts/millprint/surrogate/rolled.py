@@ -10,7 +10,9 @@ from millprint.errors import ConfigError
 
 WANTED = ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s", "start_s")
 # What a surrogate may know beyond its balls and their dissipation.
-OPTIONAL = ("normal_J", "tangential_J", "collisions", "spread_dissipated_J")
+OPTIONAL = ("normal_J", "tangential_J", "collisions", "member_dissipated_J")
+# How a surrogate counts collisions that does not say so: contacts that ended (a rule of dem.counting_rules).
+LIFETIMES = "lifetimes"
 
 
 @dataclass(frozen=True)
@@ -19,8 +21,9 @@ class Rolled:
 
     time_s (frames,) since the start; position_m, velocity_m_s (frames, batch, balls, 3); dissipated_J (frames, batch)
     since the frame before; crossed_s (batch, balls): when a centre first crossed the wall, infinity if never;
-    start_s (batch,). extra: those of OPTIONAL that the surrogate wrote, each (frames, batch), since the frame before
-    but for the spread of an ensemble, which is that of the cumulative dissipation. edges: mean numbers of edges.
+    start_s (batch,). extra: those of OPTIONAL that the surrogate wrote, since the frame before: both channels of the
+    dissipation and collisions by `counting_rule` (frames, batch), and the dissipation of each member of an ensemble
+    from the first start (frames, members). edges: mean numbers of edges.
     """
 
     time_s: np.ndarray
@@ -31,6 +34,12 @@ class Rolled:
     start_s: np.ndarray
     extra: dict[str, np.ndarray] = field(default_factory=dict)
     edges: dict[str, float] = field(default_factory=dict)
+    counting_rule: str = LIFETIMES
+
+    def member_totals_J(self) -> np.ndarray | None:
+        """Cumulative dissipation of each member of an ensemble, (frames, members); None of a single surrogate."""
+        members = self.extra.get("member_dissipated_J")
+        return None if members is None or members.shape[1] < 2 else np.cumsum(members, axis=0)
 
 
 def read_rolled(path: str | Path) -> Rolled:
@@ -43,4 +52,5 @@ def read_rolled(path: str | Path) -> Rolled:
             kind: float(file.attrs[key]) for kind in ("wall", "pair") if (key := f"mean_{kind}_edges") in file.attrs
         }
         extra = {name: file[name][:].astype(float) for name in OPTIONAL if name in file}
-        return Rolled(**{name: file[name][:].astype(float) for name in WANTED}, extra=extra, edges=edges)
+        arrays = {name: file[name][:].astype(float) for name in WANTED}
+        return Rolled(**arrays, extra=extra, edges=edges, counting_rule=file.attrs.get("counting_rule", LIFETIMES))
