@@ -11,7 +11,7 @@ SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
 # Everything of chapter 6, for the chapter's target, `all` and the table of claims.
 SURROGATE_OUTPUTS = [
     *(f"{SURROGATE}/{name}" for name in ("wall_contacts.tsv", "metrics.tsv", "runtime.tsv", "controls.tsv")),
-    *(f"{SURROGATE}/{name}.{kind}" for name in ("signed_distance", "wall_contacts") for kind in ("svg", "png")),
+    *(f"{SURROGATE}/{name}.{kind}" for name in ("signed_distance", "wall_contacts", "recursion") for kind in ("svg", "png")),
     *expand(
         f"{SURROGATE}/{{variant}}/{{name}}.{{kind}}",
         variant=CONFIG.surrogate.variants,
@@ -221,16 +221,26 @@ rule plot_surrogate_data:
             labels={"figure": "wall contacts (Fig. 6.4)"},
         ),
         contacts_png=f"{SURROGATE}/wall_contacts.png",
+        loop_svg=report(
+            f"{SURROGATE}/recursion.svg",
+            caption="../report/surrogate_recursion.rst",
+            category="Chapter 6",
+            labels={"figure": "recursive stage (Fig. 6.5)"},
+        ),
+        loop_png=f"{SURROGATE}/recursion.png",
     log:
         f"{LOGS}/surrogate/plot_surrogate_data.log",
     localrule: True
     conda:
         "../../envs/millprint.yaml"
     params:
-        edges=CONFIG.surrogate.edges.model_dump(mode="json"),
+        settings={
+            section: getattr(CONFIG.surrogate, section).model_dump(mode="json")
+            for section in ("graph", "edges", "network", "training", "rollout")
+        },
         library=library("plot_surrogate_data.py"),
     message:
-        "Draw the signed distance of the jar and its wall contacts"
+        "Draw the signed distance of the jar, its wall contacts and the recursion"
     script:
         "../../scripts/plot_surrogate_data.py"
 
