@@ -70,8 +70,9 @@ def _rollouts(path: Path) -> dict[str, Finding]:
         return dict.fromkeys(names, _not_run(path, "surrogate"))
     table = read_table(path, text=["variant", "test", "measure"])
     found = {"6.mse": _plateau(table), "6.pearson": _pearson(table), "6.geometry": _geometry(table)}
+    budget = _budget(path.parent / VARIANT / "loss.tsv")
     for name, test in (("6.energy", "trained"), ("6.energy.motion1", "motion1"), ("6.energy.motion2", "motion2")):
-        found[name] = _dissipation(table, test)
+        found[name] = _dissipation(table, test, budget)
     return found
 
 
@@ -91,7 +92,7 @@ def _plateau(table: pd.DataFrame) -> Finding:
     )
 
 
-def _dissipation(table: pd.DataFrame, test: str) -> Finding:
+def _dissipation(table: pd.DataFrame, test: str, budget: str) -> Finding:
     row = _measure(table, VARIANT, test, DISSIPATION)
     if row is None:
         return _missing(test)
@@ -100,10 +101,33 @@ def _dissipation(table: pd.DataFrame, test: str) -> Finding:
         float(row["value"]),
         f"against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single steps from DEM states, with "
         f"the edges of the roll-out, are off by {own['one_step_dissipation_bias_percent']:+.3g} % and explain "
-        f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; the roll-out's mean square speed is "
-        f"{own['mean_square_speed_ratio']:.2g} of the DEM's: a small error of the sum can be these cancelling"
+        f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; {_course(own)}"
+        + budget
         + _others(table, test, DISSIPATION, "%"),
     )
+
+
+def _course(own: pd.Series) -> str:
+    """What became of a roll-out."""
+    if own["stable"] == 1:
+        return (
+            f"the roll-out's mean square speed is {own['mean_square_speed_ratio']:.2g} of the DEM's: a small error of "
+            "the sum can be these cancelling"
+        )
+    when = f", the first after {own['first_left_s']:.3g} s" if own["balls_left"] else ""
+    return (
+        f"the roll-out runs away: {int(own['balls_left'])} ball(s) cross the wall{when}, and its mean square speed is "
+        f"{own['mean_square_speed_ratio']:.2g} of the DEM's"
+    )
+
+
+def _budget(path: Path) -> str:
+    """How long the variant was trained, beside the thesis."""
+    if not path.exists():
+        return ""
+    history = read_table(path, numeric=["epoch", "elapsed_s"])
+    last = history.iloc[-1]
+    return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000 of ten times the size)"
 
 
 def _others(table: pd.DataFrame, test: str, measure: str, unit: str) -> str:
@@ -129,14 +153,13 @@ def _pearson(table: pd.DataFrame) -> Finding:
 
 
 def _geometry(table: pd.DataFrame) -> Finding:
-    rows = {name: _measure(table, VARIANT, "post", name) for name in ("stable", "balls_left", DISSIPATION)}
-    if rows["stable"] is None:
+    if _measure(table, VARIANT, "post", "stable") is None:
         return _missing("post")
-    left = int(rows["balls_left"]["value"])
+    own = table[(table["variant"] == VARIANT) & (table["test"] == "post")].set_index("measure")["value"]
     return Finding(
-        "yes" if rows["stable"]["value"] == 1 else "no",
-        f"{left} ball(s) crossed the wall before the snap-back; dissipation is {rows[DISSIPATION]['value']:.3g} % off "
-        "our DEM of the modified jar" + _others(table, "post", "balls_left", "ball(s)"),
+        "yes" if own["stable"] == 1 else "no",
+        f"{_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the modified jar"
+        + _others(table, "post", "balls_left", "ball(s) out"),
     )
 
 

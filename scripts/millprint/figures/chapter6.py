@@ -109,8 +109,8 @@ def plot_error_growth(errors: pd.DataFrame) -> Figure:
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
-        # What a disturbance of 1e-9 m begins with is below all that is of interest.
-        panel.set_ylim(bottom=1e-13)
+        # What a disturbance of 1e-9 m begins with, and what balls that ran away end with, are of no interest.
+        panel.set_ylim(1e-13, 30 * part["other_seed_m2"].max())
     handles, labels = next(iter(panels.values())).get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
@@ -135,6 +135,8 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
             note += f"\nthesis {errors['thesis'][test]:g} %"
         panel.text(0.97, 0.05, note, transform=panel.transAxes, ha="right", va="bottom")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="cumulative dissipation / J")
+        # A roll-out that runs away leaves the picture.
+        panel.set_ylim(0, 1.8 * part["dem_J"].max())
         panel.legend(loc="upper left")
     return figure
 

@@ -17,7 +17,7 @@ def plot_motion(movie: Movie, moments: list[int]) -> Figure:
     start_s = movie.frames[0].time_s
     sizes = [panel.limits_mm[1] - panel.limits_mm[0] for panel in movie.panels]
     shares = [size[1] / sizes[0][0] for size in sizes]
-    width = (PAGE_WIDTH_IN - 1.0) / len(moments)
+    width = (PAGE_WIDTH_IN - 1.5) / len(moments)
     figure, panels = plt.subplots(
         len(sizes),
         len(moments),

@@ -140,6 +140,8 @@ def _references(series: dict[str, Series], saturation_m2: float, radius_m: float
 
 def _balls(rollout: Rolled, square_speed: float) -> Values:
     found = {"balls_left": _balls_left(rollout)}
+    if found["balls_left"]:
+        found["first_left_s"] = float(rollout.crossed_s.min())
     found["stable"] = float(found["balls_left"] == 0 and square_speed < RUNAWAY)
     return found | {f"mean_{kind}_edges": number for kind, number in rollout.edges.items()}
 
