@@ -205,3 +205,20 @@ def test_metrics_carry_the_figures_of_the_thesis_and_the_aims():
     assert table["aim"].tolist()[0] == 0.2 and pd.isna(table["aim"][1])
     assert is_met("horizon_s", 0.2, 0.2) and not is_met("horizon_s", 0.1, 0.2)
     assert is_met("balls_left", 0, 0) and not is_met("balls_left", float("nan"), 0)
+
+
+def test_a_roll_out_that_runs_away_says_so(tmp_path):
+    """The cause stands beside the verdict: what left when, and how long the network was trained."""
+    values = {"stable": 0, "balls_left": 3, "first_left_s": 0.25, "mean_square_speed_ratio": 9e9}
+    values |= {"one_step_dissipation_bias_percent": -8.0, "one_step_acceleration_r2": 0.1}
+    values |= {"dissipation_error_percent": 400.0, "position_mse_plateau_m2": 1.0, "position_mse_centroid_m2": 4e-4}
+    values |= {"cumulative_pearson_r": 0.5, "increments_5ms_r": 0.0}
+    tables = [metrics("thesis", test, **values) for test in ("trained", "motion1", "motion2", "post")]
+    folder = tmp_path / "surrogate"
+    write_table(pd.concat(tables), folder / "metrics.tsv")
+    write_table(pd.DataFrame({"epoch": [1, 2], "elapsed_s": [50.0, 100.0]}), folder / "thesis/loss.tsv")
+    found = chapter6.findings(tmp_path, ROOT / "config/data")
+    assert found["6.geometry"].value == "no"
+    for claim in ("6.energy", "6.geometry"):
+        assert "3 ball(s) cross the wall, the first after 0.25 s" in found[claim].explanation
+    assert "trained for 2 epochs in 100 s" in found["6.energy"].explanation

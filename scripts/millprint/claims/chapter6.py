@@ -127,7 +127,7 @@ def _budget(path: Path) -> str:
         return ""
     history = read_table(path, numeric=["epoch", "elapsed_s"])
     last = history.iloc[-1]
-    return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000 of ten times the size)"
+    return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000)"
 
 
 def _others(table: pd.DataFrame, test: str, measure: str, unit: str) -> str:
