@@ -146,7 +146,7 @@ QUANTITIES = {
     "speed_m_s": ("speed / m s$^{-1}$", "s m$^{-1}$", 1),
     "wall_distance_m": ("wall distance / mm", "mm$^{-1}$", 1e3),
     "contacts": ("contacts of a ball", "1", 1),
-    "increment_5ms_J": ("dissipated in 5 ms / mJ", "mJ$^{-1}$", 1e3),
+    "increment_5ms_J": ("energy in 5 ms / mJ", "mJ$^{-1}$", 1e3),
 }
 
 
@@ -163,6 +163,7 @@ def plot_distributions(distributions: pd.DataFrame) -> Figure:
             for name in ("dem", "other_seed", "surrogate"):
                 panel.plot(middle, part[name].where(part[name] > 0) / scale, label=LABELS[name][0], **LABELS[name][1])
             panel.set(xlabel=label, ylabel=f"density / {unit}", yscale="log")
+            panel.xaxis.set_major_locator(MaxNLocator(4, integer=True))
         row[0].set_title(TITLES.get(test, test), loc="left")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3)

@@ -94,7 +94,9 @@ def evaluate(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summari
     truth, radius_m = series["dem"], scene.ball_radius_m
     other = measures.position_error(series["other_seed"].position_m, truth.position_m)
     saturation_m2 = measures.plateau(other)
-    values = growth(series["surrogate"], truth, saturation_m2) | statistics(series["surrogate"], truth, radius_m)
+    # A twin shares the start of the first trajectory alone.
+    first = series["surrogate"].first_trajectory(), truth.first_trajectory()
+    values = growth(*first, saturation_m2) | statistics(series["surrogate"], truth, radius_m)
     values |= _balls(rollout, values["mean_square_speed_ratio"])
     values["dem_power_W"] = float(truth.cumulative_J[-1].mean() / truth.time_s[-1])
     values["position_mse_centroid_m2"] = measures.plateau(measures.centroid_error(truth.position_m))
