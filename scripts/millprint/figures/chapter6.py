@@ -173,18 +173,21 @@ def plot_distributions(distributions: pd.DataFrame) -> Figure:
 def plot_ablations(ablations: pd.DataFrame) -> Figure:
     """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A)."""
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
+    # Roll-outs that run away leave the picture.
     wanted = {
-        "dissipation_error_percent": "error of the cumulative dissipation / %",
-        "position_mse_plateau_m2": "plateau of the position error / m$^2$",
+        "dissipation_error_percent": ("error of the cumulative dissipation / %", 1e4),
+        "position_mse_plateau_m2": ("plateau of the position error / m$^2$", 0.1),
     }
     places = range(len(ablations))
     colours = [COLOURS[0] if stable else COLOURS[1] for stable in ablations["stable"]]
-    for panel, (measure, label) in zip(panels, wanted.items(), strict=True):
+    for panel, (measure, (label, most)) in zip(panels, wanted.items(), strict=True):
         finite = ablations[measure].where(np.isfinite(ablations[measure]))
         panel.barh(places, finite, color=colours)
         for place in np.flatnonzero(finite.isna()):
             panel.text(0.02, place, "not finite", transform=panel.get_yaxis_transform(), va="center")
         panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
+        if finite.max() > most:
+            panel.set_xlim(right=most)
     panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)
     panels[0].set_yticks(places, ablations["variant"])
     panels[0].invert_yaxis()
