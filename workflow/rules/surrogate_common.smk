@@ -59,7 +59,8 @@ def measured(variant: str) -> list[str]:
 
 def is_graph_network(variant: str) -> bool:
     """Whether a variant predicts accelerations of the whole graph, which single steps can be judged by."""
-    return getattr(CONFIG.surrogate.variant(variant), "kind", "graph") == "graph"
+    settings = (CONFIG.surrogate.variants | CONFIG.surrogate.ablations)[variant]
+    return getattr(settings, "kind", "graph") == "graph"
 
 
 def changes(variant: str) -> str:

@@ -64,18 +64,28 @@ def plot_wall_contacts(table: pd.DataFrame, threshold_m: float, share: float) ->
 
 
 def plot_loss(history: pd.DataFrame) -> Figure:
-    """Loss on training and validation snapshots over the epochs (Fig. 6.6)."""
+    """Loss on training and validation snapshots over the epochs, and its terms (Fig. 6.6).
+
+    Columns: epoch, training_TERM and validation_TERM of `total` and of any terms; `member`, where there are several
+    networks; validation_mean_square, where it was looked at.
+    """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.5))
-    for column, label, style in (
-        ("training_total", "training", {"color": COLOURS[0]}),
-        ("validation_total", "validation", {"color": COLOURS[1]}),
-        ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
-    ):
-        panels[0].plot(history["epoch"], history[column], label=label, **style)
-    panels[0].set(title="total loss, Eq. 6.28")
-    for part, colour in (("acceleration", COLOURS[0]), ("dissipation", COLOURS[1])):
-        panels[1].plot(history["epoch"], history[f"training_{part}"], color=colour, label=part)
-        panels[1].plot(history["epoch"], history[f"validation_{part}"], color=colour, linestyle="--")
+    terms = [name.removeprefix("training_") for name in history.columns if name.startswith("training_")]
+    terms.remove("total")
+    for number, member in enumerate(np.unique(history.get("member", pd.Series(0, history.index)))):
+        part = history[history["member"] == member] if "member" in history else history
+        for column, label, style in (
+            ("training_total", "training", {"color": COLOURS[0]}),
+            ("validation_total", "validation", {"color": COLOURS[1]}),
+            ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
+        ):
+            if column in part:
+                panels[0].plot(part["epoch"], part[column], label=label if number == 0 else None, **style)
+        for term, colour in zip(terms, COLOURS, strict=False):
+            label = term.replace("_", " ") if number == 0 else None
+            panels[1].plot(part["epoch"], part[f"training_{term}"], color=colour, label=label)
+            panels[1].plot(part["epoch"], part[f"validation_{term}"], color=colour, linestyle="--")
+    panels[0].set(title="total loss, Eq. 6.28" if "validation_mean_square" in history else "total loss")
     panels[1].set(title="its terms (dashed: validation)")
     for panel in panels:
         panel.set(xlabel="epoch", ylabel="standardised loss / 1", yscale="log")

@@ -106,6 +106,9 @@ def evaluate(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summari
     members_J = rollout.member_totals_J()
     if members_J is not None:
         values["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
+    doubt = rollout.extra.get("doubt", np.empty(0))
+    if np.isfinite(doubt).any():
+        values["ensemble_doubt_percent"] = float(100 * np.nanmean(doubt))
     references = _references(series, saturation_m2, radius_m)
     own = rolled_descriptors(rollout)
     if own:

@@ -10,7 +10,7 @@ from millprint.errors import ConfigError
 
 WANTED = ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s", "start_s")
 # What a surrogate may know beyond its balls and their dissipation.
-OPTIONAL = ("normal_J", "tangential_J", "collisions", "member_dissipated_J")
+OPTIONAL = ("normal_J", "tangential_J", "collisions", "member_dissipated_J", "doubt")
 # How a surrogate counts collisions that does not say so: contacts that ended (a rule of dem.counting_rules).
 LIFETIMES = "lifetimes"
 
@@ -22,8 +22,9 @@ class Rolled:
     time_s (frames,) since the start; position_m, velocity_m_s (frames, batch, balls, 3); dissipated_J (frames, batch)
     since the frame before; crossed_s (batch, balls): when a centre first crossed the wall, infinity if never;
     start_s (batch,). extra: those of OPTIONAL that the surrogate wrote, since the frame before: both channels of the
-    dissipation and collisions by `counting_rule` (frames, batch), and the dissipation of each member of an ensemble
-    from the first start (frames, members). edges: mean numbers of edges.
+    dissipation and collisions by `counting_rule` (frames, batch), and of an ensemble the dissipation of each member
+    from the first start (frames, members) and how far the members' forces part, over those forces (looks,). edges:
+    mean numbers of edges.
     """
 
     time_s: np.ndarray
