@@ -65,6 +65,7 @@ def is_graph_network(variant: str) -> bool:
 
 def changes(variant: str) -> str:
     """What an ablation changes, in words."""
-    sections = CONFIG.surrogate.ablations[variant].model_dump(exclude={"weights_of"})
-    keys = {f"{section}.{key}": value for section, part in sections.items() for key, value in part.items()}
+    own = CONFIG.surrogate.ablations[variant]
+    sections = ("graph", "edges", "network", "training", "rollout")
+    keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
