@@ -1,5 +1,6 @@
 """An animation's frames as arrays ready to be drawn: what is seen of balls and jar from above and from the side."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,7 +79,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Movie:
-    """Everything that an animation draws. Speeds are relative to the wall that moves with the jar."""
+    """Everything that an animation draws, panels row by row. Speeds are relative to the wall, which moves."""
 
     heading: str
     radius_mm: float
@@ -87,6 +88,7 @@ class Movie:
     slow_motion: float
     panels: tuple[Panel, ...]
     frames: tuple[Frame, ...]
+    columns: int = 1
 
 
 class Shape:
@@ -124,8 +126,7 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     frames = [frame for block in blocks for frame in _frames(block, snapshots, shapes, frequency_hz)]
     middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
     low, high = bounds_of(snapshots, blocks)
-    # The delays of a GIF are hundredths of a second.
-    delay_ms = 10 * round(100 / settings.frames_per_second)
+    delay_ms = delay_of(settings.frames_per_second)
     interval_s = float(snapshots.time_s[-1] - snapshots.time_s[0]) / max(1, len(snapshots) - 1)
     return Movie(
         heading=heading_of(snapshots),
@@ -202,17 +203,34 @@ def draw_bodies(
 
 
 def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], frequency_hz: float) -> list[Frame]:
-    position, poses = block.balls["position_m"], block.poses
-    speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
+    balls = (block.balls[name] for name in ("position_m", "velocity_m_s"))
+    return frames_at(snapshots.time_s[block.rows], *balls, block.body_poses, shapes, frequency_hz)
+
+
+def frames_at(
+    times_s: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    body_poses: Sequence[Poses],
+    shapes: list[Shape],
+    frequency_hz: float,
+) -> list[Frame]:
+    """Frames of balls at `position` with `velocity`, (n, balls, 3) each, in a mill at n poses of its bodies."""
+    speed = np.linalg.norm(velocity - body_poses[0].velocity_at(position), axis=-1)
     frames = []
-    for k, time_s in enumerate(snapshots.time_s[block.rows]):
-        pictures = tuple(picture_of(view, shapes, block.body_poses, k, position[k], speed[k]) for view in VIEWS)
+    for k, time_s in enumerate(times_s):
+        pictures = tuple(picture_of(view, shapes, body_poses, k, position[k], speed[k]) for view in VIEWS)
         frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, pictures))
     return frames
 
 
+def delay_of(frames_per_second: float) -> int:
+    """Time that a frame is shown [ms]; the delays of a GIF are hundredths of a second."""
+    return 10 * round(100 / frames_per_second)
+
+
 def picture_of(
-    view: View, shapes: list[Shape], body_poses: list[Poses], k: int, position: np.ndarray, speed: np.ndarray
+    view: View, shapes: list[Shape], body_poses: Sequence[Poses], k: int, position: np.ndarray, speed: np.ndarray
 ) -> Picture:
     """One view at pose k of the bodies, the vessel first, with balls at (balls, 3) [m] of speeds (balls,) [m/s]."""
     turns, places = [pose.rotation[k] for pose in body_poses], [pose.position_m[k] for pose in body_poses]
