@@ -5,6 +5,8 @@ import logging
 from millprint.config.surrogate import EdgeConfig, RollOutConfig, ScenarioConfig
 from millprint.job import job, progress
 from millprint.surrogate.checkpoint import read_weights
+from millprint.surrogate.contact.roller import ContactRoller
+from millprint.surrogate.contact.store import is_ensemble
 from millprint.surrogate.rollout import Simulator, first_state
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.store import write_rollout
@@ -17,6 +19,9 @@ logger = logging.getLogger("millprint")
 def main(
     weights: str, run: str, output: str, rule: EdgeConfig, settings: RollOutConfig, test: ScenarioConfig, threads: int
 ) -> None:
+    if is_ensemble(weights):
+        roll_out_contacts(weights, run, output, settings, test)
+        return
     device = choose_device(threads)
     model, recipe = read_weights(weights, device)
     scene = read_scene(run)
@@ -28,6 +33,19 @@ def main(
         rollout = simulator.run(state, steps, round(settings.frame_interval_s / trajectory.interval_s), bar)
     write_rollout(rollout, output, test.case)
     logger.info("%d trajectories of %d steps; mean edges a graph: %s", len(test.starts_s), steps, rollout.edges)
+
+
+def roll_out_contacts(weights: str, run: str, output: str, settings: RollOutConfig, test: ScenarioConfig) -> None:
+    """The contact surrogate: its first member, and the dissipation of every member from the first start."""
+    roller = ContactRoller(weights, run)
+    state = roller.first_state(test.starts_s)
+    steps, per_frame = (round(time_s / roller.step_s) for time_s in (settings.length_s, settings.frame_interval_s))
+    with progress(steps * (len(test.starts_s) + len(roller.members)), "roll out", "step") as bar:
+        rollout = roller.run(state, steps, per_frame, bar)
+        rollout.member_dissipated_J = roller.spread(state, steps, per_frame, bar)
+    write_rollout(rollout, output, test.case)
+    totals = rollout.member_dissipated_J.sum(axis=0)
+    logger.info("%d trajectories of %d steps; dissipation of the members: %s J", len(test.starts_s), steps, totals)
 
 
 if "snakemake" in globals():

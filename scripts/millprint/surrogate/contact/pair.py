@@ -1,0 +1,139 @@
+"""The local problem of one contact over a coarse step: two bodies, their own contact law, all else a given push.
+
+Bodies i and j (or a wall) with relative position r = x_i - x_j, relative velocity u, spins w_i and w_j obey
+
+    u' = F (1 / m_i + 1 / m_j) + a,   w_i' = T_i / I_i + alpha_i,   w_j' = T_j / I_j + alpha_j
+
+with F, T_i, T_j from the law of millprint.dem.law at the present overlap, and a, alpha_i, alpha_j the accelerations by
+everything else, linear in time over the step h. The problem is solved in a few position-Verlet substeps that begin at
+the moment of touch, so that nothing depends on where in the step a contact begins. What comes out are the impulse
+int F ds, its first moment int (h - s) F ds (by which positions feel a force late in the step less), the impulses of
+the torques, and the works of each channel. Equal and opposite by construction, nothing without overlap, and
+dissipation never negative but for rounding, whatever `a` is.
+
+Eight contacts go through one instruction, as in millprint.dem.lanes.
+"""
+
+import math
+
+from millprint.dem import lanes
+from millprint.dem.lanes import HISTORY, LANES, law_of
+from millprint.dem.law import REACH, contact_law
+from millprint.kernel import inlined, kernel
+from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
+from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
+
+# Quantities of a lane: those of millprint.dem.lanes, of which law and history are copied here, so that all that a
+# substep touches lies in one row, and then these. In: relative position [m] and velocity [m/s] of the centres (or of
+# centre and foot), spins [rad/s]; mean accelerations by all else [m/s2, rad/s2], and by how much they are more at the
+# end of the step (and less at its start); sum of inverse masses [1/kg], inverse moments of inertia [1/(kg m2)]; normal of a plane wall, or
+# direction in which the foot slides freely on an edge; 1 for a plane wall; start of the substeps and their length [s].
+(
+    AWAY, VELOCITY, SPIN, OTHER_SPIN, PUSH, TURN, OTHER_TURN, PUSH_TILT, TURN_TILT, OTHER_TURN_TILT, FIXED,
+) = range(lanes.QUANTITIES, lanes.QUANTITIES + 33, 3)  # fmt: skip
+INVERSE_MASS, INVERSE_INERTIA, OTHER_INVERSE_INERTIA, IS_PLANE, BEGIN, TAU = range(FIXED + 3, FIXED + 9)
+# What is expected of the contact: its mean force in the step and the tilt of that [N].
+EXPECTED, TILT = TAU + 1, TAU + 4
+# Out: impulse on i [N s], its first moment [N s2], impulses of the torques on i and j [N m s].
+IMPULSE, MOMENT, TWIST, OTHER_TWIST = range(TILT + 3, TILT + 15, 3)
+# At the end of the last substep: force [N], torques [N m], slip [m/s].
+FORCE, TORQUE, BACK, SLIP = range(OTHER_TWIST + 3, OTHER_TWIST + 15, 3)
+# Inputs of the network and its outputs.
+FEATURES = SLIP + 3
+OUTPUTS_AT = FEATURES + INPUTS
+QUANTITIES = OUTPUTS_AT + OUTPUTS
+
+
+@inlined()
+def tilted(work, block, mean, tilt, m, when):
+    return add_scaled(lanes.get_vector(work, block, mean, m), when, lanes.get_vector(work, block, tilt, m))
+
+
+@kernel()
+def substep(work, block, number, last, step):
+    """Substep `number` of every contact in a block; `last` more follow; step: the coarse one [s].
+
+    work (blocks, QUANTITIES * LANES).
+    """
+    for m in range(LANES):
+        tau = lanes.get(work, block, TAU, m)
+        half = 0.5 * tau
+        velocity = lanes.get_vector(work, block, VELOCITY, m)
+        # Half a drift.
+        away = add_scaled(lanes.get_vector(work, block, AWAY, m), half, velocity)
+        fixed = lanes.get_vector(work, block, FIXED, m)
+        along = scale(dot(away, fixed), fixed)
+        plane = lanes.get(work, block, IS_PLANE, m)
+        away = add_scaled(scale(1.0 - plane, subtract(away, along)), plane, along)
+        distance = math.sqrt(dot(away, away))
+        normal = scale(1.0 / distance, away)
+        reach = lanes.get(work, block, lanes.LAW + REACH, m)
+        gap = reach - distance
+        touches = 1.0 if gap > 0.0 else 0.0
+        overlap = gap if gap > 1e-30 else 1e-30
+        is_wall = lanes.get(work, block, lanes.IS_WALL, m)
+        arm = 0.5 * (distance + lanes.get(work, block, lanes.DIFFERENCE, m) * reach / distance + is_wall * distance)
+        other = distance - arm
+        mean_arm = 2.0 * arm * other / distance + is_wall * distance
+        # Velocities expected at the middle, by the accelerations a substep ago.
+        force = lanes.get_vector(work, block, FORCE, m)
+        inverse_mass = lanes.get(work, block, INVERSE_MASS, m)
+        # From -1 at the start of the step to 1 at its end.
+        when = 2.0 * (lanes.get(work, block, BEGIN, m) + (number + 0.5) * tau) / step - 1.0
+        push = tilted(work, block, PUSH, PUSH_TILT, m, when)
+        gain = add_scaled(push, inverse_mass, force)
+        seen = add_scaled(velocity, half, gain)
+        spin = lanes.get_vector(work, block, SPIN, m)
+        other_spin = lanes.get_vector(work, block, OTHER_SPIN, m)
+        inverse, other_inverse = (
+            lanes.get(work, block, INVERSE_INERTIA, m),
+            lanes.get(work, block, OTHER_INVERSE_INERTIA, m),
+        )
+        turn = tilted(work, block, TURN, TURN_TILT, m, when)
+        other_turn = tilted(work, block, OTHER_TURN, OTHER_TURN_TILT, m, when)
+        spun = add_scaled(add_scaled(spin, half, turn), half * inverse, lanes.get_vector(work, block, TORQUE, m))
+        other_spun = add_scaled(
+            add_scaled(other_spin, half, other_turn), half * other_inverse, lanes.get_vector(work, block, BACK, m)
+        )
+        turning = add_scaled(scale(arm, spun), other, other_spun)
+        sliding = subtract(seen, cross(turning, normal))
+        normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
+            law_of(work, block, m), overlap, normal, mean_arm, sliding, subtract(spun, other_spun),
+            lanes.get_vector(work, block, HISTORY + lanes.SPRING, m), lanes.get_vector(work, block, SLIP, m), tau,
+        )  # fmt: skip
+        force = scale(touches, add_scaled(tangential, normal_force, normal))
+        rolling = scale(touches, rolling)
+        lever = cross(force, normal)
+        torque = add_scaled(rolling, arm, lever)
+        back = subtract(scale(other, lever), rolling)
+        lanes.put_vector(work, block, HISTORY + lanes.SPRING, m, scale(touches, spring))
+        lanes.put_vector(work, block, SLIP, m, scale(touches, slip))
+        lanes.raise_to(work, block, HISTORY + lanes.PEAK_FORCE, m, touches * normal_force)
+        lanes.raise_to(work, block, HISTORY + lanes.PEAK_OVERLAP, m, touches * overlap)
+        done = touches * tau
+        lanes.add_to(work, block, HISTORY + lanes.NORMAL, m, done * powers[0])
+        lanes.add_to(work, block, HISTORY + lanes.DAMPING, m, done * powers[1])
+        lanes.add_to(work, block, HISTORY + lanes.TANGENTIAL, m, done * powers[2])
+        lanes.add_to(work, block, HISTORY + lanes.ROLLING, m, done * powers[3])
+        lanes.put(work, block, lanes.STORED, m, touches * stored[0])
+        lanes.put(work, block, lanes.STORED + 1, m, touches * stored[1])
+        # Kick, and the other half of the drift.
+        velocity = add_scaled(velocity, tau, add_scaled(push, inverse_mass, force))
+        lanes.put_vector(work, block, VELOCITY, m, velocity)
+        lanes.put_vector(work, block, AWAY, m, add_scaled(away, half, velocity))
+        lanes.put_vector(work, block, SPIN, m, add_scaled(add_scaled(spin, tau, turn), tau * inverse, torque))
+        lanes.put_vector(
+            work, block, OTHER_SPIN, m, add_scaled(add_scaled(other_spin, tau, other_turn), tau * other_inverse, back)
+        )
+        lanes.put_vector(work, block, FORCE, m, force)
+        lanes.put_vector(work, block, TORQUE, m, torque)
+        lanes.put_vector(work, block, BACK, m, back)
+        left = (last + 0.5) * tau
+        lanes.put_vector(work, block, IMPULSE, m, add_scaled(lanes.get_vector(work, block, IMPULSE, m), tau, force))
+        lanes.put_vector(
+            work, block, MOMENT, m, add_scaled(lanes.get_vector(work, block, MOMENT, m), tau * left, force)
+        )
+        lanes.put_vector(work, block, TWIST, m, add_scaled(lanes.get_vector(work, block, TWIST, m), tau, torque))
+        lanes.put_vector(
+            work, block, OTHER_TWIST, m, add_scaled(lanes.get_vector(work, block, OTHER_TWIST, m), tau, back)
+        )
