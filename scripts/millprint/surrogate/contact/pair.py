@@ -26,8 +26,9 @@ from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
 # Quantities of a lane: those of millprint.dem.lanes, of which law and history are copied here, so that all that a
 # substep touches lies in one row, and then these. In: relative position [m] and velocity [m/s] of the centres (or of
 # centre and foot), spins [rad/s]; mean accelerations by all else [m/s2, rad/s2], and by how much they are more at the
-# end of the step (and less at its start); sum of inverse masses [1/kg], inverse moments of inertia [1/(kg m2)]; normal of a plane wall, or
-# direction in which the foot slides freely on an edge; 1 for a plane wall; start of the substeps and their length [s].
+# end of the step (and less at its start); normal of a plane wall, or direction in which the foot slides freely on an
+# edge; sum of inverse masses [1/kg], inverse moments of inertia [1/(kg m2)]; 1 for a plane wall; start of the substeps
+# and their length [s].
 (
     AWAY, VELOCITY, SPIN, OTHER_SPIN, PUSH, TURN, OTHER_TURN, PUSH_TILT, TURN_TILT, OTHER_TURN_TILT, FIXED,
 ) = range(lanes.QUANTITIES, lanes.QUANTITIES + 33, 3)  # fmt: skip

@@ -85,7 +85,8 @@ def may_change(x, u, f, a):
     """By how much a normal force may change in a step: k(y) (|u| + |f + a| / 2).
 
     k: the stiffness of spring and dashpot, 3/8 y^(1/2) + y^(1/4) / 2 in these units, at y, the larger overlap of both
-    ends of the step if the contact did nothing; times how far the bodies may move. Nothing in balance, and where they do not touch.
+    ends of the step if the contact did nothing; times how far the bodies may move. Nothing in balance, and where they
+    do not touch.
     """
     after = x + u - 0.5 * a
     y = after if after > x else x
