@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import torch
-from contact_samples import COARSE, NETWORK, TRACE, TRAINING, in_mid_air, random_network, tiny_tracer
 from scipy.spatial.transform import Rotation
 
 from millprint.config.contact_surrogate import ContactRecipe, JudgeConfig
@@ -17,6 +16,7 @@ from millprint.surrogate.contact.step import gather_all, predict
 from millprint.surrogate.contact.store import is_ensemble, read_ensemble, write_ensemble
 from millprint.surrogate.contact.training import ContactTrainer, batch_of
 from millprint.surrogate.contact.weights import make_weights, no_weights
+from tests.unit.contact_samples import COARSE, NETWORK, TRACE, TRAINING, in_mid_air, random_network, tiny_tracer
 
 RADIUS = TRACE.ball_diameter_mm / 2e3
 JUDGE = JudgeConfig(starts=2, length_s=0.01, position_s=0.005)
