@@ -2,6 +2,8 @@
 
 import logging
 
+import numpy as np
+
 from millprint.config.surrogate import EdgeConfig, RollOutConfig, ScenarioConfig
 from millprint.job import job, progress
 from millprint.surrogate.checkpoint import read_weights
@@ -12,6 +14,9 @@ from millprint.surrogate.scene import read_scene
 from millprint.surrogate.store import write_rollout
 from millprint.surrogate.training import choose_device
 from millprint.surrogate.trajectory import read_trajectory
+
+# Times at which the members of an ensemble are compared.
+LOOKS = 100
 
 logger = logging.getLogger("millprint")
 
@@ -43,9 +48,16 @@ def roll_out_contacts(weights: str, run: str, output: str, settings: RollOutConf
     with progress(steps * (len(test.starts_s) + len(roller.members)), "roll out", "step") as bar:
         rollout = roller.run(state, steps, per_frame, bar)
         rollout.member_dissipated_J = roller.spread(state, steps, per_frame, bar)
+    rollout.doubt = roller.doubt(state, steps, LOOKS)
     write_rollout(rollout, output, test.case)
     totals = rollout.member_dissipated_J.sum(axis=0)
-    logger.info("%d trajectories of %d steps; dissipation of the members: %s J", len(test.starts_s), steps, totals)
+    logger.info(
+        "%d trajectories of %d steps; dissipation of the members %s J; their expectations part by %.3g of the forces",
+        len(test.starts_s),
+        steps,
+        totals,
+        np.nanmean(rollout.doubt) if len(roller.members) > 1 else np.nan,
+    )
 
 
 if "snakemake" in globals():

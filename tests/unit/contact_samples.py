@@ -31,8 +31,8 @@ def tiny_tracer() -> Tracer:
     return tracer
 
 
-def random_network(seed: int = 0, size: float = 1.0) -> Predictor:
-    """A network whose outputs are as large as they can be, and mean nothing."""
+def random_network(seed: int = 0, size: float = 0.1) -> Predictor:
+    """A network that nobody has trained, with outputs of about `size`."""
     torch.manual_seed(seed)
     model = Predictor(NETWORK.width, NETWORK.rounds)
     for layers in model.rounds:
@@ -41,6 +41,7 @@ def random_network(seed: int = 0, size: float = 1.0) -> Predictor:
 
 
 def in_mid_air(arena: Arena, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> Settled:
-    """Balls without contacts, before the mill starts."""
+    """Balls without contacts, before the mill starts; `position` in the jar's frame."""
+    position = position + arena.bodies[0].motion.position(-1.0)
     none = np.zeros(0, dtype=np.int64)
     return Settled(position, np.hstack([velocity, spin]), none, none, np.zeros((0, 14)), -1_000_000)

@@ -37,7 +37,8 @@ class RollOut:
     (frames, batch) since the frame before; crossed_s (batch, balls): when a centre first crossed the wall, or left
     the finite numbers, infinity if never; edges: mean number of wall and of ball-ball edges of a graph. Of surrogates
     that know them: spin_rad_s (frames, batch, balls, 3); the two channels of dissipated_J and contacts that ended since
-    the frame before (frames, batch); member_dissipated_J (frames, members) from the first start, of an ensemble.
+    the frame before (frames, batch); member_dissipated_J (frames, members) from the first start, of an ensemble, and
+    its doubt (looks,): how far its members' expectations part, over the forces' own size.
     """
 
     time_s: np.ndarray
@@ -52,6 +53,7 @@ class RollOut:
     tangential_J: np.ndarray | None = None
     collisions: np.ndarray | None = None
     member_dissipated_J: np.ndarray | None = None
+    doubt: np.ndarray | None = None
 
 
 def first_state(run: Trajectory, scene: Scene, starts_s: list[float], window: int) -> State:

@@ -16,7 +16,8 @@ UNITS = {
     "start_s": "s",
 }
 # What not every surrogate knows.
-OPTIONAL = {"spin_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1", "member_dissipated_J": "J"}
+OPTIONAL = {"spin_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1", "member_dissipated_J": "J",
+            "doubt": "1"}  # fmt: skip
 
 
 def write_rollout(rollout: RollOut, path: str | Path, case: str) -> None:

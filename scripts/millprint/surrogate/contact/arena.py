@@ -7,16 +7,18 @@ import numpy as np
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem import state
+from millprint.dem.lanes import LANES
 from millprint.dem.neighbours import put_aside
 from millprint.dem.recording import make_table
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.mill.bodies import build_bodies
 from millprint.mill.walls import build_walls
+from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.frames import Frames, make_frames, run_frames
 from millprint.surrogate.contact.samples import forget
 from millprint.surrogate.contact.state import make_coarse
-from millprint.surrogate.contact.step import run_steps
-from millprint.surrogate.contact.weights import no_weights
+from millprint.surrogate.contact.step import gather_all, predict, run_steps
+from millprint.surrogate.contact.weights import Weights, no_weights
 
 # Overlap over the ball's radius at which a roll-out is given up: the network has lost the ball [-].
 OVERLAP_MAX = 0.5
@@ -123,6 +125,21 @@ class Arena:
                 break
             at += written
         return kept
+
+    def expected(self, members: list[Weights]) -> np.ndarray:
+        """What each network expects of the contacts in the coming step: mean forces (members, contacts, 3) [N]."""
+        found, before = [], self.weights
+        for weights in members:
+            self.weights = weights
+            groups = self.groups
+            gather_all(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] * self.step)
+            predict(self.balls, self.contacts, self.walls, self.clock, self.coarse, self.counters)
+            used = np.flatnonzero(self.contacts.slot >= 0)
+            rows = self.scratch.work.reshape(-1, pair.QUANTITIES, LANES)
+            at = slice(pair.EXPECTED, pair.EXPECTED + 3)
+            found.append(rows[used // LANES, at, used % LANES])
+        self.weights = before
+        return np.array(found)
 
     def settled(self) -> Settled:
         """The present state, to load again."""

@@ -20,7 +20,7 @@ from millprint.dem import lanes
 from millprint.dem.lanes import HISTORY, LANES, law_of
 from millprint.dem.law import REACH, contact_law
 from millprint.kernel import inlined, kernel
-from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
+from millprint.mill.vectors import add, add_scaled, cross, dot, scale, subtract
 from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
 
 # Quantities of a lane: those of millprint.dem.lanes, of which law and history are copied here, so that all that a
@@ -47,7 +47,86 @@ QUANTITIES = OUTPUTS_AT + OUTPUTS
 
 @inlined()
 def tilted(work, block, mean, tilt, m, when):
+    """An acceleration at a time from -1 at the start of the step to 1 at its end."""
     return add_scaled(lanes.get_vector(work, block, mean, m), when, lanes.get_vector(work, block, tilt, m))
+
+
+@inlined()
+def middle(work, block, m, half):
+    """Half a drift: the relative position in the middle of a substep, held to the plane or the edge of a wall."""
+    away = add_scaled(lanes.get_vector(work, block, AWAY, m), half, lanes.get_vector(work, block, VELOCITY, m))
+    fixed, plane = lanes.get_vector(work, block, FIXED, m), lanes.get(work, block, IS_PLANE, m)
+    along = scale(dot(away, fixed), fixed)
+    return add_scaled(scale(1.0 - plane, subtract(away, along)), plane, along)
+
+
+@inlined()
+def shape_of(work, block, m, distance):
+    """Of a contact: 1 if it touches, overlap, both arms and their mean [m]; see millprint.dem.lanes.evaluate."""
+    reach, is_wall = lanes.get(work, block, lanes.LAW + REACH, m), lanes.get(work, block, lanes.IS_WALL, m)
+    gap = reach - distance
+    touches = 1.0 if gap > 0.0 else 0.0
+    overlap = gap if gap > 1e-30 else 1e-30
+    arm = 0.5 * (distance + lanes.get(work, block, lanes.DIFFERENCE, m) * reach / distance + is_wall * distance)
+    other = distance - arm
+    return touches, overlap, arm, other, 2.0 * arm * other / distance + is_wall * distance
+
+
+@inlined()
+def soon(work, block, m, half, pushes):
+    """Relative velocity and both spins expected in the middle of a substep, by the accelerations of the last one."""
+    push, turn, other_turn = pushes
+    pull = scale(lanes.get(work, block, INVERSE_MASS, m), lanes.get_vector(work, block, FORCE, m))
+    twist = scale(lanes.get(work, block, INVERSE_INERTIA, m), lanes.get_vector(work, block, TORQUE, m))
+    other_twist = scale(lanes.get(work, block, OTHER_INVERSE_INERTIA, m), lanes.get_vector(work, block, BACK, m))
+    return (
+        add_scaled(lanes.get_vector(work, block, VELOCITY, m), half, add(push, pull)),
+        add_scaled(lanes.get_vector(work, block, SPIN, m), half, add(turn, twist)),
+        add_scaled(lanes.get_vector(work, block, OTHER_SPIN, m), half, add(other_turn, other_twist)),
+    )
+
+
+@inlined()
+def book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powers, stored):
+    """Spring, peaks and works of a substep; nothing of a contact that does not touch."""
+    lanes.put_vector(work, block, HISTORY + lanes.SPRING, m, scale(touches, spring))
+    lanes.put_vector(work, block, SLIP, m, scale(touches, slip))
+    lanes.raise_to(work, block, HISTORY + lanes.PEAK_FORCE, m, touches * normal_force)
+    lanes.raise_to(work, block, HISTORY + lanes.PEAK_OVERLAP, m, touches * overlap)
+    done = touches * tau
+    lanes.add_to(work, block, HISTORY + lanes.NORMAL, m, done * powers[0])
+    lanes.add_to(work, block, HISTORY + lanes.DAMPING, m, done * powers[1])
+    lanes.add_to(work, block, HISTORY + lanes.TANGENTIAL, m, done * powers[2])
+    lanes.add_to(work, block, HISTORY + lanes.ROLLING, m, done * powers[3])
+    lanes.put(work, block, lanes.STORED, m, touches * stored[0])
+    lanes.put(work, block, lanes.STORED + 1, m, touches * stored[1])
+
+
+@inlined()
+def add_vector(work, block, quantity, m, factor, vector):
+    sum_ = add_scaled(lanes.get_vector(work, block, quantity, m), factor, vector)
+    lanes.put_vector(work, block, quantity, m, sum_)
+
+
+@inlined()
+def kick(work, block, m, tau, left, away, pushes, force, torque, back):
+    """Velocities a substep on, the other half of the drift, and what is handed to the balls; left: to the end [s]."""
+    push, turn, other_turn = pushes
+    pull = scale(lanes.get(work, block, INVERSE_MASS, m), force)
+    twist = scale(lanes.get(work, block, INVERSE_INERTIA, m), torque)
+    other_twist = scale(lanes.get(work, block, OTHER_INVERSE_INERTIA, m), back)
+    velocity = add_scaled(lanes.get_vector(work, block, VELOCITY, m), tau, add(push, pull))
+    lanes.put_vector(work, block, VELOCITY, m, velocity)
+    lanes.put_vector(work, block, AWAY, m, add_scaled(away, 0.5 * tau, velocity))
+    add_vector(work, block, SPIN, m, tau, add(turn, twist))
+    add_vector(work, block, OTHER_SPIN, m, tau, add(other_turn, other_twist))
+    lanes.put_vector(work, block, FORCE, m, force)
+    lanes.put_vector(work, block, TORQUE, m, torque)
+    lanes.put_vector(work, block, BACK, m, back)
+    add_vector(work, block, IMPULSE, m, tau, force)
+    add_vector(work, block, MOMENT, m, tau * left, force)
+    add_vector(work, block, TWIST, m, tau, torque)
+    add_vector(work, block, OTHER_TWIST, m, tau, back)
 
 
 @kernel()
@@ -58,83 +137,26 @@ def substep(work, block, number, last, step):
     """
     for m in range(LANES):
         tau = lanes.get(work, block, TAU, m)
-        half = 0.5 * tau
-        velocity = lanes.get_vector(work, block, VELOCITY, m)
-        # Half a drift.
-        away = add_scaled(lanes.get_vector(work, block, AWAY, m), half, velocity)
-        fixed = lanes.get_vector(work, block, FIXED, m)
-        along = scale(dot(away, fixed), fixed)
-        plane = lanes.get(work, block, IS_PLANE, m)
-        away = add_scaled(scale(1.0 - plane, subtract(away, along)), plane, along)
+        away = middle(work, block, m, 0.5 * tau)
         distance = math.sqrt(dot(away, away))
         normal = scale(1.0 / distance, away)
-        reach = lanes.get(work, block, lanes.LAW + REACH, m)
-        gap = reach - distance
-        touches = 1.0 if gap > 0.0 else 0.0
-        overlap = gap if gap > 1e-30 else 1e-30
-        is_wall = lanes.get(work, block, lanes.IS_WALL, m)
-        arm = 0.5 * (distance + lanes.get(work, block, lanes.DIFFERENCE, m) * reach / distance + is_wall * distance)
-        other = distance - arm
-        mean_arm = 2.0 * arm * other / distance + is_wall * distance
-        # Velocities expected at the middle, by the accelerations a substep ago.
-        force = lanes.get_vector(work, block, FORCE, m)
-        inverse_mass = lanes.get(work, block, INVERSE_MASS, m)
+        touches, overlap, arm, other, mean_arm = shape_of(work, block, m, distance)
         # From -1 at the start of the step to 1 at its end.
         when = 2.0 * (lanes.get(work, block, BEGIN, m) + (number + 0.5) * tau) / step - 1.0
-        push = tilted(work, block, PUSH, PUSH_TILT, m, when)
-        gain = add_scaled(push, inverse_mass, force)
-        seen = add_scaled(velocity, half, gain)
-        spin = lanes.get_vector(work, block, SPIN, m)
-        other_spin = lanes.get_vector(work, block, OTHER_SPIN, m)
-        inverse, other_inverse = (
-            lanes.get(work, block, INVERSE_INERTIA, m),
-            lanes.get(work, block, OTHER_INVERSE_INERTIA, m),
+        pushes = (
+            tilted(work, block, PUSH, PUSH_TILT, m, when),
+            tilted(work, block, TURN, TURN_TILT, m, when),
+            tilted(work, block, OTHER_TURN, OTHER_TURN_TILT, m, when),
         )
-        turn = tilted(work, block, TURN, TURN_TILT, m, when)
-        other_turn = tilted(work, block, OTHER_TURN, OTHER_TURN_TILT, m, when)
-        spun = add_scaled(add_scaled(spin, half, turn), half * inverse, lanes.get_vector(work, block, TORQUE, m))
-        other_spun = add_scaled(
-            add_scaled(other_spin, half, other_turn), half * other_inverse, lanes.get_vector(work, block, BACK, m)
-        )
-        turning = add_scaled(scale(arm, spun), other, other_spun)
-        sliding = subtract(seen, cross(turning, normal))
+        seen, spin, other_spin = soon(work, block, m, 0.5 * tau, pushes)
+        turning = add_scaled(scale(arm, spin), other, other_spin)
         normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
-            law_of(work, block, m), overlap, normal, mean_arm, sliding, subtract(spun, other_spun),
-            lanes.get_vector(work, block, HISTORY + lanes.SPRING, m), lanes.get_vector(work, block, SLIP, m), tau,
+            law_of(work, block, m), overlap, normal, mean_arm, subtract(seen, cross(turning, normal)),
+            subtract(spin, other_spin), lanes.get_vector(work, block, HISTORY + lanes.SPRING, m),
+            lanes.get_vector(work, block, SLIP, m), tau,
         )  # fmt: skip
+        book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powers, stored)
         force = scale(touches, add_scaled(tangential, normal_force, normal))
-        rolling = scale(touches, rolling)
-        lever = cross(force, normal)
-        torque = add_scaled(rolling, arm, lever)
-        back = subtract(scale(other, lever), rolling)
-        lanes.put_vector(work, block, HISTORY + lanes.SPRING, m, scale(touches, spring))
-        lanes.put_vector(work, block, SLIP, m, scale(touches, slip))
-        lanes.raise_to(work, block, HISTORY + lanes.PEAK_FORCE, m, touches * normal_force)
-        lanes.raise_to(work, block, HISTORY + lanes.PEAK_OVERLAP, m, touches * overlap)
-        done = touches * tau
-        lanes.add_to(work, block, HISTORY + lanes.NORMAL, m, done * powers[0])
-        lanes.add_to(work, block, HISTORY + lanes.DAMPING, m, done * powers[1])
-        lanes.add_to(work, block, HISTORY + lanes.TANGENTIAL, m, done * powers[2])
-        lanes.add_to(work, block, HISTORY + lanes.ROLLING, m, done * powers[3])
-        lanes.put(work, block, lanes.STORED, m, touches * stored[0])
-        lanes.put(work, block, lanes.STORED + 1, m, touches * stored[1])
-        # Kick, and the other half of the drift.
-        velocity = add_scaled(velocity, tau, add_scaled(push, inverse_mass, force))
-        lanes.put_vector(work, block, VELOCITY, m, velocity)
-        lanes.put_vector(work, block, AWAY, m, add_scaled(away, half, velocity))
-        lanes.put_vector(work, block, SPIN, m, add_scaled(add_scaled(spin, tau, turn), tau * inverse, torque))
-        lanes.put_vector(
-            work, block, OTHER_SPIN, m, add_scaled(add_scaled(other_spin, tau, other_turn), tau * other_inverse, back)
-        )
-        lanes.put_vector(work, block, FORCE, m, force)
-        lanes.put_vector(work, block, TORQUE, m, torque)
-        lanes.put_vector(work, block, BACK, m, back)
-        left = (last + 0.5) * tau
-        lanes.put_vector(work, block, IMPULSE, m, add_scaled(lanes.get_vector(work, block, IMPULSE, m), tau, force))
-        lanes.put_vector(
-            work, block, MOMENT, m, add_scaled(lanes.get_vector(work, block, MOMENT, m), tau * left, force)
-        )
-        lanes.put_vector(work, block, TWIST, m, add_scaled(lanes.get_vector(work, block, TWIST, m), tau, torque))
-        lanes.put_vector(
-            work, block, OTHER_TWIST, m, add_scaled(lanes.get_vector(work, block, OTHER_TWIST, m), tau, back)
-        )
+        rolling, lever = scale(touches, rolling), cross(force, normal)
+        torque, back = add_scaled(rolling, arm, lever), subtract(scale(other, lever), rolling)
+        kick(work, block, m, tau, (last + 0.5) * tau, away, pushes, force, torque, back)

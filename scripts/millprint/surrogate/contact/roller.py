@@ -121,6 +121,26 @@ class ContactRoller:
             [self.run(first, steps, steps_per_frame, bar, member).dissipated_J[:, 0] for member in members], axis=1
         )
 
+    def doubt(self, begin: ContactState, steps: int, looks: int) -> np.ndarray:
+        """How far the members' expectations part along the first trajectory, over the forces' own size (looks,) [-].
+
+        sqrt(sum |F_k - F|^2 / (members - 1) / sum |F|^2) over all contacts at a time, with F the mean over the members
+        k. Unlike the spread of a quantity after a long roll-out it holds nothing of the system's own chaos.
+        """
+        found = np.full(looks, np.nan)
+        if len(self.members) < 2:
+            return found
+        self.arena.weights = self.members[0]
+        self.arena.load(begin.begins[0])
+        for look in range(looks):
+            if not self.arena.run(max(1, steps // looks)):
+                break
+            forces = self.arena.expected(self.members)
+            mean = forces.mean(axis=0)
+            parted = ((forces - mean) ** 2).sum() / (len(forces) - 1)
+            found[look] = np.sqrt(parted / ((mean**2).sum() + 1e-300))
+        return found
+
 
 def _from(begin: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return np.concatenate([begin[None], kept])
