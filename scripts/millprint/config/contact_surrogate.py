@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
 Count = Annotated[int, Field(ge=1)]
+WIDTH_MAX = 128
 
 
 class CoarseConfig(Section):
@@ -53,7 +54,7 @@ class JudgeConfig(Section):
 class PredictorConfig(Section):
     """Size of the network that expects what contacts will do."""
 
-    width: Count = Field(description="neurons of each of two hidden layers [-]")
+    width: Annotated[int, Field(ge=1, le=WIDTH_MAX)] = Field(description="neurons of each of two hidden layers [-]")
     rounds: Count = Field(description="rounds of messages between contacts of one ball [-]")
 
 

@@ -11,6 +11,8 @@ and the push sideways.
 
 import math
 
+import numpy as np
+
 from millprint.dem import lanes
 from millprint.dem.lanes import LANES
 from millprint.dem.law import KN, MU, REACH
@@ -129,27 +131,31 @@ def describe(work, block, step):
 
 
 @kernel()
-def linear(weight, bias, inputs, outputs, activate):
-    """outputs = weight inputs + bias for LANES contacts; the squareplus (z + sqrt(z^2 + 4)) / 2 on top if asked."""
+def linear(weight, bias, inputs, outputs, lanes_used, activate):
+    """outputs = weight inputs + bias for all lanes; the squareplus (z + sqrt(z^2 + 4)) / 2 on top if asked.
+
+    Flat arrays, a neuron's numbers for all lanes in a row: so long loops that become vector instructions.
+    """
+    n, columns = lanes_used, weight.shape[1]
     for o in range(weight.shape[0]):
-        b = bias[o]
-        s0, s1, s2, s3, s4, s5, s6, s7 = b, b, b, b, b, b, b, b
-        for k in range(weight.shape[1]):
-            w = weight[o, k]
-            s0 += w * inputs[k, 0]
-            s1 += w * inputs[k, 1]
-            s2 += w * inputs[k, 2]
-            s3 += w * inputs[k, 3]
-            s4 += w * inputs[k, 4]
-            s5 += w * inputs[k, 5]
-            s6 += w * inputs[k, 6]
-            s7 += w * inputs[k, 7]
-        outputs[o, 0], outputs[o, 1], outputs[o, 2], outputs[o, 3] = s0, s1, s2, s3
-        outputs[o, 4], outputs[o, 5], outputs[o, 6], outputs[o, 7] = s4, s5, s6, s7
+        out = outputs[o * n : (o + 1) * n]
+        for c in range(n):
+            out[c] = bias[o]
+        # Four at a time, which spares most of the loading and storing of what is summed up.
+        for k in range(0, columns - columns % 4, 4):
+            w0, w1, w2, w3 = weight[o, k], weight[o, k + 1], weight[o, k + 2], weight[o, k + 3]
+            x0, x1 = inputs[k * n : (k + 1) * n], inputs[(k + 1) * n : (k + 2) * n]
+            x2, x3 = inputs[(k + 2) * n : (k + 3) * n], inputs[(k + 3) * n : (k + 4) * n]
+            for c in range(n):
+                out[c] += w0 * x0[c] + w1 * x1[c] + w2 * x2[c] + w3 * x3[c]
+        for k in range(columns - columns % 4, columns):
+            w, x = weight[o, k], inputs[k * n : (k + 1) * n]
+            for c in range(n):
+                out[c] += w * x[c]
         if activate:
-            for m in range(LANES):
-                z = outputs[o, m]
-                outputs[o, m] = (z + math.sqrt(z * z + type(z)(4))) / type(z)(2)
+            for c in range(n):
+                z = out[c]
+                out[c] = np.float32(0.5) * (z + math.sqrt(z * z + np.float32(4)))
 
 
 @inlined()
@@ -187,16 +193,19 @@ def combine(work, block, step):
 
 
 @kernel()
-def predict_block(weights, layer, work, block, step):
-    """What every contact of a block is expected to do in the step, as of a round of messages."""
-    describe(work, block, step)
-    for k in range(INPUTS):
-        for m in range(LANES):
-            weights.features[k, m] = lanes.get(work, block, pair.FEATURES + k, m)
-    linear(weights.first[layer], weights.first_bias[layer], weights.features, weights.hidden[0], True)
-    linear(weights.second[layer], weights.second_bias[layer], weights.hidden[0], weights.hidden[1], True)
-    linear(weights.last[layer], weights.last_bias[layer], weights.hidden[1], weights.outputs, False)
-    for k in range(OUTPUTS):
-        for m in range(LANES):
-            lanes.put(work, block, pair.OUTPUTS_AT + k, m, weights.outputs[k, m])
-    combine(work, block, step)
+def predict_all(weights, layer, coarse, blocks, step):
+    """What every contact is expected to do in the step, as of a round of messages."""
+    work, first, second, n = coarse.work, coarse.first_row, coarse.second_row, blocks * LANES
+    for block in range(blocks):
+        describe(work, block, step)
+        for k in range(INPUTS):
+            for m in range(LANES):
+                first[k * n + block * LANES + m] = lanes.get(work, block, pair.FEATURES + k, m)
+    linear(weights.first[layer], weights.first_bias[layer], first, second, n, True)
+    linear(weights.second[layer], weights.second_bias[layer], second, first, n, True)
+    linear(weights.last[layer], weights.last_bias[layer], first, second, n, False)
+    for block in range(blocks):
+        for k in range(OUTPUTS):
+            for m in range(LANES):
+                lanes.put(work, block, pair.OUTPUTS_AT + k, m, second[k * n + block * LANES + m])
+        combine(work, block, step)

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.config.contact_surrogate import WIDTH_MAX
 from millprint.dem.lanes import LANES
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.weights import Weights, no_weights
@@ -23,6 +24,8 @@ class Coarse(NamedTuple):
     moved: np.ndarray  # (n, 9) impulses, moments and twists of all contacts of a ball
     wall_velocity: np.ndarray  # (bodies, 6) velocities at the end of the step
     ended: np.ndarray  # (1,) contacts that touched and have ended
+    first_row: np.ndarray  # numbers of one layer of the network for all lanes, one neuron after the other
+    second_row: np.ndarray  # and of the next
 
 
 def make_coarse(
@@ -42,4 +45,6 @@ def make_coarse(
         moved=np.zeros((balls, 9)),
         wall_velocity=np.zeros((bodies, 6)),
         ended=np.zeros(1),
+        first_row=np.zeros(WIDTH_MAX * blocks * LANES, dtype=np.float32),
+        second_row=np.zeros(WIDTH_MAX * blocks * LANES, dtype=np.float32),
     )

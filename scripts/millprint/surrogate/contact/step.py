@@ -7,7 +7,7 @@ from millprint.kernel import inlined, kernel
 from millprint.mill.motion import write_poses
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.listing import close_lane, foresee, relist
-from millprint.surrogate.contact.predictor import predict_block
+from millprint.surrogate.contact.predictor import predict_all
 from millprint.surrogate.contact.pushes import expect, gather, push_lane, put3, touch_lane
 
 
@@ -114,8 +114,7 @@ def predict(balls, contacts, walls, clock, coarse, counters):
     expect_all(contacts, coarse, counters)
     push_all(balls, contacts, walls, clock, coarse, counters)
     for layer in range(coarse.weights.first.shape[0]):
-        for block in range(blocks_in_use(counters)):
-            predict_block(coarse.weights, layer, coarse.work, block, clock.step)
+        predict_all(coarse.weights, layer, coarse, blocks_in_use(counters), clock.step)
         expect_all(contacts, coarse, counters)
         push_all(balls, contacts, walls, clock, coarse, counters)
 

@@ -4,14 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.dem.lanes import LANES
-
 INPUTS = 13
 OUTPUTS = 8
 
 
 class Weights(NamedTuple):
-    """Two hidden layers for each round of messages (rounds first in every shape), and scratch for eight contacts."""
+    """Two hidden layers for each round of messages (rounds first in every shape)."""
 
     first: np.ndarray  # (rounds, width, INPUTS)
     first_bias: np.ndarray  # (rounds, width)
@@ -19,17 +17,12 @@ class Weights(NamedTuple):
     second_bias: np.ndarray  # (rounds, width)
     last: np.ndarray  # (rounds, OUTPUTS, width)
     last_bias: np.ndarray  # (rounds, OUTPUTS)
-    features: np.ndarray  # (INPUTS, LANES)
-    hidden: np.ndarray  # (2, width, LANES)
-    outputs: np.ndarray  # (OUTPUTS, LANES)
 
 
 def make_weights(layers: list[np.ndarray]) -> Weights:
     """Weights of the arrays first, first_bias, second, second_bias, last, last_bias; single precision."""
     arrays = [np.ascontiguousarray(layer, dtype=np.float32) for layer in layers]
-    width = arrays[0].shape[1]
-    scratch = [np.zeros(shape, dtype=np.float32) for shape in ((INPUTS, LANES), (2, width, LANES), (OUTPUTS, LANES))]
-    return Weights(*arrays, *scratch)
+    return Weights(*arrays)
 
 
 def no_weights() -> Weights:
