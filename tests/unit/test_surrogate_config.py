@@ -184,5 +184,5 @@ def test_kinds_of_variants_are_told_apart(content):
 
 def test_a_trace_without_time_is_refused(content):
     content["contact"]["traces"][0]["until_s"] = 0.01
-    with pytest.raises(ConfigError, match="until_s = 0.01: must exceed from_s = 0.05"):
+    with pytest.raises(ConfigError, match=r"until_s = 0\.01: must exceed from_s = 0\.05"):
         settings(content)

@@ -66,12 +66,12 @@ rule train_contact_surrogate:
     output:
         weights=f"{SURROGATE}/{{variant}}/weights.pt",
         history=f"{SURROGATE}/{{variant}}/loss.tsv",
-    wildcard_constraints:
-        variant=any_of(CONFIG.surrogate.of_kind("contact")),
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/surrogate/{{variant}}/train_surrogate.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("contact")),
     conda:
         "../../envs/millprint.yaml"
     threads: CONFIG.surrogate.contact.training.threads
@@ -90,12 +90,12 @@ rule train_surrogate:
     output:
         weights=f"{SURROGATE}/{{variant}}/weights.pt",
         history=f"{SURROGATE}/{{variant}}/loss.tsv",
-    wildcard_constraints:
-        variant=any_of(CONFIG.surrogate.of_kind("graph")),
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/surrogate/{{variant}}/train_surrogate.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("graph")),
     conda:
         "../../envs/millprint.yaml"
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
