@@ -1,46 +1,34 @@
-"""Measures a roll-out against the simulation that it started from."""
+"""Measures a roll-out, of whatever surrogate, against the simulation that it started from."""
 
-from millprint.config.surrogate import EdgeConfig
-from millprint.files import write_table
+from millprint.files import read_json, write_table
 from millprint.job import job
-from millprint.surrogate.checkpoint import read_weights
-from millprint.surrogate.evaluation import (
-    dissipation_table,
-    distribution_table,
-    error_table,
-    evaluate,
-    one_step,
-)
+from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
+from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
+from millprint.surrogate.rolled import read_rolled
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.store import read_rollout
-from millprint.surrogate.tables import join_tables, tabulate
-from millprint.surrogate.training import choose_device
+from millprint.surrogate.tables import tabulate
 from millprint.surrogate.trajectory import read_trajectory
 
-ONE_STEP_GRAPHS = 2000
+ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
 
-def main(
-    inputs: dict[str, str],
-    outputs: dict[str, str],
-    rule: EdgeConfig,
-    variant: str,
-    test: str,
-    ablation: bool,
-    threads: int,
-) -> None:
-    device = choose_device(threads)
-    rollout, scene = read_rollout(inputs["rollout"]), read_scene(inputs["dem"])
+def main(inputs: dict[str, str], outputs: dict[str, str], variant: str, test: str) -> None:
+    rollout, scene = read_rolled(inputs["rollout"]), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
-    names = [name for name in ("dem", "other_seed", "original") if name in inputs]
-    runs = {name: read_trajectory(inputs[name], first, last) for name in names}
-    metrics, series = evaluate(rollout, runs, scene, test, variant, ablation)
-    model, recipe = read_weights(inputs["weights"], device)
-    steps = one_step(model, recipe, rule, runs["dem"], scene, ONE_STEP_GRAPHS, device)
-    write_table(join_tables([metrics, tabulate(steps, {}, test, variant, ablation)]), outputs["metrics"])
-    write_table(error_table(series, test), outputs["errors"])
-    write_table(dissipation_table(series, test), outputs["dissipation"])
-    write_table(distribution_table(series, scene, test), outputs["distributions"])
+    runs = {
+        role: read_trajectory(inputs[role], *(() if role == "driven" else (first, last)))
+        for role in ROLES
+        if role in inputs
+    }
+    if "driven" in runs:
+        found = evaluate_at_rest(rollout, runs, scene)
+    else:
+        summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
+        found = evaluate(rollout, runs, scene, summaries)
+    write_table(tabulate(found.values, found.references, test, variant), outputs["metrics"])
+    write_table(error_table(found.series, test), outputs["errors"])
+    write_table(dissipation_table(found.series, rollout.member_totals_J(), test), outputs["dissipation"])
+    write_table(distribution_table(found.series, scene.ball_radius_m, test), outputs["distributions"])
 
 
 if "snakemake" in globals():
@@ -48,9 +36,6 @@ if "snakemake" in globals():
         main(
             dict(snakemake.input.items()),
             dict(snakemake.output.items()),
-            EdgeConfig(**snakemake.params.edges),
             snakemake.wildcards.variant,
             snakemake.wildcards.test,
-            snakemake.params.ablation,
-            threads=snakemake.threads,
         )

@@ -7,7 +7,7 @@ from millprint.job import job
 
 
 def main(table: str, svg: str, png: str) -> None:
-    save(plot_ablations(read_table(table, text=["variant", "test", "measure"])), svg, png)
+    save(plot_ablations(read_table(table, numeric=["stable"], text=["variant"])), svg, png)
 
 
 if "snakemake" in globals():

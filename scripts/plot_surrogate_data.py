@@ -2,17 +2,20 @@
 
 import numpy as np
 
-from millprint.config.surrogate import EdgeConfig
+from millprint.config.surrogate import Variant
 from millprint.figures.chapter6 import plot_distance_slices, plot_wall_contacts
+from millprint.figures.chapter6_loop import plot_loop
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
+from millprint.surrogate.recursion import steps_in_words
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.section import section
+from millprint.surrogate.trajectory import read_attributes
 from millprint.surrogate.wall_contacts import covered_share
 
 
-def main(run: str, wall_contacts: str, outputs: dict[str, str], rule: EdgeConfig) -> None:
+def main(run: str, wall_contacts: str, outputs: dict[str, str], variant: Variant) -> None:
     scene = read_scene(run)
     table = read_table(wall_contacts, numeric=["low_m", "high_m", "contacts"])
     height = scene.bounds_m[:, 2]
@@ -22,8 +25,11 @@ def main(run: str, wall_contacts: str, outputs: dict[str, str], rule: EdgeConfig
         section(scene, "z", float(height[0] + scene.ball_radius_m)),
     ]
     save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"])
-    share = covered_share(table, rule.wall_threshold_m)
-    save(plot_wall_contacts(table, rule.wall_threshold_m, share), outputs["contacts_svg"], outputs["contacts_png"])
+    threshold_m = variant.edges.wall_threshold_m
+    contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
+    save(contacts, outputs["contacts_svg"], outputs["contacts_png"])
+    step_s = read_attributes(run)["case"]["snapshot_interval_s"]
+    save(plot_loop(*steps_in_words(variant, step_s)), outputs["loop_svg"], outputs["loop_png"])
 
 
 if "snakemake" in globals():
@@ -32,5 +38,5 @@ if "snakemake" in globals():
             snakemake.input.run,
             snakemake.input.wall_contacts,
             dict(snakemake.output.items()),
-            EdgeConfig(**snakemake.params.edges),
+            Variant(**snakemake.params.settings),
         )

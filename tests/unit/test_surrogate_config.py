@@ -12,7 +12,7 @@ from millprint.config.surrogate import SurrogateConfig, check_surrogate_cases
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
-from millprint.surrogate.tables import tabulate
+from millprint.surrogate.tables import is_met, tabulate
 
 ROOT = Path(__file__).parents[2]
 
@@ -67,34 +67,52 @@ def test_variants_that_do_not_hold(content, variant, message):
     assert "\n" not in str(error.value)
 
 
-def test_cases_must_be_simulated_long_enough(content):
-    config = settings(content)
+def swept(config: SurrogateConfig, **options) -> dict:
+    """Every case that the stage reads, recorded in the given way."""
     dem = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0, window_s=1)
-    needed = config.simulated_cases()
-    mills = sorted({path.split("/")[0] for path in needed})
+    sweep = SweepConfig(
+        name="surrogate",
+        mills=sorted({path.split("/")[0] for path in config.simulated_cases()}),
+        contacts=["calibrated"],
+        ball_diameters_mm=[5, 10],
+        fill_ratios=[0.1],
+        speeds_rpm=[300],
+        seeds=[0, 1],
+        **options,
+    )
+    disturbed = sweep.model_copy(update={"disturbances_m": [0, 1e-9]})
+    return {case.path: case for block in (sweep, disturbed) for case in expand_sweep(block, dem, "emax")}
 
-    def cases(window_s: float, interval_s: float | None) -> dict:
-        sweep = SweepConfig(
-            name="surrogate",
-            mills=mills,
-            contacts=["calibrated"],
-            ball_diameters_mm=[10],
-            fill_ratios=[0.1],
-            speeds_rpm=[300],
-            seeds=[0, 1],
-            window_s=window_s,
-            snapshot_interval_s=interval_s,
-        )
-        return {case.path: case for case in expand_sweep(sweep, dem, "emax")}
 
-    longest = max(needed.values())
-    check_surrogate_cases(config, cases(longest, 1e-4), "config.yaml")
+def test_cases_must_be_simulated_when_they_are_read(content):
+    for test in content["tests"].values():
+        test["starts_s"] = [0.5]
+    config = settings(content)
+    longest = max(until_s for _, until_s in config.simulated_cases().values())
+    undisturbed = {name: test.model_copy(update={"twin": None}) for name, test in config.tests.items()}
+    alone = config.model_copy(update={"tests": undisturbed})
+    check_surrogate_cases(alone, swept(config, window_s=longest, snapshot_interval_s=1e-4), "config.yaml")
     with pytest.raises(ConfigError, match="at least"):
-        check_surrogate_cases(config, cases(longest - 0.1, 1e-4), "config.yaml")
+        check_surrogate_cases(alone, swept(config, window_s=longest - 0.1, snapshot_interval_s=1e-4), "config.yaml")
+    with pytest.raises(ConfigError, match=r"snapshots from 0\.6 s .* wanted from 0 s"):
+        late = swept(config, discard_s=0.6, window_s=longest, snapshot_interval_s=1e-4)
+        check_surrogate_cases(alone, late, "config.yaml")
     with pytest.raises(ConfigError, match="snapshot_interval_s"):
-        check_surrogate_cases(config, cases(longest, None), "config.yaml")
+        check_surrogate_cases(alone, swept(config, window_s=longest), "config.yaml")
     with pytest.raises(ConfigError, match="in no sweep"):
-        check_surrogate_cases(config, {}, "config.yaml")
+        check_surrogate_cases(alone, {}, "config.yaml")
+    # These are disturbed where the motion begins, and not where the roll-outs do.
+    with pytest.raises(ConfigError, match=r"trained\.twin: .* is not disturbed at 0\.5 s"):
+        check_surrogate_cases(config, swept(config, window_s=longest, snapshot_interval_s=1e-4), "config.yaml")
+
+
+def test_a_roll_out_is_no_longer_than_its_test(content):
+    content["variants"]["long"] = {"rollout": {"length_s": 15}}
+    content["tests"]["rest"]["length_s"] = 2
+    config = settings(content)
+    assert config.rollout_of("long", "rest").length_s == 2
+    assert config.rollout_of("long", "trained").length_s == 15
+    assert config.rollout_of("thesis", "rest").length_s == min(2, config.variant("thesis").rollout.length_s)
 
 
 def claimed() -> list[str]:
@@ -117,13 +135,15 @@ def metrics(variant: str, test: str, **values: float) -> pd.DataFrame:
     return tabulate(values, {"increments_5ms_r": 0.4, "cumulative_pearson_r": 0.9999}, test, variant)
 
 
-def test_claims_read_the_tables(tmp_path):
+def claim_tables(folder: Path) -> None:
+    """Small tables of a run."""
     common = {"stable": 1, "balls_left": 0, "one_step_dissipation_bias_percent": 1, "increments_5ms_r": 0.3} | {
-        "mean_square_speed_ratio": 0.9
+        "mean_square_speed_ratio": 0.9,
+        "one_step_acceleration_r2": 0.5,
     }
     tables = [
         metrics(
-            "thesis",
+            variant,
             test,
             dissipation_error_percent=error,
             position_mse_plateau_m2=3e-4,
@@ -131,42 +151,77 @@ def test_claims_read_the_tables(tmp_path):
             cumulative_pearson_r=1 - error / 1e4,
             **common,
         )
+        for variant in ("thesis", "ours")
         for test, error in (("trained", 1.0), ("motion1", 2.0), ("motion2", 3.0), ("post", 4.0))
     ]
-    ablations = [
-        metrics(name, "trained", stable=stable, dissipation_error_percent=error, position_mse_plateau_m2=1e-4)
-        for name, stable, error in (
-            ("baseline", 1, 5.0),
-            ("window3", 1, 9.0),
-            ("window9", 0, 9.0),
-            ("layers2", 0, 300.0),
-            ("width64", 1, 2.0),
-            ("phi_deep", 1, 7.5),
+    ablations = pd.DataFrame(
+        [
+            {"variant": name, "stable": stable, "dissipation_error_percent": error, "holds": holds}
+            for name, stable, error, holds in (
+                ("baseline", 1, 5.0, ""),
+                ("window3", 1, 9.0, "yes"),
+                ("window9", 0, 9.0, "yes"),
+                ("width64", 1, 2.0, "no"),
+                ("phi_deep", 1, 7.5, "no"),
+            )
+        ]
+    ).assign(balls_left=0, mean_square_speed_ratio=1.0, one_step_dissipation_bias_percent=-4.0)
+    ablations = ablations.assign(epochs=10, training_s=118.0, rollout_s=1.0, thesis_statement="it is so")
+    write_table(pd.concat(tables), folder / "metrics.tsv")
+    write_table(ablations, folder / "ablations.tsv")
+    runtimes = [
+        {"variant": variant, "balls": balls, "batch": 1, "seconds_for_15_s": seconds, "dem_seconds_for_15_s": dem}
+        for variant, balls, seconds, dem in (
+            ("thesis", 24, 200.0, 6.0),
+            ("thesis", 191, 900.0, 45.0),
+            ("ours", 24, 12.0, 6.0),
         )
     ]
-    folder = tmp_path / "surrogate"
-    write_table(pd.concat(tables), folder / "metrics.tsv")
-    write_table(pd.concat(ablations), folder / "ablations.tsv")
-    runtime = {"variant": "thesis", "balls": 24, "batch": 1, "seconds_for_15_s": 200.0, "basis": "measured"}
-    write_table(pd.DataFrame([runtime | {"dem_seconds_for_15_s": 6.0}]), folder / "runtime.tsv")
+    write_table(pd.DataFrame(runtimes).assign(basis="measured"), folder / "runtime.tsv")
+
+
+def test_claims_read_the_tables(tmp_path):
+    claim_tables(tmp_path / "surrogate")
     summary = tmp_path / "dem/emax/calibrated/d10_f0.10_n300_s0/summary.json"
     write_json({"median_contact_duration_s": 5.2e-4}, summary)
-    found = {name: finding.value for name, finding in chapter6.findings(tmp_path, ROOT / "config/data").items()}
+    findings = chapter6.findings(tmp_path, ROOT / "config/data")
+    found = {name: finding.value for name, finding in findings.items()}
     assert (found["6.mse"], found["6.energy"], found["6.energy.motion1"], found["6.geometry"]) == (3e-4, 1, 2, "yes")
     assert found["6.pearson"] == pytest.approx(0.9997)
     assert (found["6.runtime.ratio"], found["6.runtime.sgn"], found["6.runtime.dem"]) == (0.03, 200, 6)
     assert found["6.duration"] == 5.2e-4 and found["6.contacts"] is None
-    assert [found[f"A.{name}"] for name in ("window3", "window9", "layers2", "width64")] == ["yes", "yes", "yes", "no"]
+    assert [found[f"A.{name}"] for name in ("window3", "window9", "width64")] == ["yes", "yes", "no"]
+    assert found["A.layers2"] is None and findings["A.layers2"].explanation.startswith("not run")
     assert found["A.phi.deep"] == 7.5 and found["A.phi.shallow"] is None
+    assert "variant ours: 2 %" in findings["6.energy.motion1"].explanation
+    assert "variant ours: 0.5" in findings["6.runtime.ratio"].explanation
+    assert "10 epochs in 118 s" in findings["A.window9"].explanation
 
 
 def test_metrics_carry_the_figures_of_the_thesis_and_the_aims():
     table = metrics("thesis", "motion2", dissipation_error_percent=1.0).iloc[0]
     assert (table["thesis"], table["aim"]) == (46.62, 5.0)
-    ablations = [
-        tabulate({"dissipation_error_percent": 1.0}, {}, "trained", name, True) for name in ("phi_deep", "mlp2")
-    ]
-    assert [part.iloc[0]["thesis"] for part in ablations] == [4.18, None]
+    table = tabulate({"horizon_s": 0.1, "speed_wasserstein_m_s": 1.0}, {"horizon_s": 0.4}, "motion1", "ours")
+    assert table["aim"].tolist()[0] == 0.2 and pd.isna(table["aim"][1])
+    assert is_met("horizon_s", 0.2, 0.2) and not is_met("horizon_s", 0.1, 0.2)
+    assert is_met("balls_left", 0, 0) and not is_met("balls_left", float("nan"), 0)
+
+
+def test_a_roll_out_that_runs_away_says_so(tmp_path):
+    """The cause stands beside the verdict: what left when, and how long the network was trained."""
+    values = {"stable": 0, "balls_left": 3, "first_left_s": 0.25, "mean_square_speed_ratio": 9e9}
+    values |= {"one_step_dissipation_bias_percent": -8.0, "one_step_acceleration_r2": 0.1}
+    values |= {"dissipation_error_percent": 400.0, "position_mse_plateau_m2": 1.0, "position_mse_centroid_m2": 4e-4}
+    values |= {"cumulative_pearson_r": 0.5, "increments_5ms_r": 0.0}
+    tables = [metrics("thesis", test, **values) for test in ("trained", "motion1", "motion2", "post")]
+    folder = tmp_path / "surrogate"
+    write_table(pd.concat(tables), folder / "metrics.tsv")
+    write_table(pd.DataFrame({"epoch": [1, 2], "elapsed_s": [50.0, 100.0]}), folder / "thesis/loss.tsv")
+    found = chapter6.findings(tmp_path, ROOT / "config/data")
+    assert found["6.geometry"].value == "no"
+    for claim in ("6.energy", "6.geometry"):
+        assert "3 ball(s) cross the wall, the first after 0.25 s" in found[claim].explanation
+    assert "trained for 2 epochs in 100 s" in found["6.energy"].explanation
 
 
 def test_the_contact_surrogate_never_learns_from_a_test(content):

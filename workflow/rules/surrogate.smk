@@ -5,17 +5,24 @@ include: "surrogate_common.smk"
 
 
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
+MOVING_TESTS = [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
 SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
 
 # Everything of chapter 6, for the chapter's target, `all` and the table of claims.
 SURROGATE_OUTPUTS = [
-    *(f"{SURROGATE}/{name}" for name in ("wall_contacts.tsv", "metrics.tsv", "runtime.tsv")),
-    *(f"{SURROGATE}/{name}.{kind}" for name in ("signed_distance", "wall_contacts") for kind in ("svg", "png")),
+    *(f"{SURROGATE}/{name}" for name in ("wall_contacts.tsv", "metrics.tsv", "runtime.tsv", "controls.tsv")),
+    *(f"{SURROGATE}/{name}.{kind}" for name in ("signed_distance", "wall_contacts", "recursion") for kind in ("svg", "png")),
     *expand(
         f"{SURROGATE}/{{variant}}/{{name}}.{{kind}}",
         variant=CONFIG.surrogate.variants,
         name=("loss", "error_growth", "dissipation", "distributions"),
         kind=("svg", "png"),
+    ),
+    *expand(
+        f"{SURROGATE}/{{variant}}/{{test}}/{{name}}",
+        variant=CONFIG.surrogate.variants,
+        test=MOVING_TESTS,
+        name=("motion.svg", "motion.png", "motion.gif"),
     ),
 ]
 
@@ -121,7 +128,7 @@ rule roll_out_surrogate:
     threads: 1
     params:
         edges=variant_settings("edges"),
-        settings=variant_settings("rollout"),
+        settings=rollout_settings,
         test=test_settings,
         library=library("roll_out_surrogate.py"),
     message:
@@ -134,7 +141,6 @@ rule evaluate_surrogate:
     input:
         unpack(test_runs),
         rollout=rules.roll_out_surrogate.output.rollout,
-        weights=variant_weights,
     output:
         **{name: f"{SURROGATE}/{{variant}}/{{test}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:
@@ -143,8 +149,6 @@ rule evaluate_surrogate:
         "../../envs/millprint.yaml"
     threads: 1
     params:
-        edges=variant_settings("edges"),
-        ablation=lambda wildcards: wildcards.variant in CONFIG.surrogate.ablations,
         library=library("evaluate_surrogate.py"),
     message:
         "Measure the surrogate {wildcards.variant} against the simulation: {wildcards.test}"
@@ -152,11 +156,55 @@ rule evaluate_surrogate:
         "../../scripts/evaluate_surrogate.py"
 
 
+rule evaluate_single_steps:
+    input:
+        weights=variant_weights,
+        runs=lambda wildcards: [simulated(CONFIG.surrogate.tests[name].case) for name in tests_of(wildcards.variant)],
+    output:
+        steps=f"{SURROGATE}/{{variant}}/single_steps.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/evaluate_single_steps.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        edges=variant_settings("edges"),
+        starts_s=lambda wildcards: {
+            name: CONFIG.surrogate.tests[name].starts_s[0] for name in tests_of(wildcards.variant)
+        },
+        library=library("evaluate_single_steps.py"),
+    message:
+        "Single steps of the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/evaluate_single_steps.py"
+
+
+rule check_measures:
+    input:
+        unpack(trained_runs),
+    output:
+        controls=f"{SURROGATE}/controls.tsv",
+    log:
+        f"{LOGS}/surrogate/check_measures.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        start_s=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].starts_s[0],
+        interval_s=CONFIG.surrogate.rollout.frame_interval_s,
+        test=CONFIG.surrogate.trained_test,
+        library=library("check_measures.py"),
+    message:
+        "What the measures make of roll-outs that are known to be right or wrong"
+    script:
+        "../../scripts/check_measures.py"
+
+
 rule time_surrogate:
     input:
         weights=variant_weights,
-        run=simulated(CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].case),
-        summary=f"{RESULTS}/dem/{CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].case}/summary.json",
+        trained=simulated(CONFIG.surrogate.snapshots.cases[0]),
+        runs=[simulated(case) for case in CONFIG.surrogate.timing.cases],
     output:
         runtime=f"{SURROGATE}/{{variant}}/runtime.tsv",
     log:
@@ -169,7 +217,6 @@ rule time_surrogate:
         edges=variant_settings("edges"),
         settings=variant_settings("rollout"),
         timing=CONFIG.surrogate.timing.model_dump(mode="json"),
-        test=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].model_dump(mode="json"),
         library=library("time_surrogate.py"),
     message:
         "Time the surrogate {wildcards.variant} beside our simulation"
@@ -179,9 +226,7 @@ rule time_surrogate:
 
 rule collect_surrogate:
     input:
-        metrics=expand(
-            f"{SURROGATE}/{{variant}}/{{test}}/metrics.tsv", variant=CONFIG.surrogate.variants, test=SURROGATE_TESTS
-        ),
+        metrics=[path for variant in CONFIG.surrogate.variants for path in measured(variant)],
         runtime=expand(f"{SURROGATE}/{{variant}}/runtime.tsv", variant=CONFIG.surrogate.variants),
     output:
         metrics=f"{SURROGATE}/metrics.tsv",
@@ -218,16 +263,26 @@ rule plot_surrogate_data:
             labels={"figure": "wall contacts (Fig. 6.4)"},
         ),
         contacts_png=f"{SURROGATE}/wall_contacts.png",
+        loop_svg=report(
+            f"{SURROGATE}/recursion.svg",
+            caption="../report/surrogate_recursion.rst",
+            category="Chapter 6",
+            labels={"figure": "recursive stage (Fig. 6.5)"},
+        ),
+        loop_png=f"{SURROGATE}/recursion.png",
     log:
         f"{LOGS}/surrogate/plot_surrogate_data.log",
     localrule: True
     conda:
         "../../envs/millprint.yaml"
     params:
-        edges=CONFIG.surrogate.edges.model_dump(mode="json"),
+        settings={
+            section: getattr(CONFIG.surrogate, section).model_dump(mode="json")
+            for section in ("graph", "edges", "network", "training", "rollout")
+        },
         library=library("plot_surrogate_data.py"),
     message:
-        "Draw the signed distance of the jar and its wall contacts"
+        "Draw the signed distance of the jar, its wall contacts and the recursion"
     script:
         "../../scripts/plot_surrogate_data.py"
 
@@ -235,7 +290,7 @@ rule plot_surrogate_data:
 rule plot_surrogate:
     input:
         **{
-            name: expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/{name}.tsv", test=SURROGATE_TESTS)
+            name: expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/{name}.tsv", test=MOVING_TESTS)
             for name in SURROGATE_TABLES
         },
         history=[f"{SURROGATE}/{{variant}}/loss.tsv"],
@@ -281,29 +336,75 @@ rule plot_surrogate:
         "../../scripts/plot_surrogate.py"
 
 
-rule collect_ablations:
+rule compare_motion:
     input:
-        ablations=expand(
-            f"{SURROGATE}/{{variant}}/{CONFIG.surrogate.trained_test}/metrics.tsv", variant=CONFIG.surrogate.ablations
+        rollouts=expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/rollout.h5", test=MOVING_TESTS),
+        runs=[simulated(CONFIG.surrogate.tests[test].runs()["dem"]) for test in MOVING_TESTS],
+    output:
+        stills=[
+            report(
+                f"{SURROGATE}/{{variant}}/{test}/motion.svg",
+                caption="../report/surrogate_motion.rst",
+                category="Chapter 6",
+                labels={"figure": f"balls of {{variant}}, {test} (Figs 6.9, 6.12, 6.13, 6.18)"},
+            )
+            for test in MOVING_TESTS
+        ],
+        pngs=[f"{SURROGATE}/{{variant}}/{test}/motion.png" for test in MOVING_TESTS],
+        gifs=[f"{SURROGATE}/{{variant}}/{test}/motion.gif" for test in MOVING_TESTS],
+        # Snakemake's report shows a PNG, also one that moves, but hands a GIF out as a download only. One is enough
+        # for a report that is sent by mail.
+        movie=report(
+            f"{SURROGATE}/{{variant}}/{CONFIG.surrogate.trained_test}/motion_animated.png",
+            caption="../report/surrogate_motion.rst",
+            category="Chapter 6",
+            labels={"figure": "animation of {variant} (Fig. 6.9)"},
         ),
+    log:
+        f"{LOGS}/surrogate/{{variant}}/compare_motion.log",
+    conda:
+        "../../envs/millprint.yaml"
+    threads: 1
+    params:
+        tests=MOVING_TESTS,
+        trained=CONFIG.surrogate.trained_test,
+        settings=CONFIG.surrogate.movie.model_dump(mode="json"),
+        library=library("compare_motion.py"),
+    message:
+        "Draw balls of the surrogate {wildcards.variant} beside those of the simulation"
+    script:
+        "../../scripts/compare_motion.py"
+
+
+rule tabulate_ablations:
+    input:
+        metrics=[path for variant in CONFIG.surrogate.ablations for path in measured(variant)],
+        histories=[
+            f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/loss.tsv" for variant in CONFIG.surrogate.ablations
+        ],
     output:
         ablations=f"{SURROGATE}/ablations.tsv",
     log:
-        f"{LOGS}/surrogate/collect_ablations.log",
+        f"{LOGS}/surrogate/tabulate_ablations.log",
     localrule: True
     conda:
         "../../envs/millprint.yaml"
     params:
-        library=library("collect_surrogate.py"),
+        changes={variant: changes(variant) for variant in CONFIG.surrogate.ablations},
+        length_s={
+            variant: CONFIG.surrogate.rollout_of(variant, CONFIG.surrogate.trained_test).length_s
+            for variant in CONFIG.surrogate.ablations
+        },
+        library=library("tabulate_ablations.py"),
     message:
-        "Measures of every ablation"
+        "Every ablation beside what the thesis says of it"
     script:
-        "../../scripts/collect_surrogate.py"
+        "../../scripts/tabulate_ablations.py"
 
 
 rule plot_ablations:
     input:
-        ablations=rules.collect_ablations.output.ablations,
+        ablations=rules.tabulate_ablations.output.ablations,
     output:
         svg=report(
             f"{SURROGATE}/ablations.svg",
@@ -328,6 +429,6 @@ rule plot_ablations:
 # Appendix A. Not part of `all`: twelve more trainings, at the budget of surrogate.ablation_budget.
 rule ablations:
     input:
-        rules.collect_ablations.output,
+        rules.tabulate_ablations.output,
         rules.plot_ablations.output,
     localrule: True

@@ -1,5 +1,7 @@
 """Where the files of the surrogate stage are, and what its rules take from the configuration."""
 
+from types import SimpleNamespace
+
 SURROGATE = f"{RESULTS}/surrogate"
 
 
@@ -13,6 +15,11 @@ def variant_settings(section: str):
     return lambda wildcards: getattr(CONFIG.surrogate.variant(wildcards.variant), section).model_dump(mode="json")
 
 
+def rollout_settings(wildcards) -> dict:
+    """The recursive stage of a variant in a test."""
+    return CONFIG.surrogate.rollout_of(wildcards.variant, wildcards.test).model_dump(mode="json")
+
+
 def test_settings(wildcards) -> dict:
     """Cases and starts of the test of the wildcard `test`."""
     return CONFIG.surrogate.tests[wildcards.test].model_dump(mode="json")
@@ -24,12 +31,43 @@ def variant_weights(wildcards) -> str:
 
 
 def test_runs(wildcards) -> dict[str, str]:
-    """The simulations that a test is measured against."""
-    test = CONFIG.surrogate.tests[wildcards.test]
-    runs = {"dem": simulated(test.case), "other_seed": simulated(test.other_seed)}
-    if test.original:
-        runs["original"] = simulated(test.original)
-    return runs
+    """The simulations that a test is measured against, and the summaries of those whose collisions are counted."""
+    cases = CONFIG.surrogate.tests[wildcards.test].runs()
+    runs = {role: simulated(case) for role, case in cases.items()}
+    return runs | {f"{role}_summary": f"{RESULTS}/dem/{cases[role]}/summary.json" for role in ("dem", "other_seed")}
+
+
+def trained_runs(wildcards) -> dict[str, str]:
+    """The simulations of the test on the motion of the training."""
+    return test_runs(SimpleNamespace(test=CONFIG.surrogate.trained_test))
+
+
+def tests_of(variant: str) -> list[str]:
+    """The tests that a variant's single steps are judged in: those that move, and for an ablation the trained one."""
+    if variant in CONFIG.surrogate.ablations:
+        return [CONFIG.surrogate.trained_test]
+    return [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
+
+
+def measured(variant: str) -> list[str]:
+    """The tables of measures of a variant: of its roll-outs, and of single steps."""
+    ablation = variant in CONFIG.surrogate.ablations
+    tests = [CONFIG.surrogate.trained_test] if ablation else CONFIG.surrogate.tests
+    tables = [f"{SURROGATE}/{variant}/{test}/metrics.tsv" for test in tests]
+    return [*tables, *([f"{SURROGATE}/{variant}/single_steps.tsv"] if is_graph_network(variant) else [])]
+
+
+def is_graph_network(variant: str) -> bool:
+    """Whether a variant predicts accelerations of the whole graph, which single steps can be judged by."""
+    settings = (CONFIG.surrogate.variants | CONFIG.surrogate.ablations)[variant]
+    return getattr(settings, "kind", "graph") == "graph"
+
+
+def changes(variant: str) -> str:
+    """What an ablation changes, in words."""
+    sections = CONFIG.surrogate.ablations[variant].model_dump(exclude={"weights_of"})
+    keys = {f"{section}.{key}": value for section, part in sections.items() for key, value in part.items()}
+    return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
 
 
 def any_of(names: list[str]) -> str:

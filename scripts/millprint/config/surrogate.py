@@ -1,5 +1,6 @@
 """Settings of the surrogate stage (thesis chapter 6 and appendix A)."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError, model_validator
@@ -11,6 +12,8 @@ from millprint.errors import ConfigError
 
 Value = bool | int | float | str | None
 Count = Annotated[int, Field(ge=1)]
+# Snapshots of a case that gives first states, after the start: single steps are judged on them [s].
+FIRST_STATES_S = 0.1
 
 
 class SnapshotConfig(Section):
@@ -93,21 +96,50 @@ class RollOutConfig(Section):
 class ScenarioConfig(Section):
     """A motion and a geometry that the surrogate is rolled out in."""
 
-    case: str = Field(description="DEM case that gives the first states and the truth, as MILL/CONTACT/NAME")
+    case: str = Field(
+        description="DEM case that gives the first states, as MILL/CONTACT/NAME, with snapshots as far apart as those "
+        "of the training; also the truth, if `truth` is left out"
+    )
+    truth: str | None = Field(default=None, description="the same run at and after the first start, with more time")
+    twin: str | None = Field(
+        default=None, description="the truth with a disturbance at the first start: how fast two DEM runs part"
+    )
     other_seed: str = Field(description="the same case with another seed: how far two DEM runs differ")
     original: str | None = Field(
         default=None, description="DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"
     )
+    driven: str | None = Field(
+        default=None,
+        description="makes this a test of a jar at rest: the DEM case in motion whose dissipation is the measure",
+    )
     starts_s: list[NonNegative] = Field(
         min_length=1, description="times that roll-outs start from, rolled out as one batch [s]"
     )
+    length_s: Positive | None = Field(default=None, description="longest roll-out of this test [s]")
+
+    def runs(self) -> dict[str, str]:
+        """The DEM cases that a roll-out is measured against, by what they are to it."""
+        named = {"dem": self.truth or self.case, "other_seed": self.other_seed}
+        further = {name: getattr(self, name) for name in ("twin", "original", "driven")}
+        return named | {name: case for name, case in further.items() if case}
 
 
 class TimingConfig(Section):
-    """How the wall clock of a roll-out is measured."""
+    """How the wall clock of a roll-out is measured, and that of our DEM beside it in the same job."""
 
+    cases: list[str] = Field(min_length=1, description="DEM cases with snapshots to start from, as MILL/CONTACT/NAME")
+    start_s: NonNegative = Field(description="time of motion that the timed roll-outs start from [s]")
     steps: Count = Field(description="steps that are timed, after as many again up to 50 to warm up [-]")
     batches: list[Count] = Field(min_length=1, description="numbers of trajectories in a batch [-]")
+    dem_s: Positive = Field(description="time of motion over which our DEM is timed [s]")
+
+
+class MovieConfig(Section):
+    """Animations of a roll-out beside the simulation, from its start."""
+
+    length_s: Positive = Field(description="time of motion that is shown, as far as the roll-out goes [s]")
+    frame_interval_s: Positive = Field(description="time of motion between two frames [s]")
+    frames_per_second: Annotated[int, Field(ge=1, le=50)] = Field(description="frames shown in a second [1/s]")
 
 
 class VariantConfig(Section):
@@ -177,6 +209,7 @@ class SurrogateConfig(Section):
     tests: dict[Name, ScenarioConfig] = Field(min_length=1, description="motions and geometries to roll out, by name")
     trained_test: Name = Field(description="the test on the motion of the training: what ablations and timings use")
     timing: TimingConfig
+    movie: MovieConfig
 
     @model_validator(mode="after")
     def _every_variant_holds(self) -> "SurrogateConfig":
@@ -225,23 +258,45 @@ class SurrogateConfig(Section):
         """The variant whose weights `name` is rolled out with."""
         return (self.ablations | self.variants)[name].weights_of or name
 
-    def simulated_cases(self) -> dict[str, float]:
-        """Every DEM case that the stage reads, with the time of motion that it must cover [s]."""
-        needed = dict.fromkeys(self.snapshots.cases, self.snapshots.validation_until_s)
+    def rollout_of(self, name: str, test: str) -> RollOutConfig:
+        """The recursive stage of a variant in a test, no longer than either allows."""
+        settings, longest = self.variant(name).rollout, self.tests[test].length_s
+        if longest is None or longest >= settings.length_s:
+            return settings
+        return settings.model_copy(update={"length_s": longest})
+
+    def simulated_cases(self) -> dict[str, tuple[float, float]]:
+        """Every DEM case that the stage reads, with the time of motion from and to which it needs snapshots [s]."""
+        needed: dict[str, tuple[float, float]] = {}
+
+        def add(case: str, from_s: float, until_s: float) -> None:
+            low, high = needed.get(case, (from_s, until_s))
+            needed[case] = min(low, from_s), max(high, until_s)
+
+        for case in self.snapshots.cases:
+            add(case, 0.0, self.snapshots.validation_until_s)
         for name, test in self.tests.items():
             names = [*self.variants, *(self.ablations if name == self.trained_test else [])]
-            longest = max(self.variant(name).rollout.length_s for name in names)
-            for case in filter(None, (test.case, test.other_seed, test.original)):
-                needed[case] = max(needed.get(case, 0.0), max(test.starts_s) + longest)
+            longest = max(self.rollout_of(variant, name).length_s for variant in names)
+            add(test.case, min(test.starts_s), max(test.starts_s) + FIRST_STATES_S)
+            for role, case in test.runs().items():
+                # Of the jar in motion only the mean power is taken.
+                if role == "driven":
+                    add(case, math.inf, 0.0)
+                else:
+                    add(case, min(test.starts_s), max(test.starts_s) + longest)
+        for case in self.timing.cases:
+            add(case, self.timing.start_s, self.timing.start_s + FIRST_STATES_S)
         return needed
 
 
 def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], source: str) -> None:
     """Check that the sweeps simulate what the surrogate reads.
 
-    Raises ConfigError for a case that no sweep has, that records no snapshots, or that ends too early.
+    Raises ConfigError for a case that no sweep has, that records no snapshots, or that begins too late or ends too
+    early, and for a twin that has no disturbance at the start.
     """
-    for path, until_s in config.simulated_cases().items():
+    for path, (from_s, until_s) in config.simulated_cases().items():
         if path not in cases:
             raise ConfigError(f"{source}: surrogate: case {path} is in no sweep; add a sweep with snapshot_interval_s")
         case = cases[path]
@@ -249,9 +304,21 @@ def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], sourc
             raise ConfigError(
                 f"{source}: surrogate: case {path} records no snapshots: its sweep wants snapshot_interval_s"
             )
+        if case.discard_s > from_s + 1e-9:
+            raise ConfigError(
+                f"{source}: surrogate: case {path} has snapshots from {case.discard_s:g} s of motion on: they are "
+                f"wanted from {from_s:g} s (its sweep's discard_s)"
+            )
         duration_s = case.discard_s + case.window_s
         if duration_s < until_s - 1e-9:
             raise ConfigError(
                 f"{source}: surrogate: case {path} moves for {duration_s:g} s: at least {until_s:g} s are wanted "
                 "(its sweep's discard_s + window_s)"
+            )
+    for name, test in config.tests.items():
+        twin = cases[test.twin] if test.twin else None
+        if twin and not (twin.disturbance_m and abs(twin.discard_s - test.starts_s[0]) < 1e-9):
+            raise ConfigError(
+                f"{source}: surrogate.tests.{name}.twin: {test.twin} is not disturbed at {test.starts_s[0]:g} s: its "
+                "sweep wants disturbances_m above 0, and that time as discard_s"
             )

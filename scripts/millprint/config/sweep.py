@@ -9,6 +9,8 @@ from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section
 
 Threads = Annotated[int, Field(ge=1)]
+# Small against any overlap: a disturbance tells how fast runs part, and does work that no ledger knows.
+Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 
 
 class DemConfig(Section):
@@ -94,6 +96,11 @@ class SweepConfig(Section):
     snapshot_interval_s: Positive | None = Field(
         default=None, description="time between recorded snapshots of every ball; none are recorded if left out [s]"
     )
+    disturbances_m: list[Disturbance] | None = Field(
+        default=None,
+        description="by how far every ball is displaced, each its own way, where the recorded window begins; 0 for the "
+        "run that the others are compared with [m]",
+    )
 
     @model_validator(mode="after")
     def _a_study_of_convergence_varies_one_thing(self):
@@ -132,6 +139,7 @@ class Case(Section):
     power_error_max: float | None = None
     window_max_s: float | None = None
     snapshot_interval_s: float | None = None
+    disturbance_m: float | None = None
 
     @property
     def name(self) -> str:
@@ -140,8 +148,9 @@ class Case(Section):
             "a": self.amplitude_mm,
             "rho": self.density_kg_m3,
             "dt": self.time_step_s,
+            "e": self.disturbance_m,
         }
-        changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value)
+        changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value is not None)
         fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
         return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{changes}_s{self.seed}"
 
@@ -166,6 +175,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
         sweep.amplitudes_mm or [None],
         sweep.densities_kg_m3 or [None],
         sweep.time_steps_s or [None],
+        sweep.disturbances_m or [None],
         sweep.seeds,
     )
     return [
@@ -179,6 +189,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             amplitude_mm=amplitude,
             density_kg_m3=density,
             time_step_s=step,
+            disturbance_m=shift,
             seed=seed,
             rayleigh_fraction=sweep.rayleigh_fraction,
             rayleigh_fraction_max=sweep.rayleigh_fraction_max,
@@ -189,7 +200,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
             snapshot_interval_s=sweep.snapshot_interval_s,
             **times,
         )
-        for mill_name, contact, diameter, fill, speed, modulus, amplitude, density, step, seed in combinations
+        for mill_name, contact, diameter, fill, speed, modulus, amplitude, density, step, shift, seed in combinations
     ]
 
 

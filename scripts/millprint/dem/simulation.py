@@ -167,6 +167,14 @@ class Simulation:
         if self.counters[state.STEP] <= self.discard_steps:
             self._advance(self.discard_steps - 1, silent, none, recording, bar)
             begin_window(self.contacts, self.totals, self.counters)
+            self._disturb()
+
+    def _disturb(self) -> None:
+        """Displace every ball by the case's disturbance, each in a direction of its own."""
+        if self.case.disturbance_m:
+            direction = np.random.default_rng(self.case.seed).normal(size=(self.count, 3))
+            direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+            self.balls.position[:] += self.case.disturbance_m * direction
 
     def _recorder(self) -> Recorder:
         """Buffers for the window."""

@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize, to_rgb
 from PIL import Image
 
 from millprint.errors import ConfigError
-from millprint.figures.style import COLUMN_WIDTH_IN, plt
+from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
 from millprint.files import whole_file
 from millprint.job import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
@@ -69,19 +69,25 @@ class Animation:
 
     def __init__(self, movie: Movie) -> None:
         self._movie = movie
-        width = COLUMN_WIDTH_IN - LEFT - RIGHT
+        self._width = COLUMN_WIDTH_IN if movie.columns == 1 else PAGE_WIDTH_IN
+        room = (self._width - RIGHT) / movie.columns - LEFT
         sizes = [panel.limits_mm[1] - panel.limits_mm[0] for panel in movie.panels]
-        scale = width / max(size[0] for size in sizes)
-        height = TOP + BOTTOM + BETWEEN * (len(sizes) - 1) + scale * sum(size[1] for size in sizes)
-        self.figure = plt.figure(figsize=(COLUMN_WIDTH_IN, height), dpi=DPI, layout="none")
+        scale = room / max(size[0] for size in sizes)
+        # Panels of a row are of one view, and so of one height.
+        rows = [scale * size[1] for size in sizes[:: movie.columns]]
+        height = TOP + BOTTOM + BETWEEN * (len(rows) - 1) + sum(rows)
+        self.figure = plt.figure(figsize=(self._width, height), dpi=DPI, layout="none")
         self._speeds = Normalize(0, movie.speed_max_m_s)
         balls = len(movie.frames[0].pictures[0].centre_mm)
-        self._views, top = [], height - TOP
-        for panel, size in zip(movie.panels, sizes, strict=True):
-            axes = self._axes(panel, LEFT, top - scale * size[1], scale * size[0], scale * size[1], height)
+        self._views = []
+        for place, (panel, size) in enumerate(zip(movie.panels, sizes, strict=True)):
+            row, column = divmod(place, movie.columns)
+            bottom = height - TOP - sum(rows[: row + 1]) - BETWEEN * row
+            left = LEFT + column * (room + LEFT)
+            axes = self._axes(panel, left, bottom, scale * size[0], rows[row], height)
             self._views.append(_View(axes, panel, movie.radius_mm, balls))
-            top -= scale * size[1] + BETWEEN
-        axes.set_xlabel(movie.panels[-1].labels[0])
+            if row == len(rows) - 1:
+                axes.set_xlabel(panel.labels[0])
         self._colour_bar(height)
         self.figure.text(0.02, 1 - 0.05 / height, movie.heading, va="top", fontsize=8, linespacing=1.3)
         self._clock = self.figure.text(
@@ -91,7 +97,7 @@ class Animation:
         self._empty = self.figure.canvas.copy_from_bbox(self.figure.bbox)
 
     def _axes(self, panel: Panel, left: float, bottom: float, width: float, height: float, whole: float) -> Axes:
-        axes = self.figure.add_axes((left / COLUMN_WIDTH_IN, bottom / whole, width / COLUMN_WIDTH_IN, height / whole))
+        axes = self.figure.add_axes((left / self._width, bottom / whole, width / self._width, height / whole))
         axes.set(xlim=panel.limits_mm[:, 0], ylim=panel.limits_mm[:, 1], ylabel=panel.labels[1], aspect="equal")
         axes.set_title(panel.title, loc="left", fontsize=7, pad=2)
         axes.tick_params(labelsize=6, length=2)
@@ -99,7 +105,7 @@ class Animation:
 
     def _colour_bar(self, height: float) -> None:
         bottom, top = BOTTOM, height - TOP
-        place = ((COLUMN_WIDTH_IN - RIGHT + 0.1) / COLUMN_WIDTH_IN, bottom / height, 0.03, (top - bottom) / height)
+        place = ((self._width - RIGHT + 0.1) / self._width, bottom / height, 0.1 / self._width, (top - bottom) / height)
         bar = self.figure.colorbar(ScalarMappable(self._speeds, SPEEDS), cax=self.figure.add_axes(place))
         bar.set_label("speed relative to the jar [m/s]", fontsize=7)
         bar.ax.tick_params(labelsize=6, length=2)

@@ -14,6 +14,7 @@ LABELS = {
     "surrogate": ("surrogate", {"color": COLOURS[1]}),
     "dem": ("DEM", {"color": COLOURS[0]}),
     "other_seed": ("DEM, other seed", {"color": COLOURS[0], "linestyle": ":"}),
+    "twin": ("DEM, 1 nm away at the start", {"color": COLOURS[0]}),
     "centroid": ("all at the centre of mass", {"color": COLOURS[2], "linestyle": "--"}),
     "original": ("DEM, original jar", {"color": COLOURS[3], "linestyle": "-."}),
 }
@@ -63,18 +64,28 @@ def plot_wall_contacts(table: pd.DataFrame, threshold_m: float, share: float) ->
 
 
 def plot_loss(history: pd.DataFrame) -> Figure:
-    """Loss on training and validation snapshots over the epochs (Fig. 6.6)."""
+    """Loss on training and validation snapshots over the epochs, and its terms (Fig. 6.6).
+
+    Columns: epoch, training_TERM and validation_TERM of `total` and of any terms; `member`, where there are several
+    networks; validation_mean_square, where it was looked at.
+    """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.5))
-    for column, label, style in (
-        ("training_total", "training", {"color": COLOURS[0]}),
-        ("validation_total", "validation", {"color": COLOURS[1]}),
-        ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
-    ):
-        panels[0].plot(history["epoch"], history[column], label=label, **style)
-    panels[0].set(title="total loss, Eq. 6.28")
-    for part, colour in (("acceleration", COLOURS[0]), ("dissipation", COLOURS[1])):
-        panels[1].plot(history["epoch"], history[f"training_{part}"], color=colour, label=part)
-        panels[1].plot(history["epoch"], history[f"validation_{part}"], color=colour, linestyle="--")
+    terms = [name.removeprefix("training_") for name in history.columns if name.startswith("training_")]
+    terms.remove("total")
+    for number, member in enumerate(np.unique(history.get("member", pd.Series(0, history.index)))):
+        part = history[history["member"] == member] if "member" in history else history
+        for column, label, style in (
+            ("training_total", "training", {"color": COLOURS[0]}),
+            ("validation_total", "validation", {"color": COLOURS[1]}),
+            ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
+        ):
+            if column in part:
+                panels[0].plot(part["epoch"], part[column], label=label if number == 0 else None, **style)
+        for term, colour in zip(terms, COLOURS, strict=False):
+            label = term.replace("_", " ") if number == 0 else None
+            panels[1].plot(part["epoch"], part[f"training_{term}"], color=colour, label=label)
+            panels[1].plot(part["epoch"], part[f"validation_{term}"], color=colour, linestyle="--")
+    panels[0].set(title="total loss, Eq. 6.28" if "validation_mean_square" in history else "total loss")
     panels[1].set(title="its terms (dashed: validation)")
     for panel in panels:
         panel.set(xlabel="epoch", ylabel="standardised loss / 1", yscale="log")
@@ -97,17 +108,21 @@ def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
 
 
 def plot_error_growth(errors: pd.DataFrame) -> Figure:
-    """Position error over time beside that of another DEM run and of the centre of mass (Figs 6.7, 6.11)."""
+    """Position error over time beside those of two other DEM runs and of the centre of mass (Figs 6.7, 6.11)."""
     figure, panels = _grid(list(errors["test"].unique()))
     for test, panel in panels.items():
         part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]
-        for name in ("surrogate", "other_seed", "centroid"):
-            label, style = LABELS[name]
-            panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
+        for name in ("surrogate", "twin", "other_seed", "centroid"):
+            if f"{name}_m2" in part and part[f"{name}_m2"].notna().any():
+                label, style = LABELS[name]
+                panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
-    next(iter(panels.values())).legend()
+        # What a disturbance of 1e-9 m begins with, and what balls that ran away end with, are of no interest.
+        panel.set_ylim(1e-13, 30 * part["other_seed_m2"].max())
+    handles, labels = next(iter(panels.values())).get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 
@@ -122,52 +137,69 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
             if column in part and part[column].notna().any():
                 label, style = LABELS[name]
                 panel.plot(part["time_s"], part[column], label=label, **style)
+        if "spread_J" in part and part["spread_J"].notna().any():
+            low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
+            panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")
         note = f"error {errors['value'][test]:.3g} %"
         if pd.notna(errors["thesis"][test]):
             note += f"\nthesis {errors['thesis'][test]:g} %"
         panel.text(0.97, 0.05, note, transform=panel.transAxes, ha="right", va="bottom")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="cumulative dissipation / J")
+        # A roll-out that runs away leaves the picture.
+        panel.set_ylim(0, 1.8 * part["dem_J"].max())
         panel.legend(loc="upper left")
     return figure
 
 
+# Quantity of a distribution: label of its axis, unit of its density, and the factor to both.
+QUANTITIES = {
+    "speed_m_s": ("speed / m s$^{-1}$", "s m$^{-1}$", 1),
+    "wall_distance_m": ("wall distance / mm", "mm$^{-1}$", 1e3),
+    "contacts": ("contacts of a ball", "1", 1),
+    "increment_5ms_J": ("energy in 5 ms / mJ", "mJ$^{-1}$", 1e3),
+}
+
+
 def plot_distributions(distributions: pd.DataFrame) -> Figure:
-    """Densities of ball speed and wall distance, a row a test."""
+    """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test."""
     tests = list(distributions["test"].unique())
-    figure, panels = plt.subplots(len(tests), 2, figsize=(PAGE_WIDTH_IN, 1.7 * len(tests)), squeeze=False)
+    figure, panels = plt.subplots(
+        len(tests), len(QUANTITIES), figsize=(PAGE_WIDTH_IN, 1.6 * len(tests) + 0.3), squeeze=False
+    )
     for row, test in zip(panels, tests, strict=True):
-        for panel, (quantity, label, scale) in zip(
-            row, (("speed_m_s", "speed / m s$^{-1}$", 1), ("wall_distance_m", "wall distance / mm", 1e3)), strict=True
-        ):
+        for panel, (quantity, (label, unit, scale)) in zip(row, QUANTITIES.items(), strict=True):
             part = distributions[(distributions["test"] == test) & (distributions["quantity"] == quantity)]
             middle = scale * (part["low"] + part["high"]) / 2
             for name in ("dem", "other_seed", "surrogate"):
                 panel.plot(middle, part[name].where(part[name] > 0) / scale, label=LABELS[name][0], **LABELS[name][1])
-            unit = "s m$^{-1}$" if scale == 1 else "mm$^{-1}$"
-            panel.set(xlabel=label, ylabel=f"density / {unit}", title=TITLES.get(test, test), yscale="log")
-    panels[0, 0].legend()
+            panel.set(xlabel=label, ylabel=f"density / {unit}", yscale="log")
+            panel.xaxis.set_major_locator(MaxNLocator(4, integer=True))
+        row[0].set_title(TITLES.get(test, test), loc="left")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 
 def plot_ablations(ablations: pd.DataFrame) -> Figure:
     """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A)."""
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
+    # Roll-outs that run away leave the picture.
     wanted = {
-        "dissipation_error_percent": "error of the cumulative dissipation / %",
-        "position_mse_plateau_m2": "plateau of the position error / m$^2$",
+        "dissipation_error_percent": ("error of the cumulative dissipation / %", 1e4),
+        "position_mse_plateau_m2": ("plateau of the position error / m$^2$", 0.1),
     }
-    names = list(ablations["variant"].unique())
-    stable = ablations[ablations["measure"] == "stable"].set_index("variant")["value"]
-    for panel, (measure, label) in zip(panels, wanted.items(), strict=True):
-        part = ablations[ablations["measure"] == measure].set_index("variant").loc[names]
-        finite = part["value"].where(np.isfinite(part["value"]))
-        colours = [COLOURS[0] if stable[name] else COLOURS[1] for name in names]
-        panel.barh(range(len(names)), finite, color=colours)
+    places = range(len(ablations))
+    colours = [COLOURS[0] if stable else COLOURS[1] for stable in ablations["stable"]]
+    for panel, (measure, (label, most)) in zip(panels, wanted.items(), strict=True):
+        finite = ablations[measure].where(np.isfinite(ablations[measure]))
+        panel.barh(places, finite, color=colours)
         for place in np.flatnonzero(finite.isna()):
             panel.text(0.02, place, "not finite", transform=panel.get_yaxis_transform(), va="center")
-        panel.plot(part["thesis"], range(len(names)), **PUBLISHED)
         panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
-    panels[0].set_yticks(range(len(names)), names)
+        if finite.max() > most:
+            panel.set_xlim(right=most)
+    panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)
+    panels[0].set_yticks(places, ablations["variant"])
     panels[0].invert_yaxis()
     handles = [Patch(color=COLOURS[0], label="stable"), Patch(color=COLOURS[1], label="unstable")]
     handles.append(Line2D([], [], label="thesis", **PUBLISHED))

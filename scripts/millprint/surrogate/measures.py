@@ -29,6 +29,14 @@ def horizon(time_s: np.ndarray, error: np.ndarray, bound: float) -> float:
     return float(time_s[np.argmax(over)] if over.any() else time_s[-1])
 
 
+def growth_time(time_s: np.ndarray, error: np.ndarray, low: float, high: float) -> float:
+    """Time in which the error, averaged over the batch, grows from `low` to `high` [s]; nan where it never does."""
+    mean = error.mean(axis=1)
+    if not (mean > high).any():
+        return np.nan
+    return horizon(time_s, error, high) - horizon(time_s, error, low)
+
+
 def relative_error_percent(cumulative: np.ndarray, truth: np.ndarray) -> float:
     """Relative error of the cumulative dissipation at the end, summed over the batch, (frames, batch) twice [%]."""
     value = 100 * abs(cumulative[-1].sum() / truth[-1].sum() - 1)
@@ -55,6 +63,12 @@ def distribution_distance(first: np.ndarray, second: np.ndarray) -> float:
     if not np.isfinite(first).all():
         return np.inf
     return float(wasserstein_distance(first.ravel(), second.ravel()))
+
+
+def highest_lift(position_m: np.ndarray) -> float:
+    """How far any ball rises over where it started, (frames, batch, balls, 3) to [m]; infinite if not finite."""
+    rise = (position_m[..., 2] - position_m[0, ..., 2]).max()
+    return float(rise) if np.isfinite(rise) else np.inf
 
 
 def explained_share(predicted: np.ndarray, truth: np.ndarray) -> float:

@@ -1,56 +1,88 @@
-"""The wall clock of a roll-out beside that of our own DEM."""
+"""The wall clock of roll-outs beside that of our own DEM, in one job so that both find the machine in one state."""
 
 import time
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import torch
 
-from millprint.surrogate.rollout import Simulator, first_state
-from millprint.surrogate.trajectory import Trajectory
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.surrogate import EdgeConfig, RollOutConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.simulation import Simulation
+from millprint.surrogate.roller import Roller
+from millprint.surrogate.trajectory import read_attributes
 
 PHYSICAL_S = 15.0
+# Timings whose median is taken, and wall time after which no further one is begun [s].
+TIMINGS, ENOUGH_S = 5, 10.0
 
 
-def seconds_per_step(
-    simulator: Simulator, run: Trajectory, start_s: float, batch: int, window: int, steps: int
-) -> float:
-    """Median over five timings of `steps / 5` steps of a batch of `batch` trajectories, per step [s]."""
-    state = first_state(run, simulator.scene, [start_s] * batch, window)
-    simulator.run(state, min(50, steps), 1)
-    block = max(1, steps // 5)
-    timings = []
-    for _ in range(5):
+def seconds_per_step(roller: Roller, start_s: float, batch: int, steps: int) -> tuple[float, int]:
+    """Median time for one step of a batch [s], and how many steps were timed.
+
+    Up to five timings of `steps / 5` steps, each from the same first states; no further one after ten seconds, as
+    large batches of large networks take seconds a step.
+    """
+    state = roller.first_state([start_s] * batch)
+    begin = time.perf_counter()
+    roller.run(state, 1, 1)
+    roller.run(state, 1, 1)
+    block = max(1, min(steps // TIMINGS, round(2 * ENOUGH_S / TIMINGS / (time.perf_counter() - begin))))
+    roller.run(state, min(50, block), 1)
+    timings, begin = [], time.perf_counter()
+    while len(timings) < TIMINGS and (not timings or time.perf_counter() - begin < ENOUGH_S):
         start = time.perf_counter()
-        simulator.run(state, block, block)
+        roller.run(state, block, block)
         timings.append((time.perf_counter() - start) / block)
-    return float(np.median(timings))
+    return float(np.median(timings)), len(timings) * block
 
 
-def time_rollouts(
-    simulator: Simulator, run: Trajectory, start_s: float, batches: list[int], window: int, steps: int
-) -> pd.DataFrame:
+def time_rollouts(roller: Roller, start_s: float, batches: list[int], steps: int, machine: str) -> pd.DataFrame:
     """A row a batch size: balls, batch, seconds for 15 s of physical time, and from how long they are extrapolated.
 
-    One trajectory's share is the batch's time over its size.
+    One trajectory's share is the batch's time over its size. machine: what it was timed on, in words.
     """
     rows = []
     for batch in batches:
-        seconds = seconds_per_step(simulator, run, start_s, batch, window, steps) * PHYSICAL_S / simulator.step_s
+        per_step, timed = seconds_per_step(roller, start_s, batch, steps)
+        seconds = per_step * PHYSICAL_S / roller.step_s
         rows.append(
             {
-                "balls": run.balls,
+                "balls": roller.balls,
                 "batch": batch,
                 "seconds_for_15_s": seconds,
                 "seconds_per_trajectory": seconds / batch,
-                "basis": f"extrapolated from {5 * max(1, steps // 5)} steps of {simulator.step_s:g} s, "
-                f"{torch.get_num_threads()} thread(s), {simulator.device.type}",
+                "basis": f"extrapolated from {timed} steps of {roller.step_s:g} s, {machine}",
             }
         )
     return pd.DataFrame(rows)
 
 
-def simulation_seconds(summary: dict) -> float:
-    """Wall clock of our DEM for 15 s of the same case [s], from its measured time for a ball and a step."""
-    steps = PHYSICAL_S / summary["time_step_s"]
-    return summary["ns_per_ball_step"] * 1e-9 * summary["balls"] * steps
+def simulation_seconds(run: str | Path, duration_s: float) -> float:
+    """Wall clock of our DEM for 15 s of the case of a run [s], from `duration_s` of its motion simulated anew."""
+    parts = read_attributes(run)
+    case = Case(**parts["case"]).model_copy(
+        update={"discard_s": 0.0, "window_s": duration_s, "snapshot_interval_s": None, "disturbance_m": None}
+    )
+    models = MillConfig(**parts["mill"]), ContactConfig(**parts["contact"]), DemConfig(**parts["dem"])
+    # The first kernel call of a process loads the kernels.
+    short = case.model_copy(update={"settle_s": 1e-4, "window_s": 1e-3})
+    Simulation(short, *models).run("load the kernels")
+    simulation = Simulation(case, *models)
+    simulation.run(f"time {case.path}")
+    steps = simulation.settle_steps + simulation.window_steps
+    return simulation.wall_clock_s / (steps * simulation.step) * PHYSICAL_S
+
+
+def scaled_thresholds(
+    rule: EdgeConfig, settings: RollOutConfig, radius_m: float, trained_m: float
+) -> tuple[EdgeConfig, RollOutConfig]:
+    """Thresholds for balls of another radius, at the same gaps and overlaps: those of Table 6.3 are for 5 mm."""
+    shift = trained_m - radius_m
+    snap_back = None if settings.snap_back_m is None else settings.snap_back_m + shift
+    return (
+        rule.model_copy(update={"wall_threshold_m": rule.wall_threshold_m + shift}),
+        settings.model_copy(update={"snap_back_m": snap_back}),
+    )

@@ -9,7 +9,7 @@ import trimesh
 
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
-from millprint.view.snapshots import Block, Snapshots, open_run
+from millprint.view.snapshots import Block, Poses, Snapshots, open_run
 
 # Edges at which the wall turns by more than this are drawn, besides the silhouette [rad].
 SHARP = np.radians(30)
@@ -76,7 +76,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Movie:
-    """Everything that an animation draws. Speeds are relative to the wall that moves with the jar."""
+    """Everything that an animation draws, panels row by row. Speeds are relative to the wall, which moves."""
 
     heading: str
     radius_mm: float
@@ -85,9 +85,10 @@ class Movie:
     slow_motion: float
     panels: tuple[Panel, ...]
     frames: tuple[Frame, ...]
+    columns: int = 1
 
 
-class _Shape:
+class Shape:
     """The walls' triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
@@ -117,16 +118,15 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     with open_run(run) as file:
         snapshots = _chosen(file, settings, start_s)
         blocks = list(snapshots.blocks())
-    frequency_hz = _frequency(snapshots.config)
-    shape = _Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
+    frequency_hz = frequency(snapshots.config)
+    shape = Shape(snapshots.geometry.vertices_m, snapshots.geometry.triangles)
     frames = [frame for block in blocks for frame in _frames(block, snapshots, shape, frequency_hz)]
     middle = np.concatenate([block.poses.to_laboratory(shape.middle_m[None])[:, 0] for block in blocks])
-    low, high = _bounds(snapshots, blocks)
-    # The delays of a GIF are hundredths of a second.
-    delay_ms = 10 * round(100 / settings.frames_per_second)
+    low, high = bounds(snapshots, blocks)
+    delay_ms = delay(settings.frames_per_second)
     interval_s = float(snapshots.time_s[-1] - snapshots.time_s[0]) / max(1, len(snapshots) - 1)
     return Movie(
-        heading=_heading(snapshots),
+        heading=heading(snapshots),
         radius_mm=snapshots.radius_m * MM,
         speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
         delay_ms=delay_ms,
@@ -144,7 +144,7 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     )
 
 
-def _frequency(config: dict) -> float:
+def frequency(config: dict) -> float:
     """Revolutions of the mill in a second; 0 for one at rest."""
     return 0.0 if config["mill"]["motion"]["kind"] == "rest" else config["case"]["speed_rpm"] / 60
 
@@ -153,7 +153,7 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
     """As many snapshots as the settings want, at equal distances."""
     every = Snapshots(file)
     time_s, wanted = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
-    frequency_hz = _frequency(every.config)
+    frequency_hz = frequency(every.config)
     if start_s is not None and not time_s[0] - 1e-9 <= start_s < time_s[-1]:
         raise ConfigError(
             f"{file.filename}: no snapshots from {start_s:g} s on; there are some from {time_s[0]:g} to "
@@ -169,12 +169,13 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
     return Snapshots(file, stride, first, max(last, first + 1))
 
 
-def _heading(snapshots: Snapshots) -> str:
+def heading(snapshots: Snapshots) -> str:
+    """What is in the mill, in two lines."""
     mill, case = snapshots.config["mill"], snapshots.config["case"]
     return f"{mill['title']}\n{snapshots.balls} balls of {case['ball_diameter_mm']:g} mm, {case['speed_rpm']:g} rpm"
 
 
-def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
+def bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corner (3,) of all that the walls pass through [m]."""
     moved = [block.poses.to_laboratory(snapshots.geometry.vertices_m) for block in blocks]
     return np.min([points.min(axis=(0, 1)) for points in moved], axis=0), np.max(
@@ -182,12 +183,19 @@ def _bounds(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.n
     )
 
 
-def _frames(block: Block, snapshots: Snapshots, shape: _Shape, frequency_hz: float) -> list[Frame]:
-    position, poses = block.balls["position_m"], block.poses
-    speed = np.linalg.norm(block.balls["velocity_m_s"] - poses.velocity_at(position), axis=-1)
+def _frames(block: Block, snapshots: Snapshots, shape: Shape, frequency_hz: float) -> list[Frame]:
+    balls = (block.balls[name] for name in ("position_m", "velocity_m_s"))
+    return frames_at(snapshots.time_s[block.rows], *balls, block.poses, shape, frequency_hz)
+
+
+def frames_at(
+    times_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, poses: Poses, shape: Shape, frequency_hz: float
+) -> list[Frame]:
+    """Frames of balls at `position` with `velocity`, (n, balls, 3) each, in a mill at n poses."""
+    speed = np.linalg.norm(velocity - poses.velocity_at(position), axis=-1)
     vertices, middle = poses.to_laboratory(shape.vertices_m), poses.to_laboratory(shape.middle_m[None])[:, 0]
     frames = []
-    for k, time_s in enumerate(snapshots.time_s[block.rows]):
+    for k, time_s in enumerate(times_s):
         pictures = []
         for view in VIEWS:
             order = np.argsort(view.nearness(position[k]))
@@ -196,3 +204,8 @@ def _frames(block: Block, snapshots: Snapshots, shape: _Shape, frequency_hz: flo
             pictures.append(Picture(*seen, *balls, view.flat(middle[k])))
         frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, tuple(pictures)))
     return frames
+
+
+def delay(frames_per_second: float) -> int:
+    """Time that a frame is shown [ms]; the delays of a GIF are hundredths of a second."""
+    return 10 * round(100 / frames_per_second)

@@ -1,0 +1,42 @@
+"""Draws the balls of roll-outs beside those of the simulation: moments on paper, and animations."""
+
+import numpy as np
+
+from millprint.config.surrogate import MovieConfig
+from millprint.figures.animation import save_animation
+from millprint.figures.chapter6_motion import plot_motion
+from millprint.figures.style import save
+from millprint.job import job
+from millprint.surrogate.rolled import read_rolled
+from millprint.view.beside import movie_beside
+
+# Moments of the figure, as shares of what the animation shows: while errors grow, and after.
+MOMENTS = (0.0, 0.1, 0.4, 1.0)
+
+
+def main(rollout: str, run: str, svg: str, png: str, animations: list[str], settings: MovieConfig) -> None:
+    rolled = read_rolled(rollout)
+    interval_s = rolled.time_s[1] - rolled.time_s[0]
+    last = min(len(rolled.time_s) - 1, round(settings.length_s / interval_s))
+    every = max(1, min(last, round(settings.frame_interval_s / interval_s)))
+    movie = movie_beside(
+        run,
+        rolled.start_s[0] + rolled.time_s[: last + 1],
+        rolled.position_m[: last + 1, 0],
+        rolled.velocity_m_s[: last + 1, 0],
+        every,
+        settings.frames_per_second,
+    )
+    moments = np.unique(np.rint(np.array(MOMENTS) * (len(movie.frames) - 1)).astype(int)).tolist()
+    save(plot_motion(movie, moments), svg, png)
+    save_animation(movie, *animations)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], f"draw the balls of the surrogate {snakemake.wildcards.variant}") as log:
+        files = (*(snakemake.input[name] for name in ("rollouts", "runs")),)
+        drawings = (*(snakemake.output[name] for name in ("stills", "pngs", "gifs")),)
+        for test, rollout, run, svg, png, gif in zip(snakemake.params.tests, *files, *drawings, strict=True):
+            animations = [gif, snakemake.output.movie] if test == snakemake.params.trained else [gif]
+            main(rollout, run, svg, png, animations, MovieConfig(**snakemake.params.settings))
+            log.info("drawn: %s", test)

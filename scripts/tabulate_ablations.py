@@ -1,0 +1,23 @@
+"""Tabulates the ablations of appendix A beside what the thesis says of them."""
+
+from millprint.files import read_table, write_table
+from millprint.job import job
+from millprint.surrogate.ablations import ablation_table
+from millprint.surrogate.tables import join_tables
+
+
+def main(metrics: list[str], histories: dict[str, str], output: str, changes: dict, length_s: dict) -> None:
+    rows = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in metrics])
+    losses = {variant: read_table(path, numeric=["elapsed_s"]) for variant, path in histories.items()}
+    write_table(ablation_table(rows, losses, changes, length_s), output)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "tabulate the ablations"):
+        main(
+            list(snakemake.input.metrics),
+            dict(zip(snakemake.params.changes, snakemake.input.histories, strict=True)),
+            snakemake.output.ablations,
+            snakemake.params.changes,
+            snakemake.params.length_s,
+        )

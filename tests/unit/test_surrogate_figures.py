@@ -1,0 +1,40 @@
+"""Figures of chapter 6: what is drawn of what a variant has."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.figures.chapter6 import plot_ablations, plot_dissipation, plot_error_growth, plot_loss
+from millprint.figures.style import plt
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+def test_losses_of_one_network_and_of_an_ensemble():
+    history = pd.DataFrame({"epoch": [1, 2], "training_total": [1.0, 0.5], "validation_total": [1.1, 0.6]})
+    history = history.assign(training_force=[0.4, 0.2], validation_force=[0.5, 0.3])
+    alone = plot_loss(history.assign(validation_mean_square=[2.0, 1.0]))
+    assert [len(panel.lines) for panel in alone.axes] == [3, 2]
+    ensemble = plot_loss(pd.concat([history.assign(member=number) for number in range(3)]))
+    assert [len(panel.lines) for panel in ensemble.axes] == [6, 6]
+    assert [text.get_text() for text in ensemble.axes[1].get_legend().get_texts()] == ["force"]
+
+
+def test_roll_outs_that_run_away_leave_the_picture():
+    time_s = np.array([0.0, 0.1, 0.2])
+    errors = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_m2": [0, 1e-3, 1e40]})
+    errors = errors.assign(other_seed_m2=7e-4, centroid_m2=4e-4)
+    assert plot_error_growth(errors).axes[0].get_ylim()[1] < 1
+    curves = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_J": [0, 1, 1e30], "dem_J": [0, 1, 2.0]})
+    metrics = pd.DataFrame({"test": ["motion1"], "measure": ["dissipation_error_percent"], "value": [5.0]})
+    panel = plot_dissipation(curves.assign(other_seed_J=[0, 1, 2.1]), metrics.assign(thesis=np.nan)).axes[0]
+    assert panel.get_ylim() == (0, pytest.approx(3.6))
+    ablations = pd.DataFrame({"variant": ["baseline", "window9"], "stable": [1, 0], "thesis_percent": [2.78, np.nan]})
+    ablations = ablations.assign(dissipation_error_percent=[4.0, np.inf], position_mse_plateau_m2=[3e-4, 1e41])
+    first, second = plot_ablations(ablations).axes
+    assert [text.get_text() for text in first.texts] == ["not finite"]
+    assert second.get_xlim()[1] == pytest.approx(0.1)

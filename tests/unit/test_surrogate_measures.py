@@ -1,0 +1,297 @@
+"""Measures of a roll-out: closed forms, and what they make of roll-outs that are known to be right or wrong."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.errors import ConfigError
+from millprint.surrogate import measures
+from millprint.surrogate.ablations import STATEMENTS, ablation_table
+from millprint.surrogate.controls import blurred, simulated_rollout, slowed
+from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
+from millprint.surrogate.descriptors import rolled_descriptors, simulated_descriptors
+from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
+from millprint.surrogate.rolled import Rolled, read_rolled
+from millprint.surrogate.series import Series, rolled_series, simulated_series
+from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
+from millprint.surrogate.trajectory import Trajectory
+from tests.unit.surrogate_samples import RADIUS, STEP, VESSEL, circle, simulate, sphere_scene
+
+SCENE = sphere_scene()
+START, LENGTH, FRAME = 0.02, 0.2, 1e-3
+TRUTH, SEED = simulate(2300), simulate(2300, seed=1)
+RUNS = {"dem": TRUTH, "other_seed": SEED}
+
+
+def summary(frequency_hz: float, normal_W: float = 2.0) -> dict:
+    return {
+        "balls": 6,
+        "power_W": {"normal": normal_W, "tangential": 3.0},
+        "collisions": [{"name": "lifetimes", "frequency_hz": frequency_hz}],
+    }
+
+
+SUMMARIES = {"dem": summary(600.0), "other_seed": summary(630.0)}
+
+
+def table_of(rollout: Rolled, runs: dict[str, Trajectory] | None = None):
+    found = evaluate(rollout, runs or RUNS, SCENE, SUMMARIES)
+    return tabulate(found.values, found.references, "trained", "thesis").set_index("measure")
+
+
+def known(run: Trajectory = TRUTH) -> Rolled:
+    return simulated_rollout(run, START, LENGTH, FRAME)
+
+
+def test_position_error_sums_axes():
+    truth = np.zeros((1, 1, 2, 3))
+    position = truth.copy()
+    position[0, 0, 0] = [1.0, 2.0, 2.0]
+    assert measures.position_error(position, truth)[0, 0] == pytest.approx(4.5)
+
+
+def test_centroid_scores_half_of_two_unrelated_runs():
+    """Balls drawn from one distribution: 2 sigma^2 an axis apart, and sigma^2 from the centre of mass."""
+    generator = np.random.default_rng(0)
+    first, second = generator.normal(size=(2, 200, 1, 500, 3))
+    assert measures.position_error(first, second).mean() == pytest.approx(6, rel=0.01)
+    assert measures.centroid_error(first).mean() == pytest.approx(3, rel=0.01)
+
+
+def test_pearson_of_cumulative_curves_is_empty_and_that_of_increments_is_not():
+    generator = np.random.default_rng(1)
+    first, second = np.cumsum(generator.exponential(size=(2, 2000, 1)), axis=1)
+    assert measures.correlation(first, second) > 0.999
+    assert abs(measures.correlation(measures.increments(first, 5), measures.increments(second, 5))) < 0.2
+    assert measures.correlation(measures.increments(first, 5), measures.increments(first, 5)) == pytest.approx(1)
+
+
+def test_relative_error_horizon_and_growth_time():
+    truth = np.linspace(0, 2, 11)[:, None]
+    assert measures.relative_error_percent(1.1 * truth, truth) == pytest.approx(10)
+    time_s = np.linspace(0, 1, 1001)
+    error = 1e-8 * np.exp(20 * time_s)[:, None]
+    assert measures.horizon(time_s, error, 1e-2) == pytest.approx(np.log(1e6) / 20, abs=1.1e-3)
+    assert measures.growth_time(time_s, error, 1e-6, 1e-2) == pytest.approx(np.log(1e4) / 20, abs=2e-3)
+    assert measures.horizon(time_s, 0 * error, 0.2) == 1.0
+    assert np.isnan(measures.growth_time(time_s, 0 * error, 1e-6, 1e-2))
+
+
+def test_distribution_distance_is_the_shift_of_a_shifted_sample():
+    sample = np.random.default_rng(2).exponential(size=4000)
+    assert measures.distribution_distance(sample + 0.3, sample) == pytest.approx(0.3)
+    assert measures.distribution_distance(1.1 * sample, sample) == pytest.approx(0.1 * sample.mean())
+
+
+def test_contacts_are_counted_on_both_sides():
+    """Two balls that touch, one of them the wall too, and a third a tenth of a radius away."""
+    places = np.array([[VESSEL - RADIUS, 0, 0], [VESSEL - 3 * RADIUS, 0, 0], [VESSEL - 5.1 * RADIUS, 0, 0]])
+    position = places[None, None]
+    distance = -SCENE.signed_distance(position, np.zeros(3))[0]
+    series = Series(np.zeros(1), position, 0 * position, np.zeros((1, 1, 3)), np.zeros((1, 1)), distance)
+    assert series.contacts(RADIUS)[0, 0].tolist() == [2, 1, 0]
+
+
+def test_the_simulation_itself_scores_nothing_and_meets_every_aim():
+    table = table_of(known())
+    for name in ("position_mse_plateau_m2", "dissipation_error_percent", "balls_left", *OF_REFERENCE):
+        if name not in AT_LEAST:
+            assert table["value"][name] == pytest.approx(0, abs=1e-12), name
+    assert table["value"]["stable"] == 1 and table["value"]["horizon_s"] == pytest.approx(LENGTH)
+    aimed = table[table["aim"].notna()]
+    assert len(aimed) >= 6
+    assert all(is_met(name, row["value"], row["aim"]) for name, row in aimed.iterrows())
+    assert (table["dem_reference"].dropna() != 0).any()
+
+
+def test_another_seed_scores_its_own_reference_and_meets_the_aims_of_statistics():
+    table = table_of(known(SEED))
+    for name in set(OF_REFERENCE) - AT_LEAST:
+        assert table["value"][name] == pytest.approx(table["dem_reference"][name])
+        assert is_met(name, table["value"][name], table["aim"][name])
+    assert table["value"]["cumulative_pearson_r"] == pytest.approx(table["dem_reference"]["cumulative_pearson_r"])
+
+
+def test_a_blurred_roll_out_fails_though_its_plateau_and_its_r_are_better_than_a_simulation_s():
+    table = table_of(blurred(known()))
+    for name in ("position_mse_plateau_m2", "cumulative_pearson_r"):
+        better = table["value"][name] - table["dem_reference"][name]
+        assert better * (1 if name.endswith("_r") else -1) > 0
+    for name in ("wall_distance_wasserstein_m", "contacts_wasserstein"):
+        assert not is_met(name, table["value"][name], table["aim"][name]), name
+
+
+def test_a_slowed_roll_out_fails_in_dissipation_and_parts():
+    rollout = slowed(known(), SCENE, 0.7)
+    np.testing.assert_allclose(rollout.position_m[0], known().position_m[0])
+    np.testing.assert_allclose(
+        np.cumsum(rollout.dissipated_J)[-1], np.cumsum(known().dissipated_J)[round(0.7 * LENGTH / FRAME)], rtol=1e-6
+    )
+    table = table_of(rollout)
+    assert not is_met("dissipation_error_percent", *table.loc["dissipation_error_percent", ["value", "aim"]])
+    assert table["value"]["horizon_s"] < known().time_s[-1]
+
+
+def nudged(run: Trajectory, after_s: float) -> Trajectory:
+    """The same run, with places that part exponentially from a moment on."""
+    gone = np.maximum(run.time_s - after_s, 0)
+    return replace(run, position_m=run.position_m + (1e-9 * np.expm1(120 * gone))[:, None, None])
+
+
+def test_growth_is_held_against_the_twin_and_statistics_against_the_seed():
+    table = table_of(known(nudged(TRUTH, START)), RUNS | {"twin": nudged(TRUTH, START)})
+    for name in ("horizon_s", "position_mse_10ms_m2", "position_mse_100ms_m2", "error_growth_time_s"):
+        assert table["value"][name] == pytest.approx(table["dem_reference"][name])
+    assert 0 < table["value"]["horizon_s"] < LENGTH
+    assert table["aim"]["horizon_s"] == pytest.approx(table["value"]["horizon_s"] / 2)
+    alone = table_of(known(nudged(TRUTH, START)))
+    assert np.isnan(alone["dem_reference"]["horizon_s"]) and np.isnan(alone["aim"]["horizon_s"])
+
+
+def test_a_roll_out_that_is_not_finite_fails_without_an_error():
+    rollout = known()
+    lost = np.where(rollout.time_s[:, None, None, None] > 0.1, np.nan, rollout.position_m)
+    crossed = np.full_like(rollout.crossed_s, 0.1)
+    table = table_of(
+        replace(rollout, position_m=lost, velocity_m_s=lost, dissipated_J=lost[..., 0, 0], crossed_s=crossed)
+    )
+    assert table["value"]["stable"] == 0 and table["value"]["balls_left"] == TRUTH.balls
+    assert np.isinf(table["value"][["position_mse_plateau_m2", "dissipation_error_percent"]]).all()
+    for name in OF_REFERENCE:
+        if name not in AT_LEAST:
+            assert not is_met(name, table["value"][name], table["aim"][name])
+
+
+def test_frames_that_the_simulation_lacks_are_refused():
+    coarse = replace(TRUTH, **{name: getattr(TRUTH, name)[::15] for name in ("time_s", "position_m", "velocity_m_s")})
+    coarse = replace(coarse, wall_position_m=TRUTH.wall_position_m[::15], dissipated_J=TRUTH.dissipated_J[::15])
+    with pytest.raises(ConfigError, match="snapshot_interval_s must divide"):
+        simulated_series(coarse, SCENE, np.arange(10) * FRAME, np.array([0.03]))
+
+
+def test_roll_out_and_simulation_stand_in_the_same_place():
+    rollout = known()
+    simulated, rolled = simulated_series(TRUTH, SCENE, rollout.time_s, rollout.start_s), rolled_series(rollout, SCENE)
+    np.testing.assert_allclose(rolled.wall_m, simulated.wall_m, atol=1e-12)
+    np.testing.assert_allclose(rolled.wall_distance_m, simulated.wall_distance_m, atol=1e-12)
+    np.testing.assert_allclose(rolled.cumulative_J, simulated.cumulative_J, rtol=1e-12)
+
+
+def at_rest(lift_m: float, dissipated_J: float) -> Rolled:
+    """Balls of which one rises and sinks again, in a jar that stands still."""
+    time_s = np.arange(201) * FRAME
+    place = np.repeat(TRUTH.position_m[None, None, 0], len(time_s), axis=0)
+    place[100, 0, 2, 2] += lift_m
+    energy = np.full((len(time_s), 1), dissipated_J / 200)
+    energy[0] = 0
+    return Rolled(time_s, place, 0 * place, energy, np.full((1, 6), np.inf), np.zeros(1))
+
+
+def test_energy_from_nothing_is_a_share_of_the_driven_case():
+    still = replace(
+        TRUTH, position_m=np.repeat(TRUTH.position_m[:1], 2300, axis=0), velocity_m_s=0 * TRUTH.velocity_m_s
+    )
+    still = replace(still, dissipated_J=0 * TRUTH.dissipated_J)
+    runs = {"dem": still, "other_seed": still, "driven": TRUTH}
+    scene = replace(SCENE, wall_position=lambda time_s: np.broadcast_to(circle(0.0), (*np.shape(time_s), 3)))
+    driven_W = TRUTH.dissipated_J[1:].sum() / (2299 * STEP)
+    found = evaluate_at_rest(at_rest(2e-4, 0.03 * 0.2 * driven_W), runs, scene)
+    assert found.values["rest_dissipation_share_percent"] == pytest.approx(3)
+    assert found.values["rest_highest_lift_m"] == pytest.approx(2e-4)
+    table = tabulate(found.values, found.references, "rest", "thesis").set_index("measure")
+    assert table["dem_reference"]["rest_dissipation_share_percent"] == 0
+    assert not is_met("rest_highest_lift_m", *table.loc["rest_highest_lift_m", ["value", "aim"]])
+    # What is given and taken back was made from nothing too.
+    taken = at_rest(0.0, 0.0)
+    taken.dissipated_J[1::2], taken.dissipated_J[2::2] = 1e-4, -1e-4
+    share = evaluate_at_rest(taken, runs, scene).values["rest_dissipation_share_percent"]
+    assert share == pytest.approx(100 * 200 * 1e-4 / (0.2 * driven_W))
+
+
+def test_descriptors_are_those_of_the_simulation_s_summary():
+    rollout = known()
+    frames = (len(rollout.time_s), 1)
+    extra = {
+        "normal_J": np.full(frames, 0.02),
+        "tangential_J": np.full(frames, 0.03),
+        "collisions": np.full(frames, 6.0),
+    }
+    own = rolled_descriptors(replace(rollout, extra=extra))
+    assert own["normal_energy"] == pytest.approx(0.02 / 6) and own["tangential_energy"] == pytest.approx(0.005)
+    assert own["collision_frequency"] == pytest.approx(frames[0] / LENGTH)
+    simulated = simulated_descriptors(summary(600.0), "lifetimes")
+    assert simulated == {"normal_energy": 2 / 600, "tangential_energy": 3 / 600, "collision_frequency": 100}
+    table = table_of(replace(rollout, extra=extra))
+    assert table["value"]["normal_energy_error_percent"] == pytest.approx(0)
+    assert table["dem_reference"]["collision_frequency_error_percent"] == pytest.approx(5)
+    assert "normal_energy_error_percent" not in table_of(rollout).index
+    with pytest.raises(ConfigError, match="gap_9ms is not among"):
+        simulated_descriptors(summary(600.0), "gap_9ms")
+
+
+def test_an_ensemble_s_spread_is_reported_and_drawn():
+    rollout = known()
+    shares = rollout.dissipated_J * np.array([0.9, 1.0, 1.1])
+    ensemble = replace(rollout, extra={"member_dissipated_J": shares, "doubt": np.array([0.1, 0.3, np.nan])})
+    assert table_of(ensemble)["value"]["ensemble_spread_percent"] == pytest.approx(10)
+    assert table_of(ensemble)["value"]["ensemble_doubt_percent"] == pytest.approx(20)
+    series = evaluate(ensemble, RUNS, SCENE, SUMMARIES).series
+    table = dissipation_table(series, ensemble.member_totals_J(), "trained")
+    np.testing.assert_allclose(table["spread_J"], 0.1 * table["surrogate_J"], atol=1e-15)
+    assert replace(rollout, extra={"member_dissipated_J": shares[:, :1]}).member_totals_J() is None
+
+
+def test_densities_integrate_to_one_and_errors_have_a_twin():
+    found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE, SUMMARIES)
+    table = distribution_table(found.series, RADIUS, "trained")
+    for _, part in table.groupby("quantity"):
+        area = part["dem"] * (part["high"] - part["low"])
+        assert area.sum() == pytest.approx(1, abs=0.02)
+    errors = error_table(found.series, "trained")
+    assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
+
+
+def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
+    rollout, path = known(), tmp_path / "rollout.h5"
+    with h5py.File(path, "w") as file:
+        for name in ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s"):
+            file[name] = getattr(rollout, name)
+        file["normal_J"] = rollout.dissipated_J / 2
+    with pytest.raises(ConfigError, match="start_s is missing"):
+        read_rolled(path)
+    with h5py.File(path, "a") as file:
+        file["start_s"], file.attrs["counting_rule"] = rollout.start_s, "gap_3ms"
+    again = read_rolled(path)
+    np.testing.assert_array_equal(again.position_m, rollout.position_m)
+    assert list(again.extra) == ["normal_J"] and again.counting_rule == "gap_3ms" and again.edges == {}
+
+
+def ablation(variant: str, stable: int, error: float, power_W: float):
+    values = {"stable": stable, "balls_left": 24 * (1 - stable), "mean_square_speed_ratio": 1.0}
+    values |= {"position_mse_plateau_m2": 3e-4, "dissipation_error_percent": error, "dissipation_power_W": power_W}
+    values |= {"dem_power_W": 0.7, "one_step_dissipation_bias_percent": -3.0}
+    return tabulate(values, {"dissipation_error_percent": 0.5}, "trained", variant)
+
+
+def test_ablations_stand_beside_the_statements_of_the_thesis():
+    parts = {
+        "baseline": (1, 5.0, 0.735),
+        "window3": (1, 9.0, 0.76),
+        "window9": (1, 2.0, 0.7),
+        "layers2": (1, 120.0, 1.5),
+        "phi_shallow": (1, 8.0, 0.64),
+        "net_force": (1, 8.0, 0.64),
+    }
+    metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
+    history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
+    changes = {name: f"what of {name}" for name in parts}
+    table = ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0))
+    table = table.set_index("variant")
+    words = {"baseline": "", "window3": "yes", "window9": "no", "layers2": "yes", "phi_shallow": "no", "net_force": ""}
+    assert table["holds"].to_dict() == words
+    assert table["thesis_percent"]["phi_shallow"] == 15.45 and table["thesis_percent"]["baseline"] == 2.78
+    assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
+    assert set(STATEMENTS) >= set(parts) - {"net_force"}
