@@ -2,14 +2,17 @@
 
 import logging
 
+import numpy as np
+
 from millprint.config.surrogate import EdgeConfig, RollOutConfig, ScenarioConfig
 from millprint.job import job, progress
-from millprint.surrogate.checkpoint import read_weights
-from millprint.surrogate.rollout import Simulator, first_state
-from millprint.surrogate.scene import read_scene
+from millprint.surrogate.contact.roller import ContactRoller
+from millprint.surrogate.roller import open_roller
 from millprint.surrogate.store import write_rollout
 from millprint.surrogate.training import choose_device
-from millprint.surrogate.trajectory import read_trajectory
+
+# Times at which the members of an ensemble are compared.
+LOOKS = 100
 
 logger = logging.getLogger("millprint")
 
@@ -18,14 +21,18 @@ def main(
     weights: str, run: str, output: str, rule: EdgeConfig, settings: RollOutConfig, test: ScenarioConfig, threads: int
 ) -> None:
     device = choose_device(threads)
-    model, recipe = read_weights(weights, device)
-    scene = read_scene(run)
-    trajectory = read_trajectory(run, until_s=max(test.starts_s) + 0.01)
-    simulator = Simulator(model, scene, rule, settings.snap_back_m, trajectory.interval_s, device)
-    state = first_state(trajectory, scene, test.starts_s, recipe.graph.window)
-    steps = round(settings.length_s / trajectory.interval_s)
-    with progress(steps, "roll out", "step") as bar:
-        rollout = simulator.run(state, steps, round(settings.frame_interval_s / trajectory.interval_s), bar)
+    roller = open_roller(weights, run, rule, settings, device, until_s=max(test.starts_s) + 0.01)
+    state = roller.first_state(test.starts_s)
+    steps, per_frame = (round(time_s / roller.step_s) for time_s in (settings.length_s, settings.frame_interval_s))
+    members = len(roller.members) if isinstance(roller, ContactRoller) else 0
+    # The members of an ensemble are rolled out from the first start.
+    with progress(steps * ((len(test.starts_s) + members) if members else 1), "roll out", "step") as bar:
+        rollout = roller.run(state, steps, per_frame, bar)
+        if members:
+            rollout.member_dissipated_J = roller.spread(state, steps, per_frame, bar)
+            rollout.doubt = roller.doubt(state, steps, LOOKS)
+            logger.info("dissipation of the members: %s J", rollout.member_dissipated_J.sum(axis=0))
+            logger.info("their expectations part by %.3g of the forces", np.nanmean(rollout.doubt))
     write_rollout(rollout, output, test.case)
     logger.info("%d trajectories of %d steps; mean edges a graph: %s", len(test.starts_s), steps, rollout.edges)
 

@@ -19,7 +19,7 @@ CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
 
 def kernel_files() -> list[Path]:
     """Every library file that holds kernels, or numbers that are compiled into them."""
-    files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py")]
+    files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py"), *PACKAGE.glob("surrogate/contact/*.py")]
     makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inlined|threaded|array_maker)\b")
     kernels = [file for file in files if makers.search(file.read_text())]
     return sorted({Path(__file__), PACKAGE / "dem" / "state.py", *kernels})

@@ -57,7 +57,7 @@ def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
         ({"graph": {"window": 0}}, r"x\.graph\.window = 0: .*greater than or equal to 1"),
         ({"network": {"widht": 3}}, r"x\.network\.widht = 3"),
         ({"rollout": {"snap_back_m": -0.006}}, r"must exceed edges\.wall_threshold_m"),
-        ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, x"),
+        ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, contact, x"),
     ],
 )
 def test_variants_that_do_not_hold(content, variant, message):
@@ -222,3 +222,22 @@ def test_a_roll_out_that_runs_away_says_so(tmp_path):
     for claim in ("6.energy", "6.geometry"):
         assert "3 ball(s) cross the wall, the first after 0.25 s" in found[claim].explanation
     assert "trained for 2 epochs in 100 s" in found["6.energy"].explanation
+
+
+def test_the_contact_surrogate_never_learns_from_a_test(content):
+    content["contact"]["traces"][1]["mill"] = "emax_motion2"
+    with pytest.raises(ConfigError, match=r"contact.traces\[1\].mill = 'emax_motion2': is that of a test"):
+        settings(content)
+
+
+def test_kinds_of_variants_are_told_apart(content):
+    config = settings(content)
+    assert config.of_kind("contact") == ["contact"]
+    assert "thesis" in config.of_kind("graph")
+    assert set(config.of_kind("graph")) | {"contact"} == set(config.variants) | set(config.ablations)
+
+
+def test_a_trace_without_time_is_refused(content):
+    content["contact"]["traces"][0]["until_s"] = 0.01
+    with pytest.raises(ConfigError, match=r"until_s = 0\.01: must exceed from_s = 0\.05"):
+        settings(content)

@@ -24,7 +24,7 @@ if FIT_MILL:
         log:
             f"{LOGS}/fingerprint/fit_jar.log",
         benchmark:
-            f"{BENCHMARKS}/fingerprint/fit_jar.tsv"
+            f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
         conda:
             "../../envs/millprint.yaml"
         threads: 1
@@ -45,7 +45,7 @@ if FIT_MILL:
         log:
             f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
         benchmark:
-            f"{BENCHMARKS}/fingerprint/measure_fit_sensitivity.tsv"
+            f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
         conda:
             "../../envs/millprint.yaml"
         threads: 1

@@ -59,6 +59,46 @@ rule build_surrogate_dataset:
         "../../scripts/build_surrogate_dataset.py"
 
 
+rule trace_surrogate_contacts:
+    output:
+        dataset=f"{SURROGATE}/contacts.h5",
+    log:
+        f"{LOGS}/surrogate/trace_surrogate_contacts.log",
+    conda:
+        "../../envs/millprint.yaml"
+    params:
+        **contact_settings(),
+        library=library("trace_surrogate_contacts.py"),
+    message:
+        "Simulations whose contacts are followed coarse step by coarse step"
+    script:
+        "../../scripts/trace_surrogate_contacts.py"
+
+
+rule train_contact_surrogate:
+    input:
+        dataset=rules.trace_surrogate_contacts.output.dataset,
+    output:
+        weights=f"{SURROGATE}/{{variant}}/weights.pt",
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/train_contact_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("contact")),
+    conda:
+        "../../envs/millprint.yaml"
+    threads: CONFIG.surrogate.contact.training.threads
+    params:
+        **contact_settings(),
+        library=library("train_contact_surrogate.py"),
+    message:
+        "Train the ensemble of the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/train_contact_surrogate.py"
+
+
 rule train_surrogate:
     input:
         dataset=rules.build_surrogate_dataset.output.dataset,
@@ -69,6 +109,8 @@ rule train_surrogate:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("graph")),
     retries: RETRIES
     conda:
         "../../envs/millprint.yaml"

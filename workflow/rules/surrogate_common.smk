@@ -69,3 +69,19 @@ def changes(variant: str) -> str:
     sections = ("graph", "edges", "network", "training", "rollout")
     keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
+
+
+def any_of(names: list[str]) -> str:
+    """A wildcard's pattern for these names; one that nothing matches where there are none."""
+    return "|".join(names) or "(?!)"
+
+
+def contact_settings() -> dict:
+    """What the rules of the contact surrogate take: its settings, and what its simulations are made of."""
+    settings = CONFIG.surrogate.contact
+    return {
+        "settings": settings.model_dump(mode="json"),
+        "mills": {trace.mill: MILLS[trace.mill].model_dump(mode="json") for trace in settings.traces},
+        "contacts": {trace.contact: CONTACTS[trace.contact].model_dump(mode="json") for trace in settings.traces},
+        "dem": CONFIG.dem.model_dump(mode="json"),
+    }

@@ -8,7 +8,6 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -19,6 +18,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem.run import run_case
 from millprint.files import read_json
+from millprint.hdf5 import open_hdf5
 from millprint.job import progress
 
 # Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
@@ -47,7 +47,7 @@ def our_means(setup: Setup, physics: PhysicsConfig, seed: int, place: Path) -> d
 
 def read_means(run: Path, summary: Path, setup: Setup) -> dict[str, float]:
     """The means of MEANS from the files of a run with snapshots; the last, a revolution's first, is left out."""
-    with h5py.File(run) as file:
+    with open_hdf5(run) as file:
         ledger = {name: file["ledger"][name][:-1] for name in ("kinetic_translation_J", "kinetic_spin_J")}
         snapshots = file["snapshots"]
         time_s, velocity = snapshots["time_s"][:-1], snapshots["velocity_m_s"][:-1]

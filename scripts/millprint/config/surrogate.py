@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from millprint.config.contact_surrogate import ContactSurrogateConfig
 from millprint.config.section import Count, Name, NonNegative, Positive, Section, Seed
 from millprint.config.sweep import Case
 from millprint.errors import ConfigError
@@ -145,6 +146,9 @@ class MovieConfig(Section):
 class VariantConfig(Section):
     """A surrogate: what tells it from the sections of the same names, key by key."""
 
+    kind: Literal["graph", "contact"] = Field(
+        default="graph", description="graph network on balls, or pairs solved and their coupling learned (`contact`)"
+    )
     weights_of: Name | None = Field(
         default=None, description="variant whose weights are rolled out; its own if left out"
     )
@@ -195,6 +199,7 @@ class SurrogateConfig(Section):
     network: NetworkConfig
     training: TrainingConfig
     rollout: RollOutConfig
+    contact: ContactSurrogateConfig
     variants: dict[Name, VariantConfig] = Field(min_length=1, description="surrogates that `all` trains, by name")
     ablations: dict[Name, VariantConfig] = Field(
         default={}, description="surrogates of the target `ablations`, by name"
@@ -214,6 +219,12 @@ class SurrogateConfig(Section):
             raise ValueError(f"ablations.{both[0]}: is also a variant; a name can stand for one surrogate only")
         if self.trained_test not in self.tests:
             raise ValueError(f"trained_test = {self.trained_test!r}: is not among tests: {', '.join(self.tests)}")
+        unseen = {test.case.split("/")[0] for name, test in self.tests.items() if name != self.trained_test}
+        for number, trace in enumerate(self.contact.traces):
+            if trace.mill in unseen - {self.tests[self.trained_test].case.split("/")[0]}:
+                raise ValueError(
+                    f"contact.traces[{number}].mill = {trace.mill!r}: is that of a test, never learned from"
+                )
         for name in [*self.variants, *self.ablations]:
             self.variant(name)
             source = self.weights_of(name)
@@ -239,6 +250,10 @@ class SurrogateConfig(Section):
             key = ".".join(str(step) for step in fault["loc"])
             message = fault["msg"].removeprefix("Value error, ")
             raise ValueError(f"{name}.{key} = {fault['input']!r}: {message}" if key else f"{name}: {message}") from None
+
+    def of_kind(self, kind: str) -> list[str]:
+        """Names of the variants and ablations of a kind."""
+        return [name for name, variant in (self.variants | self.ablations).items() if variant.kind == kind]
 
     def weights_of(self, name: str) -> str:
         """The variant whose weights `name` is rolled out with."""

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from millprint.errors import ConfigError
+from millprint.hdf5 import open_hdf5
 
 WANTED = ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s", "start_s")
 # What a surrogate may know beyond its balls and their dissipation.
@@ -45,7 +45,7 @@ class Rolled:
 
 def read_rolled(path: str | Path) -> Rolled:
     """Read a roll-out; raises ConfigError for a file that lacks an array."""
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         for name in WANTED:
             if name not in file:
                 raise ConfigError(f"{path}: {name} is missing: not a roll-out, or one of another version")

@@ -9,6 +9,8 @@ from tqdm import tqdm
 
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
 from millprint.surrogate.checkpoint import read_weights
+from millprint.surrogate.contact.roller import ContactRoller
+from millprint.surrogate.contact.store import is_ensemble
 from millprint.surrogate.rollout import RollOut, Simulator, State, first_state
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.trajectory import Trajectory, read_trajectory
@@ -57,6 +59,8 @@ def open_roller(
     until_s: float,
 ) -> Roller:
     """The surrogate of a weights file in the scene of a simulation, with first states up to `until_s`."""
+    if is_ensemble(weights):
+        return ContactRoller(weights, run)
     model, recipe = read_weights(weights, device)
     source = read_trajectory(run, until_s=until_s)
     simulator = Simulator(model, read_scene(run), rule, settings.snap_back_m, source.interval_s, device)

@@ -13,6 +13,9 @@ UNITS = {
     "crossed_s": "s",
     "start_s": "s",
 }
+# What not every surrogate knows.
+OPTIONAL = {"spin_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1", "member_dissipated_J": "J",
+            "doubt": "1"}  # fmt: skip
 
 
 def write_rollout(rollout: RollOut, path: str | Path, case: str) -> None:
@@ -21,13 +24,17 @@ def write_rollout(rollout: RollOut, path: str | Path, case: str) -> None:
         file.attrs["case"] = case
         for kind, number in rollout.edges.items():
             file.attrs[f"mean_{kind}_edges"] = number
-        for name, unit in UNITS.items():
-            file[name] = getattr(rollout, name)
-            file[name].attrs["units"] = unit
+        for name, unit in (UNITS | OPTIONAL).items():
+            if getattr(rollout, name) is not None:
+                file[name] = getattr(rollout, name)
+                file[name].attrs["units"] = unit
 
 
 def read_rollout(path: str | Path) -> RollOut:
     """Read what `write_rollout` wrote."""
     with open_hdf5(path) as file:
-        edges = {kind: float(file.attrs[f"mean_{kind}_edges"]) for kind in ("wall", "pair")}
-        return RollOut(**{name: file[name][:] for name in UNITS}, edges=edges)
+        edges = {
+            kind: float(file.attrs[key]) for kind in ("wall", "pair") if (key := f"mean_{kind}_edges") in file.attrs
+        }
+        present = [*UNITS, *(name for name in OPTIONAL if name in file)]
+        return RollOut(**{name: file[name][:] for name in present}, edges=edges)

@@ -97,3 +97,12 @@ def read_attributes(path: str | Path) -> dict:
     """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings."""
     with open_hdf5(path) as file:
         return json.loads(file.attrs["config"])
+
+
+def read_rows(path: str | Path, names: tuple[str, ...], rows: slice) -> list[np.ndarray]:
+    """Some rows of data sets of the snapshots of a run; raises ConfigError for one that is missing."""
+    with open_hdf5(path) as file:
+        for name in names:
+            if name not in file.get("snapshots", {}):
+                raise ConfigError(f"{path}: snapshots/{name} is missing")
+        return [file["snapshots"][name][rows] for name in names]

@@ -1,0 +1,157 @@
+"""Balls in a mill that are advanced by coarse steps: state, lists and scratch, driven from Python."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.dem import state
+from millprint.dem.lanes import LANES
+from millprint.dem.neighbours import put_aside
+from millprint.dem.recording import make_table
+from millprint.dem.timestep import aligned_step, rayleigh_time
+from millprint.mill.bodies import build_bodies
+from millprint.mill.walls import build_walls
+from millprint.surrogate.contact import pair
+from millprint.surrogate.contact.frames import Frames, make_frames, run_frames
+from millprint.surrogate.contact.samples import forget
+from millprint.surrogate.contact.state import make_coarse
+from millprint.surrogate.contact.step import gather_all, predict, run_steps
+from millprint.surrogate.contact.weights import Weights, no_weights
+
+# Overlap over the ball's radius at which a roll-out is given up: the network has lost the ball [-].
+OVERLAP_MAX = 0.5
+# Candidates are listed up to this far from contact, in radii [-]: a coarse step takes a ball far.
+SKIN = 0.6
+CANDIDATES_PER_BALL = 40
+
+
+@dataclass(frozen=True)
+class Settled:
+    """One state: positions (n, 3) [m], rates (n, 6) [m/s, rad/s], open contacts with their histories, and the step."""
+
+    position: np.ndarray
+    rate: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    history: np.ndarray
+    step: int
+
+
+def coarse_step(contact: ContactConfig, radius: float, rayleigh_multiple: float, interval_s: float) -> float:
+    """The longest step of at most `rayleigh_multiple` Rayleigh times of which a whole number makes `interval_s` [s].
+
+    In Rayleigh times, so that a contact takes as many steps whatever the balls are made of and however large.
+    """
+    rayleigh = rayleigh_time(radius, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio)
+    return aligned_step(rayleigh_multiple * rayleigh, interval_s)[0]
+
+
+class Arena:
+    """Balls of one size in a mill at a speed; `weights` may be exchanged at any time."""
+
+    def __init__(
+        self, mill: MillConfig, contact: ContactConfig, speed_rpm: float, radius: float, balls: int, step: float,
+        substeps: int,
+    ):  # fmt: skip
+        self.bodies = build_bodies(mill, speed_rpm)
+        self.radius, self.step, self.substeps = radius, step, substeps
+        skin = SKIN * radius
+        self.balls = state.make_balls(
+            np.zeros((balls, 3)), np.zeros(balls, dtype=np.int64), np.array([radius]), contact.density_kg_m3
+        )
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], step, skin)
+        vessels = [body.vessel for body in self.bodies]
+        self.walls = build_walls(vessels, radius, skin / 2, OVERLAP_MAX * radius, pitch=max(0.4 * radius, 1e-3))
+        self.laws = state.make_laws(self.balls, contact, step / substeps, OVERLAP_MAX)
+        self._make_lists(CANDIDATES_PER_BALL)
+        self.weights = no_weights()
+
+    def _make_lists(self, per_ball: int) -> None:
+        self.candidates = state.make_candidates(len(self.balls.position), len(self.bodies), per_ball)
+        self.contacts = state.make_contacts(self.candidates.partner.size)
+        self.totals, self.counters = np.zeros(state.TOTALS), state.make_counters()
+        blocks = len(self.contacts.lanes)
+        self.scratch = make_coarse(len(self.balls.position), len(self.bodies), blocks, self.step, self.substeps)
+
+    @property
+    def coarse(self):
+        """Scratch with the present weights."""
+        return self.scratch._replace(weights=self.weights)
+
+    @property
+    def groups(self) -> tuple:
+        """State as the kernels take it."""
+        return (
+            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
+            make_table(0),
+        )  # fmt: skip
+
+    def load(self, begin: Settled) -> None:
+        """Take over a state; works and ended contacts count from here."""
+        forget(self.candidates, self.contacts, self.counters)
+        self.totals[:], self.scratch.ended[:] = 0.0, 0.0
+        self.counters[:] = 0
+        kept = len(begin.first)
+        self.contacts.kept_ball[:kept], self.contacts.kept_partner[:kept] = begin.first, begin.second
+        self.contacts.kept_history[:kept] = begin.history
+        self.counters[state.ASIDE] = kept
+        self.counters[state.STEP] = begin.step
+        self.place(begin.position, begin.rate)
+
+    def place(self, position: np.ndarray, rate: np.ndarray) -> None:
+        """Put the balls somewhere; open contacts and their springs stay."""
+        self.balls.position[:] = position
+        self.balls.rate[:] = self.balls.rate_now[:] = rate
+
+    def run(self, steps: int) -> bool:
+        """Advance; False if a ball was lost."""
+        groups = self.groups
+        run_steps(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] + steps - 1)
+        return self.counters[state.STATUS] == state.RUNNING
+
+    def record(self, frames: int, per_frame: int, chunk: int = 0, bar=None) -> Frames:
+        """Advance and keep `frames` states, `per_frame` steps apart; those after a ball was lost stay not a number."""
+        kept, at = make_frames(frames, len(self.balls.position)), 0
+        chunk = chunk or frames
+        while at < frames:
+            part = Frames(*(array[: min(at + chunk, frames)] for array in kept))
+            wanted = len(part.position) - at
+            written = run_frames(*self.groups, self.coarse, per_frame, part, at)
+            if bar is not None:
+                bar.update(wanted * per_frame)
+            if written < wanted:
+                break
+            at += written
+        return kept
+
+    def expected(self, members: list[Weights]) -> np.ndarray:
+        """What each network expects of the contacts in the coming step: mean forces (members, contacts, 3) [N]."""
+        found, before = [], self.weights
+        for weights in members:
+            self.weights = weights
+            groups = self.groups
+            gather_all(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] * self.step)
+            predict(self.balls, self.contacts, self.walls, self.clock, self.coarse, self.counters)
+            used = np.flatnonzero(self.contacts.slot >= 0)
+            rows = self.scratch.work.reshape(-1, pair.QUANTITIES, LANES)
+            at = slice(pair.EXPECTED, pair.EXPECTED + 3)
+            found.append(rows[used // LANES, at, used % LANES])
+        self.weights = before
+        return np.array(found)
+
+    def settled(self) -> Settled:
+        """The present state, to load again."""
+        put_aside(self.candidates, self.contacts, self.counters)
+        kept = int(self.counters[state.ASIDE])
+        self.counters[state.REBUILDS] = 0
+        history = self.contacts.kept_history[:kept].copy()
+        return Settled(
+            self.balls.position.copy(),
+            self.balls.rate.copy(),
+            self.contacts.kept_ball[:kept].copy(),
+            self.contacts.kept_partner[:kept].copy(),
+            history,
+            int(self.counters[state.STEP]),
+        )

@@ -1,0 +1,119 @@
+"""The training set of the contact surrogate: samples of contacts, states to roll out from, and their truth."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.config.contact_surrogate import CoarseConfig, JudgeConfig, TraceConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem import state
+from millprint.hdf5 import open_hdf5, whole_hdf5
+from millprint.surrogate.contact.arena import Settled, coarse_step
+from millprint.surrogate.contact.tracer import Tracer
+
+CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Contacts of many states: rows (n, samples.COLUMNS), single precision, and how many each state has (states,)."""
+
+    rows: np.ndarray
+    sizes: np.ndarray
+
+    @property
+    def begins(self) -> np.ndarray:
+        """The first row of every state, and the end of the last (states + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.sizes)])
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What the DEM makes of a state: works (2,) normal and tangential [J] after length_s, positions (n, 3) [m]."""
+
+    begin: Settled
+    works_J: np.ndarray
+    position_m: np.ndarray
+
+
+def case_of(trace: TraceConfig, dem: DemConfig) -> Case:
+    """The case that a trace runs."""
+    return Case(
+        mill=trace.mill, contact=trace.contact, ball_diameter_mm=trace.ball_diameter_mm, fill_ratio=trace.fill_ratio,
+        speed_rpm=trace.speed_rpm, seed=trace.seed, settle_s=dem.settle_s, discard_s=trace.from_s,
+        window_s=trace.until_s - trace.from_s,
+    )  # fmt: skip
+
+
+def open_tracer(
+    trace: TraceConfig,
+    mill: MillConfig,
+    contact: ContactConfig,
+    dem: DemConfig,
+    coarse: CoarseConfig,
+    interval_s: float,
+) -> Tracer:
+    """The simulation of a trace, at the start of its motion; a whole number of coarse steps makes `interval_s` [s]."""
+    step = coarse_step(contact, trace.ball_diameter_mm / 2e3, coarse.rayleigh_multiple, interval_s)
+    return Tracer(case_of(trace, dem), mill, contact, dem, step, coarse.substeps)
+
+
+def follow(tracer: Tracer, trace: TraceConfig, bar=None) -> Samples:
+    """Samples of the contacts of a trace."""
+    tracer.to_time(trace.from_s)
+    parts = []
+    # A second at a time, for the progress.
+    for until_s in np.linspace(trace.from_s, trace.until_s, 11)[1:]:
+        parts.append(tracer.sample(trace.every, until_s))
+        if bar is not None:
+            bar.update()
+    return Samples(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
+
+
+def truths(tracer: Tracer, judge: JudgeConfig) -> list[Truth]:
+    """States from the present time on, each where the one before ends, and what the DEM makes of them."""
+    found = []
+    for _ in range(judge.starts):
+        begin, before, time_s = tracer.settled(), tracer.works(), tracer.coarse_number * tracer.arena.step
+        tracer.to_time(time_s + judge.position_s)
+        position = tracer.balls.position.copy()
+        tracer.to_time(time_s + judge.length_s)
+        found.append(Truth(begin, (tracer.works() - before)[CHANNELS], position))
+    return found
+
+
+def write_dataset(parts: list[Samples], judged: list[Truth], path: str | Path) -> None:
+    """Write samples as groups `samples/0`, ... and truths as groups `truths/0`, ... of an HDF5 file."""
+    options = {"compression": "gzip", "compression_opts": 2, "shuffle": True}
+    with whole_hdf5(path) as file:
+        for number, part in enumerate(parts):
+            group = file.create_group(f"samples/{number}")
+            group.create_dataset("rows", data=part.rows, **options)
+            group["sizes"] = part.sizes
+        for number, truth in enumerate(judged):
+            group = file.create_group(f"truths/{number}")
+            group["works_J"], group["position_m"] = truth.works_J, truth.position_m
+            group.attrs["step"] = truth.begin.step
+            for field in fields(Settled):
+                if field.name != "step":
+                    group[f"begin/{field.name}"] = getattr(truth.begin, field.name)
+
+
+def read_dataset(path: str | Path) -> tuple[list[Samples], list[Truth]]:
+    """Read what `write_dataset` wrote."""
+    with open_hdf5(path) as file:
+        parts = [Samples(group["rows"][:], group["sizes"][:]) for group in _groups(file, "samples")]
+        judged = []
+        for group in _groups(file, "truths"):
+            arrays = {field.name: group[f"begin/{field.name}"][:] for field in fields(Settled) if field.name != "step"}
+            begin = Settled(**arrays, step=int(group.attrs["step"]))
+            judged.append(Truth(begin, group["works_J"][:], group["position_m"][:]))
+    return parts, judged
+
+
+def _groups(file: h5py.File, name: str) -> list[h5py.Group]:
+    return [file[f"{name}/{number}"] for number in range(len(file[name]))]

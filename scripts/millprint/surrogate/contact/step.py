@@ -1,0 +1,150 @@
+"""One coarse step of all balls: contacts foreseen, pushes expected, every pair solved, bodies moved."""
+
+from millprint.dem import lanes, state
+from millprint.dem.lanes import HISTORY, LANES
+from millprint.dem.steps import blocks_in_use
+from millprint.kernel import inlined, kernel
+from millprint.mill.motion import write_poses
+from millprint.surrogate.contact import pair
+from millprint.surrogate.contact.listing import close_lane, foresee, relist
+from millprint.surrogate.contact.predictor import predict_all
+from millprint.surrogate.contact.pushes import expect, gather, push_lane, put3, touch_lane
+
+
+@inlined()
+def clear(array):
+    for i in range(array.shape[0]):
+        for c in range(array.shape[1]):
+            array[i, c] = 0.0
+
+
+@inlined()
+def copy(source, target, block, begin, end):
+    """Quantities begin to end of a block."""
+    for c in range(begin * LANES, end * LANES):
+        target[block, c] = source[block, c]
+
+
+@kernel()
+def solve(contacts, clock, coarse, counters):
+    """The local problem of every open contact; histories are those of the contacts' lanes before and after."""
+    for block in range(blocks_in_use(counters)):
+        copy(contacts.lanes, coarse.work, block, HISTORY, lanes.FORCE)
+        for s in range(coarse.substeps):
+            pair.substep(coarse.work, block, s, coarse.substeps - 1 - s, clock.step)
+        copy(coarse.work, contacts.lanes, block, HISTORY, lanes.FORCE)
+        copy(coarse.work, contacts.lanes, block, lanes.STORED, lanes.QUANTITIES)
+
+
+@kernel()
+def scatter(contacts, coarse, lane):
+    """Impulse, moment and twist of a contact onto its balls."""
+    block, m = lane // LANES, lane % LANES
+    i, j = contacts.ball[lane], contacts.partner[lane]
+    for c in range(3):
+        impulse = lanes.get(coarse.work, block, pair.IMPULSE + c, m)
+        moment = lanes.get(coarse.work, block, pair.MOMENT + c, m)
+        coarse.moved[i, c] += impulse
+        coarse.moved[i, 3 + c] += moment
+        coarse.moved[i, 6 + c] += lanes.get(coarse.work, block, pair.TWIST + c, m)
+        if j >= 0:
+            coarse.moved[j, c] -= impulse
+            coarse.moved[j, 3 + c] -= moment
+            coarse.moved[j, 6 + c] += lanes.get(coarse.work, block, pair.OTHER_TWIST + c, m)
+
+
+@kernel()
+def move(balls, clock, coarse):
+    """Balls a step on: v += (impulse) / m + g h, x += v h + moment / m + g h^2 / 2, w += twist / I."""
+    step = clock.step
+    for i in range(balls.species.size):
+        inverse_mass = 1.0 / balls.mass[balls.species[i]]
+        inverse_inertia = 1.0 / balls.inertia[balls.species[i]]
+        for c in range(3):
+            fall = clock.gravity[c]
+            balls.position[i, c] += (
+                step * balls.rate[i, c] + inverse_mass * coarse.moved[i, 3 + c] + 0.5 * step * step * fall
+            )
+            balls.rate[i, c] += inverse_mass * coarse.moved[i, c] + step * fall
+            balls.rate[i, 3 + c] += inverse_inertia * coarse.moved[i, 6 + c]
+
+
+@kernel()
+def expect_all(contacts, coarse, counters):
+    """Sum what all contacts are expected to exert on every ball."""
+    clear(coarse.push)
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            expect(contacts, coarse, lane)
+
+
+@kernel()
+def push_all(balls, contacts, walls, clock, coarse, counters):
+    """Accelerations of every contact by everything but itself."""
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            push_lane(balls, contacts, walls, clock, coarse, lane)
+
+
+@kernel()
+def gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table, time):
+    """List, open and close contacts at `time` [s], and put into the lanes what their local problems begin with."""
+    write_poses(clock.motions, time + clock.step)
+    for body in range(coarse.wall_velocity.shape[0]):
+        for c in range(6):
+            coarse.wall_velocity[body, c] = clock.motions.pose[body, 3 + c]
+    write_poses(clock.motions, time)
+    relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters)
+    if counters[state.STATUS] != state.RUNNING:
+        return
+    foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, time)
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] < 0:
+            lanes.put(coarse.work, lane // LANES, pair.TAU, lane % LANES, 0.0)
+        elif not gather(balls, candidates, contacts, walls, clock, coarse, lane):
+            close_lane(candidates, contacts, coarse, lane, time, totals, counters, table)
+            lanes.put(coarse.work, lane // LANES, pair.TAU, lane % LANES, 0.0)
+    for block in range(blocks_in_use(counters)):
+        copy(contacts.lanes, coarse.work, block, lanes.IS_WALL, HISTORY)
+
+
+@kernel()
+def predict(balls, contacts, walls, clock, coarse, counters):
+    """Rounds of messages: pushes as expected so far, what contacts do under them, and so the next pushes."""
+    expect_all(contacts, coarse, counters)
+    push_all(balls, contacts, walls, clock, coarse, counters)
+    for layer in range(coarse.weights.first.shape[0]):
+        predict_all(coarse.weights, layer, coarse, blocks_in_use(counters), clock.step)
+        expect_all(contacts, coarse, counters)
+        push_all(balls, contacts, walls, clock, coarse, counters)
+
+
+@kernel()
+def finish(balls, contacts, clock, coarse, counters):
+    """Solve every local problem and move the balls."""
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            touch_lane(contacts, clock, coarse, lane)
+    solve(contacts, clock, coarse, counters)
+    clear(coarse.moved)
+    for lane in range(counters[state.USED]):
+        if contacts.slot[lane] >= 0:
+            scatter(contacts, coarse, lane)
+            block, m = lane // LANES, lane % LANES
+            # What the contact did at the end of the step is where the next one's expectation begins.
+            force = lanes.get_vector(coarse.work, block, pair.FORCE, m)
+            put3(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m, force)
+    move(balls, clock, coarse)
+
+
+@kernel()
+def run_steps(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table, last_step):
+    """Coarse steps up to and including `last_step`, or until something is wrong."""
+    while counters[state.STEP] <= last_step:
+        time = counters[state.STEP] * clock.step
+        gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table, time)
+        if counters[state.STATUS] != state.RUNNING:
+            break
+        predict(balls, contacts, walls, clock, coarse, counters)
+        finish(balls, contacts, clock, coarse, counters)
+        counters[state.STEP] += 1

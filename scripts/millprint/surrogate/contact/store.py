@@ -1,0 +1,35 @@
+"""Weights of an ensemble on disk; they load with weights_only=True."""
+
+from pathlib import Path
+
+import torch
+
+from millprint.config.contact_surrogate import ContactRecipe
+from millprint.surrogate.checkpoint import write_checkpoint
+from millprint.surrogate.contact.network import Predictor
+from millprint.surrogate.contact.weights import Weights, make_weights
+
+KIND = "contact"
+
+
+def write_ensemble(path: str | Path, states: list[dict], recipe: ContactRecipe) -> None:
+    """Write the weights of every member, with the recipe that gives them a shape."""
+    members = [{name: value.cpu() for name, value in state.items()} for state in states]
+    write_checkpoint(path, {"kind": KIND, "recipe": recipe.model_dump(mode="json"), "members": members})
+
+
+def is_ensemble(path: str | Path) -> bool:
+    """Whether a weights file holds a contact surrogate."""
+    return torch.load(path, map_location="cpu", weights_only=True).get("kind") == KIND
+
+
+def read_ensemble(path: str | Path) -> tuple[list[Weights], ContactRecipe]:
+    """The members' weights as the kernels take them, and the recipe."""
+    content = torch.load(path, map_location="cpu", weights_only=True)
+    recipe = ContactRecipe(**content["recipe"])
+    members = []
+    for state in content["members"]:
+        model = Predictor(recipe.network.width, recipe.network.rounds)
+        model.load_state_dict(state)
+        members.append(make_weights(model.arrays()))
+    return members, recipe

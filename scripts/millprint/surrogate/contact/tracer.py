@@ -1,0 +1,181 @@
+"""Our DEM driven one coarse step at a time: states to start from, and what every contact does next."""
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem import lanes, state
+from millprint.dem.advance import advance, all_works
+from millprint.dem.neighbours import look
+from millprint.dem.recording import make_table, silent_recorder
+from millprint.dem.simulation import Simulation
+from millprint.errors import SimulationError
+from millprint.surrogate.contact import samples
+from millprint.surrogate.contact.arena import Arena, Settled
+from millprint.surrogate.contact.trace import COLUMNS, Trace
+from millprint.surrogate.contact.weights import Weights, no_weights
+
+# Contacts that are followed at once, for each ball.
+ROWS_PER_BALL = 40
+
+
+class Tracer(Simulation):
+    """A simulation beside an arena in which the same balls are seen by coarse steps."""
+
+    def __init__(
+        self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, coarse_step: float, substeps: int
+    ) -> None:
+        # A whole number of fine steps makes a coarse one.
+        super().__init__(case.model_copy(update={"snapshot_interval_s": coarse_step}), mill, contact, dem)
+        self.fine_steps = self.snapshot_every
+        self.arena = Arena(
+            self.mill, self.contact, case.speed_rpm, self.radius, self.count, self.fine_steps * self.step, substeps
+        )
+        self.followed = self._make_trace(self.arena)
+        self.counters[state.STEP] = -self.settle_steps
+        self.to_step(0)
+        # The walls start with a jolt, which no look at the lists has foreseen.
+        self.counters[state.CHECK_IN] = 0
+
+    def _make_trace(self, arena: Arena) -> Trace:
+        place = np.full((self.count, self.count + len(self.walls.body)), -1, dtype=np.int64)
+        return Trace(place, np.zeros((ROWS_PER_BALL * self.count, COLUMNS)))
+
+    def to_step(self, step: int, check: bool = True) -> None:
+        """Advance until `step` is the next one; raises SimulationError."""
+        table, recorder = make_table(0), silent_recorder()
+        while self.counters[state.STEP] < step and self.counters[state.STATUS] == state.RUNNING:
+            advance(*self._groups(table, recorder), step - 1)
+            if self.counters[state.STATUS] == state.CANDIDATES_FULL:
+                self._lengthen_lists()
+        if check:
+            self._check()
+
+    def to_time(self, time_s: float) -> None:
+        """Advance to the coarse step at `time_s` [s] or the next one."""
+        self.to_step(int(np.ceil(time_s / self.arena.step - 1e-6)) * self.fine_steps)
+
+    def _groups(self, *buffers) -> tuple:
+        return (
+            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
+            *buffers,
+        )  # fmt: skip
+
+    def _check(self) -> None:
+        if self.counters[state.STATUS] != state.RUNNING:
+            raise SimulationError(self._trouble())
+
+    @property
+    def coarse_number(self) -> int:
+        """Number of the coarse step that comes next."""
+        return int(self.counters[state.STEP]) // self.fine_steps
+
+    def works(self) -> np.ndarray:
+        """Works so far by channel, as in millprint.dem.state [J]."""
+        out = np.zeros(state.TOTALS)
+        all_works(self.contacts, self.counters, self.totals, out)
+        return out
+
+    def settled(self) -> Settled:
+        """The present state for an arena."""
+        samples.put_contacts_aside(self.contacts, self.counters, self.arena.contacts, self.arena.counters)
+        kept = int(self.arena.counters[state.ASIDE])
+        aside = self.arena.contacts
+        self.arena.counters[state.ASIDE] = -1
+        return Settled(
+            self.balls.position.copy(), self.balls.rate_now.copy(), aside.kept_ball[:kept].copy(),
+            aside.kept_partner[:kept].copy(), aside.kept_history[:kept].copy(), self.coarse_number,
+        )  # fmt: skip
+
+    def load(self, begin: Settled) -> bool:
+        """Put the DEM into a state of an arena; False where the DEM cannot go on from it.
+
+        Rates of the DEM are those of half a fine step ago: by the forces that act now.
+        """
+        self.balls.position[:] = begin.position
+        self.balls.rate_now[:] = self.balls.rate[:] = begin.rate
+        force = np.zeros((self.count, 3))
+        pulls = begin.history[:, lanes.LAST_SLIP : lanes.LAST_SLIP + 3]
+        np.add.at(force, begin.first, pulls)
+        pairs = begin.second >= 0
+        np.subtract.at(force, begin.second[pairs], pulls[pairs])
+        change = force / self.balls.mass[0] + self.clock.gravity
+        self.balls.rate[:, :3] -= 0.5 * self.step * change
+        open_now = np.flatnonzero(np.abs(pulls).sum(axis=1) > 0)
+        for _ in range(1 + len(open_now)):
+            self._set_aside(begin, open_now)
+            self.to_step(begin.step * self.fine_steps, check=False)
+            if self.counters[state.STATUS] != state.CONTACT_LOST:
+                break
+            # A contact that has parted since, where the DEM lists nothing.
+            open_now = open_now[begin.first[open_now] != self.counters[state.BALL]]
+        self._put_forces(begin)
+        return self.counters[state.STATUS] == state.RUNNING
+
+    def _put_forces(self, begin: Settled) -> None:
+        """Put present forces into the lanes of open contacts: the DEM has not computed them yet."""
+        partners = zip(begin.first.tolist(), begin.second.tolist(), strict=True)
+        forces = dict(zip(partners, begin.history[:, lanes.LAST_SLIP : lanes.LAST_SLIP + 3], strict=True))
+        for lane in range(self.counters[state.USED]):
+            if self.contacts.slot[lane] >= 0:
+                block, m = divmod(lane, lanes.LANES)
+                at = slice(lanes.FORCE * lanes.LANES + m, (lanes.FORCE + 3) * lanes.LANES, lanes.LANES)
+                force = forces[int(self.contacts.ball[lane]), int(self.contacts.partner[lane])]
+                self.contacts.lanes[block, at] = force
+
+    def _set_aside(self, begin: Settled, chosen: np.ndarray) -> None:
+        """Set contacts of a state aside, for the next look at the lists to take up."""
+        samples.forget(self.candidates, self.contacts, self.counters)
+        kept = len(chosen)
+        self.contacts.kept_ball[:kept], self.contacts.kept_partner[:kept] = begin.first[chosen], begin.second[chosen]
+        self.contacts.kept_history[:kept] = begin.history[chosen]
+        self.contacts.kept_history[:kept, lanes.LAST_SLIP :] = 0.0
+        self.counters[state.ASIDE], self.counters[state.CHECK_IN] = kept, 0
+        self.counters[state.STATUS], self.counters[state.STEP] = state.RUNNING, begin.step * self.fine_steps
+        look(*self._groups()[:6], self.counters)
+
+    def push_forward(self, weights: Weights, own_steps: int, between: int, states: int):
+        """Samples of states that the surrogate has reached by `own_steps` of its own from one of the DEM.
+
+        The DEM goes on from each such state for `between` coarse steps, and the next one begins there.
+        """
+        parts, sizes = [], []
+        rows = np.zeros((ROWS_PER_BALL * self.count, samples.COLUMNS))
+        self.arena.weights = weights
+        for _ in range(states):
+            begin = self.settled()
+            self.arena.load(begin)
+            if not self.arena.run(own_steps) or not self.load(self.arena.settled()):
+                # The surrogate has lost a ball: what it does there is no matter.
+                self.load(begin)
+                self.to_step(int(self.counters[state.STEP]) + between * self.fine_steps)
+                continue
+            self.arena.weights, kept = no_weights(), self.arena.weights
+            written = self._sample_once(rows)
+            self.arena.weights = kept
+            parts.append(rows[:written].astype(np.float32))
+            sizes.append(written)
+            self.to_step(int(self.counters[state.STEP]) + (between - 1) * self.fine_steps)
+        return np.concatenate(parts), np.array(sizes)
+
+    def sample(self, every: int, until_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Samples of the contacts in every `every`-th coarse step until `until_s`: rows, and how many a state has."""
+        parts, sizes = [], []
+        rows = np.zeros((ROWS_PER_BALL * self.count, samples.COLUMNS))
+        while self.coarse_number * self.arena.step < until_s:
+            written = self._sample_once(rows)
+            parts.append(rows[:written].astype(np.float32))
+            sizes.append(written)
+            self.to_step(int(self.counters[state.STEP]) + (every - 1) * self.fine_steps)
+        return np.concatenate(parts), np.array(sizes)
+
+    def _sample_once(self, rows: np.ndarray) -> int:
+        """Write the contacts of the present state and what they do in the next coarse step; returns how many."""
+        arena = self.arena
+        buffers = make_table(0), silent_recorder()
+        written = samples.sample_step(
+            self._groups(*buffers), arena.groups, arena.coarse, self.followed, rows, 0, self.fine_steps
+        )
+        self._check()
+        return written

@@ -1,0 +1,241 @@
+"""The contact surrogate: what holds whatever its network has learned, and that training goes on where it stopped."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from millprint.config.contact_surrogate import ContactRecipe, JudgeConfig
+from millprint.dem import lanes, state
+from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
+from millprint.surrogate.contact import pair, samples
+from millprint.surrogate.contact.arena import Arena, coarse_step
+from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
+from millprint.surrogate.contact.judge import judged, reached
+from millprint.surrogate.contact.step import gather_all, predict
+from millprint.surrogate.contact.store import is_ensemble, read_ensemble, write_ensemble
+from millprint.surrogate.contact.training import ContactTrainer, batch_of
+from millprint.surrogate.contact.weights import make_weights, no_weights
+from tests.unit.contact_samples import COARSE, NETWORK, TRACE, TRAINING, in_mid_air, random_network, tiny_tracer
+
+RADIUS = TRACE.ball_diameter_mm / 2e3
+JUDGE = JudgeConfig(starts=2, length_s=0.01, position_s=0.005)
+
+
+@pytest.fixture(scope="module")
+def tracer():
+    return tiny_tracer()
+
+
+@pytest.fixture(scope="module")
+def followed(tracer) -> Samples:
+    return follow(tracer, TRACE)
+
+
+def small_arena(balls: int) -> Arena:
+    step = coarse_step(TINY_CONTACT, RADIUS, COARSE.rayleigh_multiple, 1e-3)
+    arena = Arena(TINY_MILL, TINY_CONTACT, TRACE.speed_rpm, RADIUS, balls, step, COARSE.substeps)
+    arena.weights = make_weights(random_network().arrays())
+    return arena
+
+
+def some_states(followed: Samples, count: int) -> list[torch.Tensor]:
+    return [part for part in torch.from_numpy(followed.rows).double().split(followed.sizes.tolist()) if len(part)][
+        :count
+    ]
+
+
+@pytest.mark.parametrize("reflect", [False, True])
+def test_what_is_expected_turns_with_the_jar(followed, reflect):
+    rows, graph = batch_of(some_states(followed, 20))
+    turn = Rotation.random(random_state=3).as_matrix() * (-1 if reflect else 1)
+    matrix, sign = torch.from_numpy(turn), np.sign(np.linalg.det(turn))
+    turned = rows.clone()
+    for column in (samples.AWAY, samples.VELOCITY, samples.FORCE, samples.BASE, samples.SPIN, samples.OTHER_SPIN):
+        # Angular velocities are axial: they keep their sense where space is mirrored.
+        axial = column in (samples.SPIN, samples.OTHER_SPIN)
+        turned[:, column : column + 3] = rows[:, column : column + 3] @ matrix.T * (sign if axial else 1)
+    model = random_network().double()
+    _, turned_graph = batch_of([turned])
+    turned_graph.first, turned_graph.second, turned_graph.balls = graph.first, graph.second, graph.balls
+    for before, after in zip(model(graph), model(turned_graph), strict=True):
+        for vector, other in zip(before, after, strict=True):
+            assert vector.abs().max() > 1e-4
+            torch.testing.assert_close(vector @ matrix.T, other, rtol=1e-7, atol=1e-10)
+
+
+def test_exchanging_the_partners_turns_the_force_round(followed):
+    rows, graph = batch_of(some_states(followed, 60))
+    pairs = rows[:, samples.SECOND] >= 0
+    assert pairs.any()
+    swapped = rows.clone()
+    for column in (samples.AWAY, samples.VELOCITY, samples.FORCE):
+        swapped[pairs, column : column + 3] *= -1
+    for one, other, width in (
+        (samples.SPIN, samples.OTHER_SPIN, 3), (samples.ARM, samples.OTHER_ARM, 1),
+        (samples.INVERSE_MASS, samples.OTHER_INVERSE_MASS, 1),
+        (samples.INVERSE_INERTIA, samples.OTHER_INVERSE_INERTIA, 1),
+    ):  # fmt: skip
+        swapped[pairs, one : one + width] = rows[pairs, other : other + width]
+        swapped[pairs, other : other + width] = rows[pairs, one : one + width]
+    _, other_graph = batch_of([swapped])
+    other_graph.first = torch.where(pairs, graph.second, graph.first)
+    other_graph.second = torch.where(pairs, graph.first, graph.second)
+    other_graph.balls = graph.balls
+    model = random_network().double()
+    sign = torch.where(pairs, -1.0, 1.0)[:, None]
+    torch.testing.assert_close(model(graph)[-1][0], sign * model(other_graph)[-1][0], rtol=1e-7, atol=1e-10)
+
+
+def test_kernel_and_torch_expect_the_same(tracer):
+    begin, arena = tracer.settled(), tracer.arena
+    rows = np.zeros((2000, samples.COLUMNS))
+    count = tracer._sample_once(rows)
+    model = random_network(size=0.2)
+    _, graph = batch_of([torch.from_numpy(rows[:count].astype(np.float32))])
+    mean, tilt = (value.detach().numpy() for value in model(graph)[-1])
+    arena.weights = make_weights(model.arrays())
+    arena.load(begin)
+    groups = arena.groups
+    gather_all(*groups[:6], arena.coarse, *groups[6:], begin.step * arena.step)
+    predict(arena.balls, arena.contacts, arena.walls, arena.clock, arena.coarse, arena.counters)
+    used = [lane for lane in range(arena.counters[state.USED]) if arena.contacts.slot[lane] >= 0]
+    for quantity, wanted in ((pair.EXPECTED, mean), (pair.TILT, tilt)):
+        found = [[lanes.get(arena.coarse.work, lane // 8, quantity + c, lane % 8) for c in range(3)] for lane in used]
+        wanted = wanted * graph.unit.numpy()
+        assert np.abs(wanted).max() > 1e-3
+        np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())
+    arena.weights = no_weights()
+
+
+def test_three_balls_that_meet_keep_their_momentum():
+    arena = small_arena(3)
+    arena.clock.gravity[:] = 0.0
+    middle = np.array([0.0095, 0.0, 0.008])
+    position = middle + np.array([[-1.05 * RADIUS, 0, 0], [1.02 * RADIUS, 0, 0], [0, 1.9 * RADIUS, 0]])
+    velocity = np.array([[0.8, 0.1, 0], [-0.5, 0, 0.05], [0, -1.0, 0]])
+    spin = np.array([[0, 30.0, 0], [10.0, 0, -20.0], [0, 0, 5.0]])
+    arena.load(in_mid_air(arena, position, velocity, spin))
+    kept = arena.record(60, 1)
+    momentum = kept.rate[:, :, :3].sum(axis=1)
+    np.testing.assert_allclose(momentum, np.broadcast_to(velocity.sum(axis=0), momentum.shape), atol=1e-12)
+    assert kept.works[-1, state.TOTAL_NORMAL] > 0
+    assert np.abs(kept.rate[-1, :, :3] - velocity).max() > 0.3
+
+
+def test_nothing_is_dissipated_without_contact_and_balls_fall_as_they_do():
+    arena = small_arena(1)
+    position, velocity = np.array([[0.009, 0, 0.010]]), np.array([[0.02, -0.01, 0.1]])
+    arena.load(in_mid_air(arena, position, velocity, np.zeros((1, 3))))
+    kept = arena.record(100, 1)
+    time_s = arena.step * np.arange(1, 101)[:, None]
+    fall = np.array([0, 0, -9.81])
+    np.testing.assert_allclose(
+        kept.position[:, 0] - arena.bodies[0].motion.position(-1.0),
+        position + velocity * time_s + fall / 2 * time_s**2,
+        atol=1e-12,
+    )
+    assert (kept.works == 0).all()
+    assert (kept.ended == 0).all()
+
+
+@pytest.mark.parametrize("height_radii", [1.2, 1.2003, 1.2007, 1.2011])
+def test_a_bounce_does_not_depend_on_where_in_the_step_it_begins(height_radii):
+    arena = small_arena(1)
+    arena.clock.gravity[:] = 0.0
+    speed = 0.7
+    # Away from the post and the fillets, over the flat floor.
+    floor = arena.bodies[0].vessel.bounds[0, 2]
+    position = np.array([[0.008, 0.0, floor + height_radii * RADIUS]])
+    arena.load(in_mid_air(arena, position, np.array([[0, 0, -speed]]), np.zeros((1, 3))))
+    assert arena.run(80)
+    restitution = arena.balls.rate[0, 2] / speed
+    assert restitution == pytest.approx(TINY_CONTACT.restitution, rel=0.02)
+
+
+def test_dissipation_never_falls_and_no_ball_leaves_a_jar_that_nobody_has_learned(tracer):
+    arena = tracer.arena
+    arena.weights = make_weights(random_network(seed=5).arrays())
+    arena.load(tracer.settled())
+    kept = arena.record(400, 5)
+    arena.weights = no_weights()
+    assert np.isfinite(kept.position).all()
+    for channel in (state.TOTAL_NORMAL, state.TOTAL_DAMPING, state.TOTAL_ROLLING):
+        assert (np.diff(kept.works[:, channel]) >= 0).all()
+    tangential = kept.works[:, state.TOTAL_TANGENTIAL] - kept.works[:, state.ELASTIC_TANGENTIAL]
+    assert tangential[-1] > 0
+    body = (
+        kept.position
+        - arena.bodies[0].motion.position((tracer.coarse_number + 5 * np.arange(1, 401)) * arena.step)[:, None]
+    )
+    low, high = arena.bodies[0].vessel.bounds
+    assert (body > low + 0.5 * RADIUS).all()
+    assert (body < high - 0.5 * RADIUS).all()
+
+
+def test_coarse_steps_follow_the_dem_through_impacts(tracer):
+    arena, begin, before = tracer.arena, tracer.settled(), tracer.works()
+    arena.load(begin)
+    steps = round(0.004 / arena.step)
+    assert arena.run(steps)
+    tracer.to_step((begin.step + steps) * tracer.fine_steps)
+    assert tracer.works()[state.TOTAL_NORMAL] > before[state.TOTAL_NORMAL]
+    moved = np.linalg.norm(tracer.balls.position - begin.position, axis=1)
+    error = np.linalg.norm(arena.balls.position - tracer.balls.position, axis=1)
+    assert np.median(error) < 0.01 * np.median(moved)
+
+
+def test_followed_impulses_are_those_that_move_the_balls(tracer):
+    begin = tracer.settled()
+    rows = np.zeros((2000, samples.COLUMNS))
+    rows = rows[: tracer._sample_once(rows)]
+    impulse = np.zeros((tracer.count, 3))
+    first, second = rows[:, samples.FIRST].astype(int), rows[:, samples.SECOND].astype(int)
+    pushed = rows[:, samples.IMPULSE : samples.IMPULSE + 3]
+    np.add.at(impulse, first, pushed)
+    np.subtract.at(impulse, second[second >= 0], pushed[second >= 0])
+    change = tracer.balls.rate_now[:, :3] - begin.rate[:, :3] - tracer.clock.gravity * tracer.arena.step
+    mass = tracer.balls.mass[0]
+    # The end of the step is half a fine step apart, and an unforeseen contact is not followed.
+    assert np.median(np.linalg.norm(impulse / mass - change, axis=1)) < 2e-3 * np.abs(change).max()
+
+
+def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_path):
+    found = truths(tracer, JUDGE)
+    write_dataset([followed], found, tmp_path / "contacts.h5")
+    parts, found = read_dataset(tmp_path / "contacts.h5")
+    np.testing.assert_array_equal(parts[0].rows, followed.rows)
+    begin = tracer.settled()
+
+    def fresh() -> ContactTrainer:
+        def own(weights):
+            tracer.load(begin)
+            return reached([tracer], weights, TRAINING)
+
+        judge = lambda weights: judged(tracer.arena, weights, found, JUDGE)  # noqa: E731
+        return ContactTrainer(parts, NETWORK, TRAINING, 7, judge, own, "same", torch.device("cpu"))
+
+    whole = fresh()
+    assert whole.train()
+    halves = fresh()
+    # Killed in the second epoch, after states of its own have been added.
+    assert not halves.train(tmp_path / "half.pt", max_steps=9)
+    resumed = fresh()
+    resumed.resume(torch.load(tmp_path / "half.pt", weights_only=True))
+    assert resumed.own is not None
+    assert resumed.train()
+    for one, other in zip(whole.model.parameters(), resumed.model.parameters(), strict=True):
+        torch.testing.assert_close(one, other, rtol=0, atol=0)
+    assert [row["roll_out_score"] for row in whole.history] == [row["roll_out_score"] for row in resumed.history]
+    assert len(whole.history) == TRAINING.epochs
+
+
+def test_weights_come_back_without_pickle(tmp_path):
+    models = [random_network(seed) for seed in (1, 2)]
+    recipe = ContactRecipe(coarse=COARSE, network=NETWORK, training=TRAINING, members=2)
+    write_ensemble(tmp_path / "weights.pt", [model.state_dict() for model in models], recipe)
+    assert is_ensemble(tmp_path / "weights.pt")
+    members, read = read_ensemble(tmp_path / "weights.pt")
+    assert read == recipe
+    for model, weights in zip(models, members, strict=True):
+        np.testing.assert_array_equal(model.arrays()[4], weights.last)
