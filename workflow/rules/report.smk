@@ -158,7 +158,6 @@ rule build_report:
         stages=STAGE_OUTPUTS,
         pages=REPORT_PAGES,
         run=rules.record_run.output.run,
-        landing="workflow/report/landing.yaml",
         stylesheet="workflow/report/report.css",
     output:
         html=f"{RESULTS}/report/report.html",
@@ -173,5 +172,4 @@ rule build_report:
         "Building the report, which opens offline"
     shell:
         "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock --cores 1"
-        " --report {output.html:q} --report-html-stylesheet-path {input.stylesheet:q}"
-        " --report-metadata {input.landing:q} {input.pages:q} > {log:q} 2>&1"
+        " --report {output.html:q} --report-stylesheet {input.stylesheet:q} {input.pages:q} > {log:q} 2>&1"
