@@ -46,6 +46,9 @@ def test_a_page_can_be_read_and_fetches_nothing(report, page, tmp_path, name, wi
     assert np.asarray(picture.convert("L")).std() > 5
     measured = page.measure()
     assert measured["beyond"] <= 0 and measured["smallest"] >= 10
+    # Tables of numbers are moved sideways on a phone, sentences are not.
+    spill = 'return [...document.querySelectorAll(".cards")].map((e) => e.scrollWidth - e.parentElement.clientWidth);'
+    assert all(wider <= 0 for wider in page.run(spill))
     assert page.outside_requests() == []
 
 
