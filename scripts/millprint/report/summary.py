@@ -67,8 +67,8 @@ def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: 
     return render_page(
         FOLDER / "summary.html",
         title="Which numbers of the thesis hold",
-        introduction=f"Run {name}: each of the {len(claims)} numbers and statements of the thesis was computed anew "
-        "from its measured data and its method, and held against what is printed.",
+        introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed anew from its "
+        "measured data and its methods, and held against what is printed.",
         verdicts=[
             {"name": key, "meaning": MEANINGS[key], "colour": VERDICT_COLOURS[key], "count": int(counts[key].sum())}
             for key in VERDICTS
