@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
+from markupsafe import escape
 
 from millprint.files import read_table
 from millprint.report.catalogue import TABLES
@@ -102,6 +103,12 @@ def test_a_table_sorts_and_filters(report, page):
     assert found["rising"][-1] == "" and found["falling"][-1] == ""
     assert "3.balls.10mm.0.40" in found["left"] and all(name.startswith("3.") for name in found["left"])
     assert found["said"].startswith(f"{len(found['left'])} of ")
+
+
+@pytest.mark.parametrize("chapter", TABLES)
+def test_every_table_of_the_catalogue_is_shown(report, chapter):
+    text = (report / f"tables_{chapter}.html").read_text()
+    assert re.findall("<h2>(.*?)</h2>", text) == [escape(listed.title) for listed in TABLES[chapter]]
 
 
 def test_the_summary_counts_what_the_table_of_claims_holds(report):
