@@ -87,7 +87,7 @@ rule tabulate_chapter:
         "../../envs/millprint.yaml"
     params:
         name=CONFIG.name,
-        results=RESULTS,
+        results=lambda wildcards, output: str(Path(output.html).parents[1]),
         library=library("tabulate_chapter.py"),
     message:
         "Showing the tables of chapter {wildcards.chapter}"
