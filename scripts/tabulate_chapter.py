@@ -6,11 +6,12 @@ from millprint.report.catalogue import TABLES
 from millprint.report.tables import Section, tables_page
 
 
-def main(chapter: str, name: str, tables: list[str], output: str) -> None:
-    """Write the page of one chapter; `tables` are the files of TABLES[chapter] in that order."""
+def main(chapter: str, name: str, tables: list[str], results: str, output: str) -> None:
+    """Write the page of one chapter: those of its tables that are among the files `tables` of the folder `results`."""
     sections = [
-        Section(listed.title, read_table(path), " ".join(filter(None, (listed.note, f"{listed.path}"))))
-        for listed, path in zip(TABLES[chapter], tables, strict=True)
+        Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
+        for listed in TABLES[chapter]
+        if (path := f"{results}/{listed.path}") in tables
     ]
     introduction = (
         f"Tables of thesis chapter {chapter} as the run {name} computed them. A click on a column sorts by it."
@@ -25,5 +26,6 @@ if "snakemake" in globals():
             snakemake.wildcards.chapter,
             snakemake.params.name,
             list(snakemake.input.tables),
+            snakemake.params.results,
             snakemake.output.html,
         )

@@ -26,8 +26,8 @@ def main(name: str, results: str, claims_path: str, output) -> None:
     write_table(counts, output.counts)
     write_table(errata, output.errata)
     write_page(summary_page(name, table, counts, errata), output.summary)
-    note = "Deviation in per cent of the printed value."
-    every = Section("Every claim", table, note, cards=True)
+    note = "Deviation in per cent of the printed value. claims.tsv also says of what kind a claim is."
+    every = Section("Every claim", table.drop(columns="kind"), note, cards=True)
     introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
     write_page(tables_page("Claims of the thesis", introduction, [every]), output.page)
     save(plot_verdicts(counts), output.svg, output.png)

@@ -1,15 +1,20 @@
 """Pages in a real browser without a window: what they compute, what they fetch and how they look.
 
 The browser is that of MILLPRINT_BROWSER, or the first of BROWSERS on the PATH; tests that need one are skipped where
-there is none. It is driven by its command line alone, so that nothing has to be installed beside it.
+there is none. It is driven over a pair of pipes by the DevTools protocol: nothing has to be installed beside it.
 """
 
-import html
+import base64
+import fcntl
 import json
 import os
-import re
+import select
 import shutil
 import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -24,9 +29,18 @@ BROWSERS = (
     "google-chrome",
     "google-chrome-stable",
 )
+OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--hide-scrollbars",
+    "--disable-background-networking",
+    "--remote-debugging-pipe",
+    # Should a page ask for anything, it must fail here as it would without a network.
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+)
 DESKTOP, PHONE = 1280, 390
-# Time on the page's own clock, which runs as fast as the page computes.
-PATIENCE_MS = 20_000
+PATIENCE_S = 120
 
 
 def find_browser() -> str | None:
@@ -41,83 +55,121 @@ needs_browser = pytest.mark.skipif(
 )
 
 
-def _run(page: Path, *options: str, folder: Path) -> str:
-    fixed = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/profile")
-    # Should a page ask for anything, it must fail here as it would without a network.
-    offline = ("--host-resolver-rules=MAP * ~NOTFOUND", "--disable-background-networking")
-    command = [find_browser(), *fixed, *offline, f"--virtual-time-budget={PATIENCE_MS}", *options, page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
-    return done.stdout
+class Page:
+    """One open page. `requests`: addresses it asked for; `errors`: what went wrong in its scripts."""
+
+    def __init__(self, commands: int, answers: int) -> None:
+        self._commands, self._answers = commands, answers
+        self._buffer, self._sent, self._session = b"", 0, None
+        self._loaded = False
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        target = self._send("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self._send(f"{domain}.enable")
+
+    def _receive(self) -> dict:
+        end = time.monotonic() + PATIENCE_S
+        while b"\0" not in self._buffer:
+            if not select.select([self._answers], [], [], max(0, end - time.monotonic()))[0]:
+                raise TimeoutError(f"the browser said nothing for {PATIENCE_S} s")
+            part = os.read(self._answers, 1 << 20)
+            if not part:
+                raise EOFError("the browser has ended")
+            self._buffer += part
+        message, self._buffer = self._buffer.split(b"\0", 1)
+        return json.loads(message)
+
+    def _note(self, message: dict) -> None:
+        """Keep what an event says."""
+        about = message.get("params", {})
+        match message.get("method"):
+            case "Page.loadEventFired":
+                self._loaded = True
+            case "Network.requestWillBeSent":
+                self.requests.append(about["request"]["url"])
+            case "Runtime.exceptionThrown":
+                self.errors.append(about["exceptionDetails"].get("exception", {}).get("description", "unknown"))
+            case "Log.entryAdded" if about["entry"]["level"] == "error":
+                self.errors.append(about["entry"]["text"])
+
+    def _send(self, method: str, **parameters) -> dict:
+        self._sent += 1
+        message = {"id": self._sent, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._commands, json.dumps(message).encode() + b"\0")
+        while (answer := self._receive()).get("id") != self._sent:
+            self._note(answer)
+        if "error" in answer:
+            raise RuntimeError(f"{method}: {answer['error']['message']}")
+        return answer["result"]
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the window a size [px]."""
+        self._send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def open(self, file: Path) -> None:
+        """Open a file and wait until it is loaded."""
+        self._loaded = False
+        self._send("Page.navigate", url=file.resolve().as_uri())
+        while not self._loaded:
+            self._note(self._receive())
+
+    def run(self, script: str):
+        """What `script`, the body of an async function, returns as JSON; raises AssertionError with its error."""
+        expression = f"(async () => {{ {script} }})()"
+        said = self._send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in said, said["exceptionDetails"]["exception"].get("description")
+        return said["result"].get("value")
+
+    def picture(self, path: Path) -> Image.Image:
+        """The window as it looks, written to `path`."""
+        # Two frames, so that what a script changed is drawn.
+        self.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));")
+        data = base64.b64decode(self._send("Page.captureScreenshot", format="png")["data"])
+        path.write_bytes(data)
+        return Image.open(BytesIO(data)).convert("RGB")
+
+    def outside_requests(self) -> list[str]:
+        """Addresses that the page asked for beside itself and what it carries."""
+        return [url for url in self.requests if not url.startswith(("file:", "data:", "blob:", "about:"))]
+
+    def measure(self) -> dict[str, float]:
+        """Width of the window, how much wider the page is, and its smallest text, all in px."""
+        return self.run("""
+          const sizes = [...document.querySelectorAll("body *")].filter((e) => e.checkVisibility()
+            && !e.closest("script, style") && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()))
+            .map((e) => { const svg = e.closest("svg"); const box = svg?.viewBox.baseVal.width;
+              const scale = box ? svg.getBoundingClientRect().width / box : 1;
+              return scale * parseFloat(getComputedStyle(e).fontSize); });
+          return { width: innerWidth, beyond: document.documentElement.scrollWidth - innerWidth,
+            smallest: Math.min(...sizes) };""")
 
 
-def with_script(page: Path, script: str, folder: Path) -> Path:
-    """A copy of a page that runs `script`, the body of an async function, when all is loaded.
-
-    What it returns, or the error that anything on the page raised, is left in the document for `answer_of`.
-    """
-    runner = f"""<script>
-(() => {{
-  const failures = [];
-  const leave = (said) => {{
-    const place = document.createElement("pre");
-    place.id = "told"; place.hidden = true; place.textContent = JSON.stringify(said);
-    document.body.append(place);
-  }};
-  window.addEventListener("error", (event) => failures.push(event.message));
-  window.addEventListener("load", async () => {{
-    try {{ const value = await (async () => {{ {script} }})(); leave({{ value, failures }}); }}
-    catch (error) {{ leave({{ failures: [...failures, String(error.stack)] }}); }}
-  }});
-}})();
-</script>"""
-    # First in the head, so that an error of the page's own scripts is seen.
-    text = page.read_text()
-    copy = folder / f"scripted_{page.name}"
-    copy.write_text(text.replace("<head>", f"<head>{runner}", 1))
-    assert runner in copy.read_text(), f"{page} has no <head>"
-    return copy
-
-
-def answer_of(page: Path, script: str, folder: Path):
-    """What `script` returns on the page, as JSON; fails with the page's own error if there was one."""
-    document = _run(with_script(page, script, folder), "--dump-dom", folder=folder)
-    told = re.search(r'<pre id="told" hidden="">(.*?)</pre>', document, re.DOTALL)
-    assert told, f"{page.name} left no answer: {document[-500:]}"
-    said = json.loads(html.unescape(told.group(1)))
-    assert not said["failures"], said["failures"]
-    return said.get("value")
-
-
-def screenshot(page: Path, width: int, height: int, path: Path, script: str = "") -> Image.Image:
-    """The page as it looks in a window, after `script`, written to `path`."""
-    folder = path.parent
-    shown = with_script(page, script, folder) if script else page
-    _run(shown, f"--screenshot={path}", f"--window-size={width},{height}", folder=folder)
-    return Image.open(path).convert("RGB")
-
-
-def fetched(page: Path, folder: Path, script: str = "") -> list[str]:
-    """Every address that the page asked the network for; files are not among them."""
-    log = folder / "network.json"
-    shown = with_script(page, script, folder) if script else page
-    _run(shown, "--dump-dom", f"--log-net-log={log}", folder=folder)
-    asked = set(re.findall(r'"url":"([^"]+)"', log.read_text()))
-    return sorted(url for url in asked if not url.startswith(("data:", "blob:")))
-
-
-def overflow_of(page: Path, folder: Path, width: int, script: str = "") -> dict:
-    """How much wider than the window the page is [px], and the smallest text that it shows [px]."""
-    measure = """
-      const sizes = [...document.querySelectorAll("body *")].filter((e) => e.checkVisibility()
-        && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()) && !e.closest("script, style"))
-        .map((e) => { const svg = e.closest("svg"); const scale = svg && svg.viewBox.baseVal.width
-          ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
-          return scale * parseFloat(getComputedStyle(e).fontSize); });
-      return { beyond: document.documentElement.scrollWidth - window.innerWidth, width: window.innerWidth,
-        smallest: Math.min(...sizes) };"""
-    shown = with_script(page, script + measure, folder)
-    document = _run(shown, "--dump-dom", f"--window-size={width},900", folder=folder)
-    told = re.search(r'<pre id="told" hidden="">(.*?)</pre>', document, re.DOTALL)
-    said = json.loads(html.unescape(told.group(1)))
-    assert not said["failures"], said["failures"]
-    return said["value"]
+@contextmanager
+def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Iterator[Page]:
+    """An empty page in a browser of its own, which keeps its files in `folder`."""
+    their_end, commands = os.pipe()
+    answers, our_end = os.pipe()
+    # The browser reads at 3 and writes at 4: numbers that must not be taken when the shell puts the pipes there.
+    reads, writes = (fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (their_end, our_end))
+    command = [find_browser(), *OPTIONS, f"--user-data-dir={folder / 'profile'}", "about:blank"]
+    process = subprocess.Popen(
+        ["bash", "-c", f'exec "$@" 3<&{reads} 4>&{writes}', "bash", *command],
+        pass_fds=(reads, writes),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    for end in (their_end, our_end, reads, writes):
+        os.close(end)
+    try:
+        page = Page(commands, answers)
+        page.resize(width, height)
+        yield page
+    finally:
+        process.terminate()
+        process.wait(timeout=30)
+        os.close(commands)
+        os.close(answers)

@@ -40,3 +40,14 @@ def test_digest_changes_with_what_is_used_only(tmp_path, monkeypatch):
     assert fresh(script) == before
     write(root, "near/second.py", "VALUE = 3\n")
     assert fresh(script) != before
+
+
+def test_digest_changes_with_the_templates_beside_what_is_used(tmp_path, monkeypatch):
+    root, script = package(tmp_path, monkeypatch)
+    write(root, "near/page.html", "<p>")
+    write(root, "far/page.html", "<p>")
+    before = fresh(script)
+    write(root, "far/page.html", "<h1>")
+    assert fresh(script) == before
+    write(root, "near/page.html", "<h1>")
+    assert fresh(script) != before

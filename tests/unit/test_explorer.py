@@ -20,7 +20,7 @@ from millprint.fingerprint.search import Allowed, rank_conditions
 from millprint.predict.answer import range_warnings, trained_ranges
 from millprint.predict.archive import load_averaged, save_averaged, training_rows
 from millprint.predict.averaging import average, fit_library
-from tests.browser import DESKTOP, PHONE, answer_of, fetched, needs_browser, overflow_of, screenshot
+from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
 from tests.unit.yield_settings import all_runs, thesis_yields
@@ -121,8 +121,16 @@ def _library(run: dict, state: dict) -> dict:
     }
 
 
+@pytest.fixture
+def page(run, tmp_path):
+    with browser_page(tmp_path) as page:
+        page.open(run["page"])
+        yield page
+        assert page.errors == []
+
+
 @needs_browser
-def test_the_page_computes_what_the_library_computes(run, tmp_path):
+def test_the_page_computes_what_the_library_computes(run, page):
     states = _states(run["content"], 24)
     script = f"""
       const ends = (band) => [band.value, band.lower, band.upper];
@@ -132,7 +140,7 @@ def test_the_page_computes_what_the_library_computes(run, tmp_path):
           outside: [...found.outside].sort(), yield: ends(found.yield_percent),
           not_trained: found.yield_percent.outside.map((each) => each.name).sort() }};
       }});"""
-    ours, theirs = answer_of(run["page"], script, tmp_path), [_library(run, state) for state in states]
+    ours, theirs = page.run(script), [_library(run, state) for state in states]
     for key in ("bands", "yield"):
         np.testing.assert_allclose(
             np.array([each[key] for each in ours]), np.array([each[key] for each in theirs]), rtol=1e-6, atol=1e-9
@@ -144,14 +152,14 @@ def test_the_page_computes_what_the_library_computes(run, tmp_path):
 
 @needs_browser
 @pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
-def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, tmp_path, left_open):
+def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
     wanted = run["request"].targets[0].wanted
     target = {name: wanted[name] for name in DESCRIPTORS if name not in left_open}
     script = f"""
       const rows = await explorer.search({target!r});
       return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,
         row.condition.fill_ratio, row.condition.speed_hz * 60]);"""
-    ours = np.array(answer_of(run["page"], script, tmp_path))
+    ours = np.array(page.run(script))
     request = run["request"]
     allowed = Allowed(tuple(speed / 60 for speed in request.speeds_rpm), tuple(request.fill_ratios), (5e-3, 10e-3))
     weights = request.weights.model_dump()
@@ -164,7 +172,7 @@ def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, tmp_p
 
 
 @needs_browser
-def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(run, tmp_path):
+def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(page):
     script = """
       const shown = () => [...document.querySelectorAll("#results dd:nth-of-type(1)")].map((e) => e.textContent);
       const slide = (name, value) => { const slider = document.getElementById(name); slider.value = value;
@@ -174,7 +182,7 @@ def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(run, tmp_p
       slide("speed_hz", 2400); const warned = document.getElementById("outside").textContent;
       return { before, after, quiet, warned, hint: document.getElementById("speed_hz-hint").textContent,
         charts: document.querySelectorAll("#charts svg[role=img][aria-label]").length };"""
-    said = answer_of(run["page"], script, tmp_path)
+    said = page.run(script)
     # The speed changes neither the tangential share by much nor what is weighed in; all else moves.
     assert sum(one != other for one, other in zip(said["before"], said["after"], strict=True)) >= 7
     assert "Not simulated" not in said["quiet"] and "Not simulated: speed" in said["warned"]
@@ -183,7 +191,7 @@ def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(run, tmp_p
 
 
 @needs_browser
-def test_the_search_form_fills_its_table_and_sets_the_sliders(run, tmp_path):
+def test_the_search_form_fills_its_table_and_sets_the_sliders(page):
     script = """
       document.getElementById("take").click();
       await explorer.showSearch();
@@ -191,29 +199,34 @@ def test_the_search_form_fills_its_table_and_sets_the_sliders(run, tmp_path):
       explorer.state.speed_hz = 20; rows[0].querySelector("button").click();
       return { rows: rows.length, speed: explorer.state.speed_hz * 60, shown: !document.getElementById("found").hidden,
         met: rows[0].querySelectorAll(".met").length };"""
-    said = answer_of(run["page"], script, tmp_path)
+    said = page.run(script)
     assert said["rows"] > 2 and said["shown"] and said["met"] == 3
     # The target was that of the first condition, so the nearest condition is that one.
     assert said["speed"] == pytest.approx(900, rel=0.01)
 
 
 @needs_browser
-def test_nothing_is_fetched(run, tmp_path):
-    assert fetched(run["page"], tmp_path) == []
+def test_nothing_is_fetched(page, tmp_path):
+    page.run("await explorer.showSearch();")
+    assert page.requests and page.outside_requests() == []
     # The same look at a page that does ask for something.
-    (tmp_path / "asks.html").write_text("<head></head><img src='http://example.org/a.png'>")
-    assert fetched(tmp_path / "asks.html", tmp_path) == ["http://example.org/a.png"]
+    (tmp_path / "asks.html").write_text("<img src='http://example.org/a.png'>")
+    with browser_page(tmp_path / "other") as other:
+        other.open(tmp_path / "asks.html")
+        assert other.outside_requests() == ["http://example.org/a.png"]
 
 
 @needs_browser
 @pytest.mark.parametrize(("width", "height"), [(DESKTOP, 1500), (PHONE, 3600)])
-def test_the_page_can_be_read_at_desktop_and_phone_width(run, tmp_path, width, height):
-    picture = screenshot(run["page"], width, height, tmp_path / f"explorer_{width}.png")
+def test_the_page_can_be_read_at_desktop_and_phone_width(page, tmp_path, width, height):
+    page.resize(width, height)
+    page.run("await explorer.showSearch();")
+    picture = page.picture(tmp_path / f"explorer_{width}.png")
     assert picture.size == (width, height)
     # A page that failed to draw is one colour; this one has ink on paper all the way down.
     shades = np.asarray(picture.convert("L")).reshape(6, -1)
     assert (shades.std(axis=1) > 5).all()
-    measured = overflow_of(run["page"], tmp_path, width)
+    measured = page.measure()
     assert measured["width"] == width and measured["beyond"] <= 0
     assert measured["smallest"] >= 10
 

@@ -226,3 +226,13 @@ def test_the_library_of_fingerprints_is_free_of_pickle():
     assert not [
         path.name for path in folder.glob("*.py") if "pickle" in path.read_text() or "joblib" in path.read_text()
     ]
+
+
+def test_the_tangential_share_follows_from_the_powers(own):
+    found = own.predict(**AT)
+    both = found.normal_power_W.value + found.tangential_power_W.value
+    assert found.tangential_share.value == pytest.approx(found.tangential_power_W.value / both, rel=1e-12)
+    band = own.scaled(pd.DataFrame([{**AT, **own.machine()}])).iloc[0]
+    for end in ("lower", "upper"):
+        ratio = band[f"ratio_{end}"]
+        assert getattr(found.tangential_share, end) == pytest.approx(ratio / (1 + ratio), rel=1e-12)

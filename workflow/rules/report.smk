@@ -2,6 +2,14 @@
 
 from millprint.report.catalogue import TABLES
 
+STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
+# By chapter. A run without sweeps over the time step, say, has no table of it.
+SHOWN_TABLES = {
+    chapter: paths
+    for chapter, tables in TABLES.items()
+    if (paths := [path for listed in tables if (path := f"{RESULTS}/{listed.path}") in STAGE_FILES])
+}
+
 
 rule record_run:
     output:
@@ -64,7 +72,7 @@ rule tabulate_claims:
 
 rule tabulate_chapter:
     input:
-        tables=lambda wildcards: [f"{RESULTS}/{listed.path}" for listed in TABLES[wildcards.chapter]],
+        tables=lambda wildcards: SHOWN_TABLES[wildcards.chapter],
     output:
         html=report(
             f"{RESULTS}/report/tables_{{chapter}}.html",
@@ -79,6 +87,7 @@ rule tabulate_chapter:
         "../../envs/millprint.yaml"
     params:
         name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.html).parents[1]),
         library=library("tabulate_chapter.py"),
     message:
         "Showing the tables of chapter {wildcards.chapter}"
@@ -146,7 +155,7 @@ rule build_explorer:
 
 REPORT_PAGES = [
     *rules.tabulate_claims.output,
-    *expand(rules.tabulate_chapter.output.html, chapter=TABLES),
+    *expand(rules.tabulate_chapter.output.html, chapter=SHOWN_TABLES),
     *rules.tabulate_runtimes.output,
     rules.build_explorer.output.html,
 ]
@@ -158,7 +167,6 @@ rule build_report:
         stages=STAGE_OUTPUTS,
         pages=REPORT_PAGES,
         run=rules.record_run.output.run,
-        landing="workflow/report/landing.yaml",
         stylesheet="workflow/report/report.css",
     output:
         html=f"{RESULTS}/report/report.html",
@@ -173,5 +181,4 @@ rule build_report:
         "Building the report, which opens offline"
     shell:
         "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock --cores 1"
-        " --report {output.html:q} --report-html-stylesheet-path {input.stylesheet:q}"
-        " --report-metadata {input.landing:q} {input.pages:q} > {log:q} 2>&1"
+        " --report {output.html:q} --report-stylesheet {input.stylesheet:q} {input.pages:q} > {log:q} 2>&1"

@@ -119,6 +119,7 @@ class Explorer {
     this.buildAxis();
     this.buildSearch();
     this.render();
+    this.renderCharts(this.answer(this.state));
   }
 
   buildContacts() {
@@ -208,7 +209,11 @@ class Explorer {
     const outside = new Set([...found.outside, ...found.yield_percent.outside.map((item) => item.name)]);
     for (const [name, control] of Object.entries(this.controls)) this.renderControl(name, control, outside.has(name));
     this.renderResults(found);
-    this.renderCharts(found);
+    // A slider sends more events than the browser draws pictures: the charts, which cost most, follow the pictures.
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
+      this.renderCharts(this.answer(this.state));
+    });
   }
 
   renderControl(name, { slider, field, known, hint, low, high, factor, unit }, outside) {
@@ -237,7 +242,7 @@ class Explorer {
     });
     const { value, lower, upper, outside } = found.yield_percent;
     const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
-    rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length > 0));
+    rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length + found.outside.length > 0));
     rows.push(item("To weigh in", `${digits(found.powder_g)} g of powder`, `with ${found.balls} balls`, false));
     list.replaceChildren(...rows);
     const words = [

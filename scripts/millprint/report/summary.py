@@ -38,6 +38,12 @@ def largest_deviations(claims: pd.DataFrame, count: int = WORST) -> pd.DataFrame
     return found.loc[size.sort_values(ascending=False, na_position="first").index, DEVIATION_COLUMNS].head(count)
 
 
+def _with_source(errata: pd.DataFrame) -> pd.DataFrame:
+    """The errata with the table that the numbers are in at the end of the calculation."""
+    told = [f"{row.calculation.rstrip('.')} ({row.source})." for row in errata.itertuples()]
+    return errata.drop(columns="source").assign(calculation=told)
+
+
 def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame) -> str:
     """The page of the run `name`; claims, counts and errata as tabulate_claims, count_verdicts, collect_errata give."""
     deviating = int(counts[DEVIATES].sum())
@@ -45,7 +51,7 @@ def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: 
     sections = [
         Section(
             "Errata",
-            errata,
+            _with_source(errata),
             f"{len(errata)} printed statements that a computation of this run contradicts, with the calculation and "
             "the table that its numbers are in.",
             cards=True,
@@ -61,8 +67,8 @@ def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: 
     return render_page(
         FOLDER / "summary.html",
         title="Which numbers of the thesis hold",
-        introduction=f"Run {name}: each of the {len(claims)} numbers and statements of the thesis was computed anew "
-        "from its measured data and its method, and held against what is printed.",
+        introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed anew from its "
+        "measured data and its methods, and held against what is printed.",
         verdicts=[
             {"name": key, "meaning": MEANINGS[key], "colour": VERDICT_COLOURS[key], "count": int(counts[key].sum())}
             for key in VERDICTS

@@ -1,0 +1,139 @@
+"""Errata follow from tables alone: each is found where the tables contradict the print, and only there."""
+
+import pandas as pd
+import pytest
+
+from millprint.claims.errata import COLUMNS, collect_errata
+from millprint.claims.tabulate import chapter_of, count_verdicts
+from millprint.files import write_json, write_table
+from tests.conftest import ROOT
+
+CLAIM = {
+    "id": "2.anova.AB.df",
+    "locus": "Table 2.5",
+    "quantity": "degrees of freedom",
+    "published": "6",
+    "unit": "-",
+    "reproduced": "4",
+    "verdict": "erratum",
+    "explanation": "4 by the rank of the design",
+}
+
+
+def claims(*verdicts: str) -> pd.DataFrame:
+    return pd.DataFrame([CLAIM | {"verdict": verdict} for verdict in verdicts], columns=list(CLAIM))
+
+
+@pytest.fixture
+def data(tmp_path):
+    """The screening's energies by speed, to be changed."""
+    folder = tmp_path / "data"
+    folder.mkdir()
+
+    def write(normal=(221, 393, 613), tangential=(500, 889, 1389)):
+        rows = {"speed_rpm": [600, 800, 1000], "normal_energy_uJ": normal, "tangential_energy_uJ": tangential}
+        write_table(pd.DataFrame(rows), folder / "screening.tsv")
+        return folder
+
+    write()
+    return write
+
+
+def found(results, folder, table=None) -> pd.DataFrame:
+    return collect_errata(results, folder, claims() if table is None else table)
+
+
+def test_nothing_is_found_where_nothing_was_run_and_the_data_agree(tmp_path, data):
+    table = found(tmp_path, data())
+    assert table.empty and list(table.columns) == COLUMNS
+
+
+def test_claims_with_the_verdict_are_taken_over(tmp_path, data):
+    table = found(tmp_path, data(), claims("reproduced", "erratum", "deviates"))
+    assert len(table) == 1
+    assert table.iloc[0].to_dict() == {
+        "chapter": "chapter 2",
+        "locus": "Table 2.5",
+        "printed": "degrees of freedom: 6",
+        "computed": "4",
+        "calculation": "4 by the rank of the design",
+        "source": "report/claims.tsv, 2.anova.AB.df",
+    }
+
+
+def test_an_energy_off_the_square_of_the_speed_is_found_and_a_digit_is_not(tmp_path, data):
+    table = found(tmp_path, data(normal=(221, 382, 613), tangential=(500, 888, 1391)))
+    assert table["printed"].tolist() == ["normal energy of a collision at 800 rpm: 382 microjoules"]
+    assert (
+        "-2.6 % off" in table["calculation"].iloc[0]
+        and "221 at 600 and 613 at 1000 rpm" in table["calculation"].iloc[0]
+    )
+
+
+def test_the_thesis_has_one_such_energy(tmp_path):
+    table = found(tmp_path, ROOT / "config/data")
+    assert table["locus"].tolist() == ["Table 5.1"]
+    low, high = (float(text) for text in table["computed"].iloc[0].removesuffix(" microjoules").split(" to "))
+    assert low < 221 * (8 / 6) ** 2 < high
+
+
+def test_a_run_off_its_generator_is_found_with_what_it_costs(tmp_path, data):
+    rows = [
+        ("generator D = A + B + C", "case 4", "D = 0", "D = 1", "yes", "run as 0100"),
+        ("runs at each level", "factor D", "10/8/9", "9/9/9", "yes", ""),
+        ("shared degrees of freedom", "A and D", "0.0167", "0", "yes", ""),
+        ("shared degrees of freedom", "A and B", "0", "0", "no", ""),
+    ]
+    write_table(
+        pd.DataFrame(rows, columns=["check", "subject", "found", "wanted", "departs", "note"]),
+        tmp_path / "doe/audit.tsv",
+    )
+    table = found(tmp_path, data())
+    assert table["computed"].tolist() == ["D = 1"]
+    told = table["calculation"].iloc[0]
+    assert "10/8/9" in told and "A and D share 0.0167" in told and "A and B" not in told
+
+
+def test_centres_are_compared_with_the_radius(tmp_path, data):
+    for seed, overlap in enumerate((0.01, 0.02)):
+        write_json(
+            {"ball_diameter_m": 0.01, "max_overlap_fraction": overlap},
+            tmp_path / f"dem/emax/calibrated/d10_f0.10_n300_s{seed}/summary.json",
+        )
+    table = found(tmp_path, data())
+    # Two balls of radius 5 mm with an overlap of 0.1 mm.
+    assert table["computed"].tolist() == ["centres never come nearer than 0.00990 m"]
+    assert "2 run(s)" in table["calculation"].iloc[0] and "6.6 times r_c" in table["calculation"].iloc[0]
+
+
+def test_the_share_of_contacts_on_each_side_of_the_threshold_is_counted(tmp_path, data):
+    rows = {"low_m": [-0.00500, -0.00495, -0.00489], "high_m": [-0.00499, -0.00494, -0.00488], "contacts": [60, 30, 10]}
+    write_table(pd.DataFrame(rows), tmp_path / "surrogate/wall_contacts.tsv")
+    assert "90.00 % of the 100 wall contacts" in found(tmp_path, data())["calculation"].iloc[0]
+
+
+def test_the_correlation_is_held_against_that_of_another_seed(tmp_path, data):
+    rows = [
+        ("thesis", "motion1", "cumulative_pearson_r", 0.9997, 0.99991),
+        ("thesis", "motion2", "cumulative_pearson_r", 0.9998, 0.99985),
+        ("thesis", "motion1", "increments_5ms_r", 0.3, 0.41),
+        ("baseline", "motion1", "cumulative_pearson_r", 0.5, 0.99999),
+    ]
+    write_table(
+        pd.DataFrame(rows, columns=["variant", "test", "measure", "value", "dem_reference"]),
+        tmp_path / "surrogate/metrics.tsv",
+    )
+    (row,) = found(tmp_path, data()).to_dict("records")
+    assert "reach 0.9999" in row["computed"] and "motion1 0.41" in row["calculation"]
+    assert "motion1 0.9999, motion2 0.9999" in row["calculation"] or "motion2 0.9998" in row["calculation"]
+
+
+def test_verdicts_are_counted_by_chapter_with_the_appendix_last():
+    table = pd.DataFrame(
+        {"id": ["2.a", "2.b", "10.a", "A.c"], "verdict": ["reproduced", "erratum", "reproduced", "not run"]}
+    )
+    counts = count_verdicts(table)
+    assert counts["chapter"].tolist() == ["chapter 2", "chapter 10", "appendix A"]
+    assert counts.columns.tolist() == ["chapter", "claims", "reproduced", "erratum", "deviates", "not run"]
+    assert counts["claims"].tolist() == [2, 1, 1] and counts["deviates"].tolist() == [0, 0, 0]
+    assert chapter_of("A.window3") == "appendix A"

@@ -1,0 +1,99 @@
+"""Tables as pages, the summary of the claims, and the table of runtimes."""
+
+import re
+
+import pandas as pd
+import pytest
+
+from millprint.claims.tabulate import count_verdicts
+from millprint.pages import embed_json
+from millprint.provenance import commit, provenance
+from millprint.report.runtimes import sum_stages, tabulate_runtimes
+from millprint.report.summary import largest_deviations, summary_page
+from millprint.report.tables import Section, tables_page
+
+
+def cells(**columns):
+    """The rows of a table of these columns."""
+    return Section("A table", pd.DataFrame(columns)).rows
+
+
+def test_numbers_are_rounded_for_the_eye_and_kept_for_sorting():
+    ((cell,), _) = cells(power_W=[0.123456789, 2.0])
+    assert (cell.text, cell.value) == ("0.1235", 0.123456789)
+
+
+def test_a_column_read_as_text_keeps_its_digits_and_sorts_as_numbers():
+    ((first,), (second,)) = cells(published=["0.30", "12"])
+    assert (first.text, first.value, second.value) == ("0.30", 0.3, 12.0)
+
+
+@pytest.mark.parametrize("values", [["0.30", "yes"], [True, False], ["0.30/0.045"]])
+def test_a_column_with_a_word_is_text(values):
+    assert not any(cell.number for (cell,) in cells(value=values))
+
+
+def test_empty_cells_are_empty():
+    assert [cell.text for (cell,) in cells(value=[float("nan"), 1.5])] == ["", "1.5"]
+    assert [cell.text for (cell,) in cells(value=["", "word"])] == ["", "word"]
+    assert [cell.text for (cell,) in cells(value=[None, "word"])] == ["", "word"]
+
+
+def test_what_a_table_holds_cannot_become_markup():
+    text = tables_page("A <b>", "P & Q", [Section("T", pd.DataFrame({"x<y": ["<script>alert(1)</script>"]}))])
+    assert "<script>alert" not in text and "&lt;script&gt;alert" in text
+    assert "x&lt;y" in text and "A &lt;b&gt;" in text and "P &amp; Q" in text
+    assert 'aria-label="T"' in text and "http" not in re.sub("http-equiv", "", text)
+
+
+def test_json_cannot_end_its_script():
+    assert "</script>" not in embed_json({"name": "</script><b>"})
+
+
+def claims(*rows) -> pd.DataFrame:
+    columns = ["id", "locus", "quantity", "published", "unit", "reproduced", "deviation", "verdict", "explanation"]
+    return pd.DataFrame(
+        [(name, "Table 1", "q", "1", "-", "2", deviation, verdict, "why") for name, deviation, verdict in rows],
+        columns=columns,
+    )
+
+
+def test_deviations_are_ranked_by_size_with_words_first():
+    table = claims(("a", "12", "deviates"), ("b", "-40", "deviates"), ("c", "", "deviates"), ("d", "90", "reproduced"))
+    assert largest_deviations(table)["id"].tolist() == ["c", "b", "a"]
+    assert largest_deviations(table, 1)["id"].tolist() == ["c"]
+
+
+def test_the_summary_says_what_was_counted():
+    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates"), ("A.c", "", "not run"))
+    errata = pd.DataFrame(
+        [["chapter 2", "Table 2.5", "6", "4", "the rank is 4.", "doe/audit.tsv"]],
+        columns=["chapter", "locus", "printed", "computed", "calculation", "source"],
+    )
+    text = summary_page("test", table, count_verdicts(table), errata)
+    assert 'aria-label="chapter 2: 1 reproduced, 1 deviates"' in text
+    assert 'aria-label="appendix A: 1 not run"' in text
+    assert "the rank is 4 (doe/audit.tsv)." in text and "1 printed statements" in text
+    without = summary_page("test", table.iloc[:1], count_verdicts(table.iloc[:1]), errata.iloc[:0])
+    assert "Errata" not in without and "Largest deviations" not in without
+
+
+def test_runtimes_are_those_of_benchmarks_and_else_of_logs(tmp_path):
+    (tmp_path / "benchmarks/dem/emax").mkdir(parents=True)
+    (tmp_path / "logs/dem/emax").mkdir(parents=True)
+    (tmp_path / "benchmarks/dem/emax/a.tsv").write_text("s\th:m:s\tmax_rss\tcpu_time\n61.5\t0:01:01\t200.5\t60.0\n")
+    (tmp_path / "logs/dem/emax/a.log").write_text("2026-01-01 INFO run: begin\n2026-01-01 INFO run: done in 59.0 s\n")
+    (tmp_path / "logs/dem/plot.log").write_text("x: done in 1.0 s\nINFO plot: done in 2.5 s\n")
+    (tmp_path / "logs/dem/failed.log").write_text("INFO plot: begin\nERROR plot: failed\n")
+    table = tabulate_runtimes(tmp_path / "benchmarks", tmp_path / "logs")
+    assert table["job"].tolist() == ["emax/a", "plot"]
+    assert table["wall_s"].tolist() == [61.5, 2.5]
+    assert table["memory_MB"].tolist()[0] == 200.5 and table["processor_s"].isna().tolist() == [False, True]
+    (stage,) = sum_stages(table).to_dict("records")
+    assert stage["jobs"] == 2 and stage["longest_job"] == "emax/a"
+    assert stage["wall_min"] == pytest.approx(64 / 60) and stage["processor_min"] == pytest.approx(1)
+
+
+def test_a_folder_without_a_repository_has_no_commit(tmp_path):
+    assert commit(tmp_path) == "unknown"
+    assert {"commit", "Python", "system", "numpy", "torch"} <= set(provenance())

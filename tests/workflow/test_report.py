@@ -1,0 +1,157 @@
+"""The report of the smoke run in a real browser: nothing fetched, tables that sort, readable on a phone."""
+
+import json
+import re
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pytest
+from markupsafe import escape
+
+from millprint.files import read_table
+from millprint.report.catalogue import TABLES
+from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+
+PAGES = ["summary", "claims", "runtimes", "explorer", *(f"tables_{chapter}" for chapter in TABLES)]
+
+
+@pytest.fixture(scope="module")
+def report(smoke_project):
+    return smoke_project / "results/report"
+
+
+@pytest.fixture
+def page(tmp_path):
+    with browser_page(tmp_path) as page:
+        yield page
+        assert page.errors == []
+
+
+def _show(name: str) -> str:
+    """What opens a result in Snakemake's viewer, by the end of its path."""
+    return f"""
+      const path = Object.keys(results).find((key) => key.endsWith({name!r}));
+      const kind = {{ "text/html": "html" }}[results[path].mime_type] ?? "img";
+      app.setView({{ content: kind, contentPath: results[path].data_uri, resultPath: path }});
+      await new Promise((done) => setTimeout(done, 1000));"""
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_can_be_read_and_fetches_nothing(report, page, tmp_path, name, width):
+    page.resize(width, 1200)
+    page.open(report / f"{name}.html")
+    picture = page.picture(tmp_path / f"{name}_{width}.png")
+    assert np.asarray(picture.convert("L")).std() > 5
+    measured = page.measure()
+    assert measured["beyond"] <= 0 and measured["smallest"] >= 10
+    # Tables of numbers are moved sideways on a phone, sentences are not.
+    spill = 'return [...document.querySelectorAll(".cards")].map((e) => e.scrollWidth - e.parentElement.clientWidth);'
+    assert all(wider <= 0 for wider in page.run(spill))
+    assert page.outside_requests() == []
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "height"), [(DESKTOP, 900), (PHONE, 1200)])
+def test_the_report_opens_offline_and_shows_its_results(report, page, tmp_path, width, height):
+    page.resize(width, height)
+    page.open(report / "report.html")
+    start = np.asarray(page.picture(tmp_path / f"report_{width}.png"))
+    seen = [start]
+    for name in ("master_curves_calibrated.svg", "rollout.png", "mill.png", "summary.html", "explorer.html"):
+        page.run(_show(name))
+        seen.append(np.asarray(page.picture(tmp_path / f"report_{name}_{width}.png")))
+    assert all((one != other).mean() > 0.02 for one, other in pairwise(seen))
+    assert page.run("return document.documentElement.scrollWidth - innerWidth;") <= 0
+    assert page.outside_requests() == []
+
+
+@needs_browser
+def test_figures_animations_tables_and_captions_are_in_the_report(report, page):
+    page.open(report / "report.html")
+    content = page.run(
+        "return { names: Object.keys(results), captions: Object.values(results).map((r) => r.caption) };"
+    )
+    assert {"mill.png", "rollout.png", "summary.html", "claims.html", "explorer.html", "runtimes.html"} <= {
+        name.rsplit("/", 1)[1] for name in content["names"]
+    }
+    words = [len(re.sub("<[^>]+>", " ", caption).split()) for caption in content["captions"]]
+    assert len(words) > 40 and min(words) >= 12
+
+
+@needs_browser
+def test_a_table_sorts_and_filters(report, page):
+    page.open(report / "claims.html")
+    found = page.run("""
+      const table = document.querySelector("table.sorts");
+      const names = [...table.tHead.rows[0].cells].map((cell) => cell.textContent);
+      const column = names.indexOf("deviation");
+      const click = () => table.tHead.rows[0].cells[column].querySelector("button").click();
+      const values = () => [...table.tBodies[0].rows].map((row) => row.cells[column].textContent);
+      click(); const rising = values(); const says = table.tHead.rows[0].cells[column].getAttribute("aria-sort");
+      click(); const falling = values();
+      const search = document.querySelector("input[type=search]");
+      search.value = "erratum 3.4"; search.dispatchEvent(new Event("input"));
+      const left = [...table.tBodies[0].rows].filter((row) => !row.hidden).map((row) => row.cells[0].textContent);
+      return { rising, falling, says, left, said: document.querySelector("output").textContent };""")
+    rising = [float(text) for text in found["rising"] if text]
+    assert rising == sorted(rising) and len(rising) > 50 and found["says"] == "ascending"
+    assert [float(text) for text in found["falling"] if text] == rising[::-1]
+    # Cells without a number come last both ways.
+    assert found["rising"][-1] == "" and found["falling"][-1] == ""
+    assert "3.balls.10mm.0.40" in found["left"] and all(name.startswith("3.") for name in found["left"])
+    assert found["said"].startswith(f"{len(found['left'])} of ")
+
+
+@pytest.mark.parametrize("chapter", TABLES)
+def test_every_table_of_the_catalogue_is_shown(report, chapter):
+    text = (report / f"tables_{chapter}.html").read_text()
+    assert re.findall("<h2>(.*?)</h2>", text) == [escape(listed.title) for listed in TABLES[chapter]]
+
+
+def test_the_summary_counts_what_the_table_of_claims_holds(report):
+    claims = read_table(report / "claims.tsv", text=["id", "verdict"])
+    counts = read_table(report / "claims_by_chapter.tsv", text=["chapter"]).set_index("chapter")
+    assert counts["claims"].sum() == len(claims)
+    assert counts.index.tolist() == [f"chapter {n}" for n in range(2, 7)] + ["appendix A"]
+    for verdict, group in claims.groupby("verdict"):
+        assert counts[verdict].sum() == len(group)
+    text = (report / "summary.html").read_text()
+    for row in counts.to_dict("records"):
+        said = ", ".join(
+            f"{row[name]} {name}" for name in ("reproduced", "erratum", "deviates", "not run") if row[name]
+        )
+        assert said in text
+
+
+def test_every_erratum_that_a_run_of_this_size_proves_is_there(report):
+    errata = read_table(
+        report / "errata.tsv", text=["chapter", "locus", "printed", "computed", "calculation", "source"]
+    )
+    assert {"Table 2.3", "Table 2.5", "Table 3.4", "Sec. 3.3.4", "Table 5.1", "Sec. 5.2.5"} <= set(errata["locus"])
+    assert errata["locus"].str.contains("6.3").any()
+    assert (errata["calculation"].str.len() > 20).all() and errata["source"].notna().all()
+    for source in errata["source"]:
+        name = source.split(",")[0]
+        found = list(report.parent.glob(name)) or list(report.parents[1].glob(name))
+        assert found, f"{source} is not among the results"
+
+
+def test_the_table_of_runtimes_has_every_benchmark(report):
+    runtimes = pd.read_csv(report / "runtimes.tsv", sep="\t")
+    benchmarks = list((report.parent / "benchmarks").rglob("*.tsv"))
+    assert runtimes["processor_s"].notna().sum() == len(benchmarks) > 20
+    assert len(runtimes) > len(benchmarks)
+    assert not runtimes.duplicated(["stage", "job"]).any()
+    assert "commit" in (report / "runtimes.html").read_text()
+
+
+def test_the_explorer_carries_the_fingerprints_of_the_run(report):
+    text = (report / "explorer.html").read_text()
+    (content,) = re.findall(r"new Explorer\((\{.*\})\);", text)
+    content = json.loads(content)
+    assert [stored["about"]["contact"] for stored in content["fingerprints"]] == ["calibrated", "steel"]
+    stored = json.loads((report.parent / "fingerprint/fingerprint_calibrated.json").read_text())
+    assert content["fingerprints"][0]["processes"] == stored["processes"]
