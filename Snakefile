@@ -30,6 +30,8 @@ report: "workflow/report/workflow.rst"
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
 with stop_on_bad_input():
+    for file in CONFIG_FILES:
+        read_yaml(file)
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
     # Jobs read this file too; what holds before the first job need not be checked in every one.
     if workflow.is_main_process:
