@@ -31,6 +31,8 @@ report: "workflow/report/workflow.rst"
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
 with stop_on_bad_input():
+    for file in CONFIG_FILES:
+        read_yaml(file)
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
     CHAPTERS = has_chapters(CONFIG, CASES)
     # Jobs read this file too; what holds before the first job need not be checked in every one.

@@ -31,6 +31,7 @@ CALIBRATED = "config/contacts/calibrated.yaml"
         (CONFIG, ("sweeps", 0, "speeds_rpm"), [1e12], ["sweeps.0.speeds_rpm.0", "100000"]),
         (CONFIG, ("sweeps", 0, "window_s"), 1e9, ["sweeps: case", "days on one core"]),
         (CONFIG, ("dem", "time_step_s"), 1e-15, ["sweeps: case", "days on one core"]),
+        (CONFIG, ("dem", "time_step_s"), 5e-324, ["sweeps: case", "days on one core"]),
         (CONFIG, ("sweeps", 0, "snapshot_interval_s"), 1e-13, ["sweeps: case", "days on one core"]),
         (CONFIG, ("dem", "occupancy_cell_m"), 1e-9, ["sweeps: case", "GB", "occupancy_cell_m"]),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),

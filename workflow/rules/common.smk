@@ -1,6 +1,7 @@
 """What the rules share: the results folder, the validated configuration, and digests of the library."""
 
 from millprint.config.sweep import expand_sweep
+from millprint.dem.budget import minutes_on_cluster
 
 RESULTS = CONFIG.results.rstrip("/")
 LOGS = f"{RESULTS}/logs"
@@ -35,6 +36,11 @@ def case_of(wildcards):
     """The case whose run.h5 is asked for."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     return CASES[path] if path in CASES else OTHER_CASES[path]
+
+
+def minutes_of(wildcards, attempt):
+    """Time that a cluster is asked for: the case's estimate, more with each attempt, since it goes on [min]."""
+    return attempt * minutes_on_cluster(case_of(wildcards), CONFIG.dem, MILLS[wildcards.mill])
 
 
 def cases_of_sweep(name: str) -> list[str]:

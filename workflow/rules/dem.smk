@@ -1,12 +1,6 @@
 """Simulations: compile the kernels once, run every case of the sweeps."""
 
 from millprint.config.sweep import threads_of
-from millprint.dem.budget import minutes_on_cluster
-
-
-def minutes_of(wildcards, attempt):
-    """Time that a cluster is asked for: the case's estimate, more with each attempt, since it goes on [min]."""
-    return attempt * minutes_on_cluster(case_of(wildcards), CONFIG.dem, MILLS[wildcards.mill])
 
 
 rule compile_kernels:

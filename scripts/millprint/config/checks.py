@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from millprint.config.contact import ContactConfig
-from millprint.config.load import check_model, check_names_differ, load_named, read_yaml
+from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import WorkflowConfig
@@ -35,9 +35,6 @@ def load_workflow(
     Returns the configuration, the mills and contact sets by name, and the cases by path.
     Raises ConfigError, a line for each fault.
     """
-    for file in files:
-        # Snakemake has read it, but takes the last of two keys of one name without a word.
-        read_yaml(file)
     config = check_model(content, WorkflowConfig, files)
     mills = {name: load_named(MILL_FOLDER, name, MillConfig, "mill") for name in _mill_names(config)}
     contacts = {name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set") for name in _contact_names(config)}

@@ -47,7 +47,11 @@ def cost(
     balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
     sample = (1 / frequency_hz if frequency_hz else case.window_s) / dem.ledger_samples_per_revolution
-    step, _ = aligned_step(step_s, case.snapshot_interval_s or sample)
+    # A window holds one sample at least, however slowly the mill turns.
+    window = max(window, sample)
+    interval = case.snapshot_interval_s or sample
+    # A step so small that their ratio is no number stays as it is.
+    step = aligned_step(step_s, interval)[0] if interval < 1e15 * step_s else step_s
     days = (case.settle_s + case.discard_s + window) / step * balls * BALL_STEP_S / 86_400
     low, high = vessel.bounds
     values = window / sample * LEDGER_COLUMNS
