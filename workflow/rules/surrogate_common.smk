@@ -65,7 +65,7 @@ def is_graph_network(variant: str) -> bool:
 
 def changes(variant: str) -> str:
     """What an ablation changes, in words."""
-    sections = CONFIG.surrogate.ablations[variant].model_dump(exclude={"weights_of"})
+    sections = CONFIG.surrogate.ablations[variant].model_dump(exclude={"weights_of", "kind"})
     keys = {f"{section}.{key}": value for section, part in sections.items() for key, value in part.items()}
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
 
