@@ -32,7 +32,8 @@ def main(
             rollout.member_dissipated_J = roller.spread(state, steps, per_frame, bar)
             rollout.doubt = roller.doubt(state, steps, LOOKS)
             logger.info("dissipation of the members: %s J", rollout.member_dissipated_J.sum(axis=0))
-            logger.info("their expectations part by %.3g of the forces", np.nanmean(rollout.doubt))
+            pooled = np.sqrt(np.nanmean(rollout.doubt**2))
+            logger.info("their expectations part by %.3g of the forces", pooled)
     write_rollout(rollout, output, test.case)
     logger.info("%d trajectories of %d steps; mean edges a graph: %s", len(test.starts_s), steps, rollout.edges)
 

@@ -108,7 +108,7 @@ def evaluate(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summari
         values["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
     doubt = rollout.extra.get("doubt", np.empty(0))
     if np.isfinite(doubt).any():
-        values["ensemble_doubt_percent"] = float(100 * np.nanmean(doubt))
+        values["ensemble_doubt_percent"] = float(100 * np.sqrt(np.nanmean(doubt**2)))
     references = _references(series, saturation_m2, radius_m)
     own = rolled_descriptors(rollout)
     if own:

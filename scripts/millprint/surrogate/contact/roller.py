@@ -124,12 +124,13 @@ class ContactRoller:
     def doubt(self, begin: ContactState, steps: int, looks: int) -> np.ndarray:
         """How far the members' expectations part along the first trajectory, over the forces' own size (looks,) [-].
 
-        sqrt(sum |F_k - F|^2 / (members - 1) / sum |F|^2) over all contacts at a time, with F the mean over the members
-        k. Unlike the spread of a quantity after a long roll-out it holds nothing of the system's own chaos.
+        sqrt(P / <S>) with P = sum |F_k - F|^2 / (members - 1) and S = sum |F|^2 over all contacts at a time, F the mean
+        over the members k and <> over all times: its root mean square is that of all contacts together. Unlike the
+        spread of a quantity after a long roll-out it holds nothing of the system's own chaos.
         """
-        found = np.full(looks, np.nan)
+        found = np.full((looks, 2), np.nan)
         if len(self.members) < 2:
-            return found
+            return found[:, 0]
         self.arena.weights = self.members[0]
         self.arena.load(begin.begins[0])
         for look in range(looks):
@@ -137,9 +138,8 @@ class ContactRoller:
                 break
             forces = self.arena.expected(self.members)
             mean = forces.mean(axis=0)
-            parted = ((forces - mean) ** 2).sum() / (len(forces) - 1)
-            found[look] = np.sqrt(parted / ((mean**2).sum() + 1e-300))
-        return found
+            found[look] = ((forces - mean) ** 2).sum() / (len(forces) - 1), (mean**2).sum()
+        return np.sqrt(found[:, 0] / np.nanmean(found[:, 1]))
 
 
 def _from(begin: np.ndarray, kept: np.ndarray) -> np.ndarray:
