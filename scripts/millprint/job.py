@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -44,7 +45,7 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
         handler.close()
 
 
-def progress(total: float, what: str, unit: str = "it", **options) -> tqdm:
+def progress(total: float | None, what: str, unit: str = "it", **options: Any) -> tqdm:
     """A progress bar with a time to go on the terminal; sparse lines where the output is a file or CI."""
     terminal = sys.stderr.isatty()
     return tqdm(

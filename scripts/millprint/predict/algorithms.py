@@ -46,6 +46,8 @@ class _OneHyperparameter:
     It does so several times at every step of a climb of the marginal likelihood, a fifth of the time of a fit.
     """
 
+    varied: str
+
     @property
     def hyperparameters(self) -> list[Hyperparameter]:
         """The hyper-parameters that scikit-learn would find, in its order: of one there is only one."""
@@ -83,7 +85,7 @@ def _gaussian_process(parameters: dict[str, float], features: int, choices: Choi
     return GaussianProcessRegressor(kernel + Noise(parameters["noise"], bounds))
 
 
-def quiet_fit(estimator, inputs: np.ndarray, target: np.ndarray):
+def quiet_fit(estimator: Any, inputs: np.ndarray, target: np.ndarray) -> Any:
     """Fit without scikit-learn's warnings of a kernel's length scale at its bound.
 
     There they are no fault: a length scale that grows to its bound is how the kernel drops a feature.

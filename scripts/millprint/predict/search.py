@@ -27,7 +27,7 @@ DRAWS = {
     },
 }
 
-Predictor = Callable[[int, dict[str, float]], np.ndarray]
+Predictor = Callable[[int, dict[str, Any]], np.ndarray]
 
 
 def search_space(algorithm: str, spaces: Spaces) -> dict[str, Any]:
