@@ -8,8 +8,6 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.section import Fraction, NonNegative, Positive, Section
 
-Algorithm = Literal["linear", "gpr", "rf", "svr", "xgb"]
-Strategy = Literal["primary", "two_step"]
 Count = Annotated[int, Field(ge=1)]
 Seed = Annotated[int, Field(ge=0)]
 Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
