@@ -43,6 +43,7 @@ bench: $(VENV)/installed $(BENCH_VENV)/installed
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
 	PATH=$(BIN):$$PATH $(BIN)/snakemake --lint
 

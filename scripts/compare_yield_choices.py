@@ -6,15 +6,18 @@ from threadpoolctl import threadpool_limits
 from millprint.config.yields import TrainingConfig
 from millprint.files import write_table
 from millprint.job import job, progress
-from millprint.predict.catalogue import SEARCHED_AGAIN
+from millprint.predict.catalogue import searched_again
 from millprint.predict.choices import compare_choices, describe_search
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.store import load_model
 from millprint.predict.tables import read_rows
 
 
-def main(inputs, choices_path: str, settings: TrainingConfig) -> None:
-    """Write a row for each model as taken and for each alternative; inputs.otherwise in the order of SEARCHED_AGAIN."""
+def main(inputs, choices_path: str, settings: TrainingConfig, again: list[str]) -> None:
+    """Write a row for each model as taken and for each alternative.
+
+    inputs.otherwise: in the order of searched_again(again).
+    """
     weigh = YieldWeights(settings.high_yield_percent, settings.high_yield_weight)
     train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
     tables = []
@@ -22,7 +25,7 @@ def main(inputs, choices_path: str, settings: TrainingConfig) -> None:
         for path in inputs.models:
             model = load_model(path)
             tables.append(compare_choices(model, train, test, outside, settings.choices, settings.seed, weigh))
-            for (*kind, choice), other in zip(SEARCHED_AGAIN, inputs.otherwise, strict=True):
+            for (*kind, choice), other in zip(searched_again(again), inputs.otherwise, strict=True):
                 if kind == [model.algorithm, model.strategy]:
                     tables.append(describe_search(load_model(other), test, outside, choice, settings, weigh))
             bar.update()
@@ -31,4 +34,9 @@ def main(inputs, choices_path: str, settings: TrainingConfig) -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "compare yield choices"):
-        main(snakemake.input, snakemake.output.choices, TrainingConfig(**snakemake.params.training))
+        main(
+            snakemake.input,
+            snakemake.output.choices,
+            TrainingConfig(**snakemake.params.training),
+            snakemake.params.searched_again,
+        )

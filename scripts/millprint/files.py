@@ -4,7 +4,7 @@ import glob
 import json
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -52,7 +52,7 @@ def write_table(frame: pd.DataFrame, path: str | Path, digits: int = 8) -> None:
         frame.to_csv(partial, sep="\t", index=False, float_format=f"%.{digits}g")
 
 
-def read_table(path: str | Path, numeric: list[str] = (), text: list[str] = ()) -> pd.DataFrame:
+def read_table(path: str | Path, numeric: Sequence[str] = (), text: Sequence[str] = ()) -> pd.DataFrame:
     """Read a TSV (lines that begin with # are comments) and check its columns.
 
     Raises ConfigError, in one line, for a missing file or column and for a text in a numeric column.

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -78,7 +79,7 @@ def _full(error: OSError) -> str | None:
     return FULL.get(error.errno or (int(found.group(1)) if found else 0))
 
 
-def progress(total: float, what: str, unit: str = "it", **options) -> tqdm:
+def progress(total: float | None, what: str, unit: str = "it", **options: Any) -> tqdm:
     """A progress bar with a time to go on the terminal; sparse lines where the output is a file or CI."""
     terminal = sys.stderr.isatty()
     return tqdm(

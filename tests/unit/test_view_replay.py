@@ -5,13 +5,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from millprint.view.replay import Replay, read_comparison
 from PIL import Image
 
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
 from millprint.figures.animation import save_animation
 from millprint.figures.style import plt
-from millprint.view.replay import Replay, read_comparison
 from tests.unit.run_samples import write_sample
 
 SETTINGS = ViewConfig(revolutions=0.5, frames_per_revolution=25)

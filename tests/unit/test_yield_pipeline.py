@@ -25,8 +25,7 @@ import try_yield_models
 from millprint.claims.chapter5 import findings
 from millprint.claims.compare import verdict
 from millprint.files import read_table
-from millprint.predict.catalogue import EVERY_MODEL, MODELS, SEARCHED_AGAIN
-from millprint.predict.choices import otherwise
+from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
 from millprint.predict.honest import LOCKED_AGAIN
 from millprint.predict.regimes import Machine
 from tests.conftest import ROOT
@@ -114,14 +113,14 @@ def run_chapter(results: Path, screening: Path) -> Path:
         config,
     )
     otherwise_models = []
-    for model, strategy, choice in SEARCHED_AGAIN:
+    for model, strategy, choice in searched_again(config.searched_again):
         otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
         changed = otherwise(config.training, choice)
         train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
     compared = SimpleNamespace(
         train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
     )
-    compare_yield_choices.main(compared, folder / "choices.tsv", config.training)
+    compare_yield_choices.main(compared, folder / "choices.tsv", config.training, config.searched_again)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     follow_up(folder, [train, test], config)

@@ -1,7 +1,6 @@
 """Chapter 5: yield models on milling conditions and mechanical descriptors."""
 
-from millprint.predict.catalogue import EVERY_MODEL, MODELS, SEARCHED_AGAIN
-from millprint.predict.choices import otherwise
+from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
 
 YIELDS = f"{RESULTS}/yield"
 YIELD_FIGURES = f"{YIELDS}/figures"
@@ -97,7 +96,7 @@ rule compare_yield_choices:
         models=every_model(rules.train_yield_model.output.model, MODELS),
         otherwise=[
             rules.train_yield_model_otherwise.output.model.format(model=model, strategy=strategy, choice=choice)
-            for model, strategy, choice in SEARCHED_AGAIN
+            for model, strategy, choice in searched_again(CONFIG.yields.searched_again)
         ],
         outside=CONFIG.yields.out_of_domain,
     output:
@@ -111,6 +110,7 @@ rule compare_yield_choices:
     threads: 1
     params:
         training=yield_settings("training"),
+        searched_again=CONFIG.yields.searched_again,
         library=library("compare_yield_choices.py"),
     message:
         "Comparing what the thesis leaves open"

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from tqdm import tqdm
 
 from millprint.bench.cases import (
     Jar,
@@ -87,7 +88,7 @@ def entries_from(setup: Setup, start: np.ndarray, driven_s: float) -> list[Entry
     return [Entry(setup, code, start, driven_s, count_steps(simulation), simulation.step) for code in codes]
 
 
-def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Path, bar) -> pd.DataFrame:
+def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Path, bar: tqdm) -> pd.DataFrame:
     """Every repetition of every entry of a case, a row each, in the order in which they ran."""
     rows = []
     for repetition in range(repetitions):
@@ -116,7 +117,9 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
     return pd.DataFrame(rows)
 
 
-def time_all(config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path):
+def time_all(
+    config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path
+) -> pd.DataFrame:
     """Repetitions of every case of the bench, as one frame; from_median_pct is how far each is from its median [%]."""
     jars = [emax_jar(mill), cylinder_jar(config, mill)]
     cases = [(entries_of(config, contact, case, jars), config.repetitions) for case in config.cases]

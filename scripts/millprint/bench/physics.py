@@ -111,9 +111,9 @@ def compare_physics(
             waiting.append((law, setup, theirs))
         for law, setup, futures in waiting:
             ours = [our_means(setup, physics, seed, place / f"{law.name}_millprint_{seed}") for seed in seeds]
-            theirs = []
+            measured = []
             for future in futures:
-                theirs.append(future.result())
+                measured.append(future.result())
                 bar.update(1)
-            tables.append(compare_law(law, pd.DataFrame(ours), pd.DataFrame(theirs)))
+            tables.append(compare_law(law, pd.DataFrame(ours), pd.DataFrame(measured)))
     return pd.concat(tables, ignore_index=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+from scipy.special import stdtrit
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry
@@ -94,6 +94,6 @@ def summarise_drops(drops: pd.DataFrame, probability: float) -> dict[str, float]
     """
     values = drops["restitution"].to_numpy()
     spread = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
-    half = float(stats.t.ppf((1 + probability) / 2, len(values) - 1)) * spread / len(values) ** 0.5
+    half = float(stdtrit(len(values) - 1, (1 + probability) / 2)) * spread / len(values) ** 0.5
     mean = float(values.mean())
     return {"drops": len(values), "mean": mean, "sd": spread, "lower": mean - half, "upper": mean + half}

@@ -17,6 +17,7 @@ missed the best pair; the threshold is then raised by the median of their falls,
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -255,7 +256,7 @@ def _profiles(misfit: Misfit, best: np.ndarray, bounds: np.ndarray, error: _Erro
                 beyond = misfit.squares(place) - misfit.squares(best) > rise
                 if not bounds[0, index] < held < bounds[1, index] or (count >= points and beyond):
                     break
-        places.sort(key=lambda place, index=index: place[index])
+        places.sort(key=itemgetter(index))
         rows = [(np.exp(place[index]), np.exp(place[1 - index]), misfit.squares(place)) for place in places]
         tables.append(pd.DataFrame(rows, columns=["value", "other", "squares_mm2"]))
     return tables

@@ -144,6 +144,10 @@ class YieldConfig(Section):
     interval_level: Fraction = Field(description="level of the predictive intervals in tables and figures [-]")
     training: TrainingConfig
     search: SearchConfig
+    searched_again: list[Literal["search_seed", "residual_weights"]] = Field(
+        description="choices that are also searched with another value: the seed (every tuned model), the weights of "
+        "residuals (two-step models); [] for none. Together they take twice as long as the models themselves"
+    )
     honest: HonestConfig
     averaging: AveragingConfig
     proposals: ProposalConfig

@@ -1,10 +1,10 @@
 """What is confounded with what: exactly for the regular fraction, in shared degrees of freedom for any runs."""
 
-from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from millprint.config.design import DesignConfig, Factor
 from millprint.doe.design import defining_relation, level_codes
@@ -53,14 +53,14 @@ def interaction_partners(config: DesignConfig, term: str) -> list[str]:
     return sorted("".join(pair) for pair in found)
 
 
-def contrasts(values: Sequence[float]) -> np.ndarray:
+def contrasts(values: ArrayLike) -> np.ndarray:
     """Orthonormal polynomial contrasts of levels at `values`: (levels, levels - 1), linear first.
 
     Equally spaced, three of them are the -1, 0, 1 and 1, -2, 1 of thesis Table 2.4, each over its length.
     """
-    values = np.asarray(values, dtype=float)
-    centred = (values - values.mean()) / np.ptp(values)
-    basis = np.linalg.qr(np.vander(centred, len(values), increasing=True))[0][:, 1:]
+    places = np.asarray(values, dtype=float)
+    centred = (places - places.mean()) / np.ptp(places)
+    basis = np.linalg.qr(np.vander(centred, len(places), increasing=True))[0][:, 1:]
     return basis * np.sign(basis[-1])
 
 

@@ -1,5 +1,7 @@
 """Whether the residual of the analysis is the scatter of repeated runs, or effects that the model leaves out."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from scipy.stats import chi2
@@ -30,7 +32,7 @@ def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: Regressio
     rest = table.loc["Residual"]
     squares, freedom = pure_error(config, runs)
     left = int(rest["degrees_of_freedom"]) - freedom
-    row = {"against": "repeated treatments", "term": "Residual", "degrees_of_freedom": left}
+    row: dict[str, Any] = {"against": "repeated treatments", "term": "Residual", "degrees_of_freedom": left}
     row["error_percent"] = 100 * np.sqrt(squares / freedom) if freedom else np.nan
     if freedom and left and squares > 0:
         row["sum_of_squares"] = rest["sum_of_squares"] - squares

@@ -1,5 +1,6 @@
 """A chemist's own readings, a row a case, to what they stand for: yields, half-lives, and masses to weigh in."""
 
+from collections.abc import Sequence
 from types import MappingProxyType
 
 import pandas as pd
@@ -46,7 +47,7 @@ ERRORS = MappingProxyType(
 )
 
 
-def read_readings(path: str, required: list[str], optional: list[str] = ()) -> pd.DataFrame:
+def read_readings(path: str, required: Sequence[str], optional: Sequence[str] = ()) -> pd.DataFrame:
     """Read a table of readings: column case, the required ones, and those of the optional ones that are there.
 
     Raises ConfigError, in one line, for a missing column, a text or nothing in a column of numbers, a case that

@@ -110,7 +110,7 @@ def _shape(own: _Fit) -> list[Check]:
         Check(
             "tukey_nonadditivity",
             "no curvature in the fitted yield",
-            lambda rest: abs(float(own.off_model @ rest)) / np.linalg.norm(own.off_model) / np.linalg.norm(rest),
+            lambda rest: float(abs(own.off_model @ rest) / np.linalg.norm(own.off_model) / np.linalg.norm(rest)),
         )
     ]
 

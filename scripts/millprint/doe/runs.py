@@ -1,5 +1,7 @@
 """The measured runs: a table of settings and yields, checked against the factors of the design."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
@@ -41,7 +43,7 @@ def _check_order(frame: pd.DataFrame, path: str) -> None:
         )
 
 
-def read_runs(path: str, config: DesignConfig, positive: list[str] = ()) -> pd.DataFrame:
+def read_runs(path: str, config: DesignConfig, positive: Sequence[str] = ()) -> pd.DataFrame:
     """Read the runs as they were done: columns case (text), the settings, yield_percent, and a level code a factor.
 
     Columns `treatment` and `run_order` are kept where there are any; `positive` names further columns that must hold

@@ -20,7 +20,8 @@ def trend_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     with the residual's degrees of freedom; the sum of squares is of type III, F = t2; the effect sizes are those of
     `effect_sizes`. The thesis's own contrasts (Table 2.5) have the residual of a model without interactions and no F.
     """
-    columns, owners = [np.ones((len(runs), 1))], [None]
+    columns = [np.ones((len(runs), 1))]
+    owners: list[tuple[str, int] | None] = [None]
     for term in config.model:
         own = term_columns(config, runs, term)
         columns.append(own)
@@ -33,7 +34,7 @@ def trend_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     residual = len(runs) - matrix.shape[1]
     variance = rest @ rest / residual
     error = np.sqrt(variance * np.diag(inverse))
-    rows = []
+    rows: list[tuple[str, str, float, float, float]] = []
     for place, owner in enumerate(owners):
         if owner is None or ":" in owner[0] or owner[1] >= len(SHAPES) or not config.factor(owner[0]).numeric:
             continue

@@ -41,7 +41,8 @@ def choose_for_yield(draws: np.ndarray, best: float, runs: int) -> list[tuple[in
     mean of max(best, y_1, ..., y_q) - best over the draws (Ginsbourger et al. 2010), so that a second run next to the
     first is worth little. The gain of a run is what it adds to those before it.
     """
-    reached, chosen = np.full(len(draws), best), []
+    reached = np.full(len(draws), best)
+    chosen: list[tuple[int, float]] = []
     for _ in range(min(runs, draws.shape[1])):
         gains = np.maximum(draws - reached[:, None], 0).mean(axis=0)
         gains[[column for column, _ in chosen]] = -1.0
@@ -61,14 +62,15 @@ def choose_for_learning(
     were done. Bounded links are taken linear at their mean.
     """
     inputs = describe(rows).to_numpy()
-    states, weights, total = [], [], 0.0
+    states: list[tuple[np.ndarray, float]] = []
+    weights, total = [], 0.0
     for member, weight in zip(model.members, model.weights, strict=True):
         mean, covariance = member.process.posterior(member.scaling(inputs))
         inverse, latent = LINKS[member.candidate.link].inverse, member.mean + member.spread * mean
         slope = (inverse(latent + SLOPE_STEP) - inverse(latent - SLOPE_STEP)) / (2 * SLOPE_STEP)
         scale = weight * (100 * member.spread * slope[reference]) ** 2
         total += float(scale @ covariance.diagonal()[reference])
-        states.append([covariance, member.process.noise])
+        states.append((covariance, member.process.noise))
         weights.append(scale)
     chosen: list[tuple[int, float]] = []
     for _ in range(min(runs, len(rows))):
@@ -78,7 +80,7 @@ def choose_for_learning(
         gains[[position for position, _ in chosen]] = -1.0
         best = int(gains.argmax())
         chosen.append((best, float(gains[best] / total)))
-        for state in states:
-            covariance, noise = state
-            state[0] = covariance - np.outer(covariance[:, best], covariance[best]) / (covariance[best, best] + noise)
+        for place, (covariance, noise) in enumerate(states):
+            told = np.outer(covariance[:, best], covariance[best]) / (covariance[best, best] + noise)
+            states[place] = (covariance - told, noise)
     return chosen

@@ -6,6 +6,7 @@ import pandas as pd
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.doe.runs import YIELD
+from millprint.predict.catalogue import otherwise
 from millprint.predict.features import CONDITIONS, FEATURES
 from millprint.predict.metrics import YieldWeights, metrics
 from millprint.predict.model import YieldModel, fit_model
@@ -85,14 +86,6 @@ def compare_choices(
         values = _judged(refitted, test, outside, weigh)
         rows.append({**about, "choice": other.choice, "value": other.value, **values})
     return pd.DataFrame(rows)
-
-
-def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
-    """The settings with another value of a choice that a search depends on: search_seed or residual_weights."""
-    if choice == "search_seed":
-        return settings.model_copy(update={"seed": settings.seed + 1})
-    other = "residual" if settings.choices.residual_weights == "yield" else "yield"
-    return settings.model_copy(update={"choices": settings.choices.model_copy(update={"residual_weights": other})})
 
 
 def describe_search(

@@ -25,7 +25,7 @@ def bootstrap_metrics(
     tail = (1 - level) / 2
     rows = []
     for name in METRICS:
-        lower, upper = np.nanquantile(np.mean([part[name] for part in spread], axis=0), [tail, 1 - tail])
+        lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in spread]), axis=0), [tail, 1 - tail])
         rows.append({"metric": name, "value": float(np.mean(values[name])), "lower": lower, "upper": upper})
     return pd.DataFrame(rows)
 

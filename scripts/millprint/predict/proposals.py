@@ -30,7 +30,9 @@ def shortlist(merit: np.ndarray, size: int, generator: np.random.Generator) -> t
     return chosen, random_half if len(random_half) else np.arange(len(chosen))
 
 
-def propose(model: AveragedModel, known: pd.DataFrame, conditions: pd.DataFrame, settings: ProposalConfig):
+def propose(
+    model: AveragedModel, known: pd.DataFrame, conditions: pd.DataFrame, settings: ProposalConfig
+) -> pd.DataFrame:
     """The next runs for each purpose, done as one batch.
 
     known: the rows that the model was trained on; conditions: what region_conditions returns. Columns: purpose, rank,

@@ -59,7 +59,9 @@ def chance(count: int, start_runs: int, best: int) -> np.ndarray:
     return 1 - np.array(missed)
 
 
-def search_table(reached: dict[str, list[np.ndarray]], yields: np.ndarray, start_runs: int, level: float):
+def search_table(
+    reached: dict[str, list[np.ndarray]], yields: np.ndarray, start_runs: int, level: float
+) -> pd.DataFrame:
     """Share of starts that have found the best run after n runs: strategy, runs, found, lower, upper, best_percent.
 
     The interval is Clopper and Pearson's over starts; that of chance is exact and has no width. best_percent is the

@@ -1,10 +1,9 @@
 """The search of hyper-parameters: hyperopt's TPE over repeated k-fold cross-validation (thesis Sec. 5.2.6)."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from hyperopt import fmin, hp, tpe
-from hyperopt.pyll import Apply
 from sklearn.model_selection import RepeatedKFold
 
 from millprint.config.yields import SearchConfig, Spaces, TrainingConfig
@@ -28,11 +27,13 @@ DRAWS = {
     },
 }
 
-Predictor = Callable[[int, dict[str, float]], np.ndarray]
+Predictor = Callable[[int, dict[str, Any]], np.ndarray]
 
 
-def search_space(algorithm: str, spaces: Spaces) -> dict[str, Apply]:
+def search_space(algorithm: str, spaces: Spaces) -> dict[str, Any]:
     """The search space of an algorithm for hyperopt."""
+    from hyperopt import hp
+
     space = {}
     for name, draw in DRAWS[algorithm].items():
         low, high = getattr(getattr(spaces, algorithm), name)
@@ -86,6 +87,9 @@ def search(
 
     inputs: (n, k) features as the algorithm sees them; target, weights: (n,); tick: called after each evaluation.
     """
+    # Imported here, as in search_space: it takes half a second, and who only reads models or predicts searches nothing.
+    from hyperopt import fmin, tpe
+
     repeated = RepeatedKFold(n_splits=budget.folds, n_repeats=budget.repeats, random_state=settings.seed)
     folds = list(repeated.split(inputs))
     predict = _predictor(algorithm, inputs, target, folds, settings, threads)

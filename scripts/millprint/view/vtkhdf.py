@@ -7,6 +7,7 @@ whose points move while its cells stay is stored with its cells once.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -67,7 +68,7 @@ class TransientPolyData:
         self._put_parts(shared)
         for name in CELLS:
             counts = self._rows["CellData"] if name == kind else np.zeros(len(time_s), dtype=np.int64)
-            ids = connectivity.ravel() if name == kind and shared else _numbers(corners * counts)
+            ids = connectivity.ravel() if name == kind and connectivity is not None else _numbers(corners * counts)
             self._put_cells(name, counts[:1] if shared else counts, corners, ids)
 
     def _put_parts(self, shared: bool) -> None:
@@ -129,7 +130,7 @@ class TransientPolyData:
 
 
 @contextmanager
-def transient_polydata(path: str | Path, time_s: np.ndarray, **layout) -> Iterator[TransientPolyData]:
+def transient_polydata(path: str | Path, time_s: np.ndarray, **layout: Any) -> Iterator[TransientPolyData]:
     """A new file, complete or absent; `layout` is that of TransientPolyData."""
     with whole_hdf5(path) as file:
         writer = TransientPolyData(file, time_s, **layout)

@@ -1,0 +1,31 @@
+"""What the project says of itself, in one voice: version, licence and authors."""
+
+import tomllib
+
+import yaml
+
+from tests.conftest import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def test_citation_and_licence_agree_with_the_project():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["cff-version"] == "1.2.0" and {"message", "title", "authors"} <= set(citation)
+    assert (citation["title"], citation["version"]) == (PROJECT["name"], PROJECT["version"])
+    assert citation["license"] == PROJECT["license"] == "MIT"
+    authors = [author["name"] for author in PROJECT["authors"]]
+    assert [author["name"] for author in citation["authors"]] == authors
+    assert f"{authors[0]}\n" in (ROOT / "LICENSE").read_text()
+
+
+def test_catalogue_names_deployments_that_exist():
+    """Conda, by the environment file of every rule; no container is published."""
+    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
+    assert usage["software-stack-deployment"] == {
+        "conda": True,
+        "apptainer": False,
+        "apptainer+conda": False,
+        "report": True,
+    }
+    assert (ROOT / "envs/millprint.yaml").is_file() and (ROOT / "config/README.md").is_file()
