@@ -4,6 +4,8 @@ import itertools
 
 import torch
 from torch import Tensor, nn
+from torch_geometric.nn import MessagePassing
+from torch_geometric.utils import scatter
 
 from millprint.config.surrogate import NetworkConfig
 from millprint.surrogate.graphs import Graphs
@@ -25,29 +27,22 @@ def mlp(inputs: int, width: int, outputs: int, layers: int) -> nn.Sequential:
     return nn.Sequential(*modules[:-1])
 
 
-def mean_by(place: Tensor, values: Tensor, places: int) -> Tensor:
-    """Mean of the rows of `values` (n, width) that share a place (n,) of `places`; zero for a place that has none.
-
-    Two sums of torch: the libraries of graph networks have the same, and take as long to import as a smoke training.
-    """
-    count = values.new_zeros(places).scatter_add_(0, place, values.new_ones(len(values)))
-    total = values.new_zeros(places, values.shape[1]).scatter_add_(0, place[:, None].expand_as(values), values)
-    return total / count.clamp(min=1)[:, None]
-
-
-class InteractionLayer(nn.Module):
+class InteractionLayer(MessagePassing):
     """One round of message passing with mean aggregation (Eqs 6.24 to 6.26)."""
 
     def __init__(self, width: int, layers: int):
-        super().__init__()
+        super().__init__(aggr="mean")
         self.message_mlp = mlp(3 * width, width, width, layers)
         self.node_mlp = mlp(2 * width, width, width, layers)
 
     def forward(self, node: Tensor, edge_index: Tensor, edge: Tensor) -> Tensor:
         """node (n, width), edge_index (2, e) source and target, edge (e, width); returns (n, width)."""
-        source, target = edge_index
-        message = self.message_mlp(torch.cat([node.index_select(0, target), node.index_select(0, source), edge], dim=1))
-        return self.node_mlp(torch.cat([node, mean_by(target, message, len(node))], dim=1))
+        received = self.propagate(edge_index, node=node, edge=edge, size=(len(node), len(node)))
+        return self.node_mlp(torch.cat([node, received], dim=1))
+
+    def message(self, node_i: Tensor, node_j: Tensor, edge: Tensor) -> Tensor:
+        """Message into node i from node j, Eq. 6.24."""
+        return self.message_mlp(torch.cat([node_i, node_j, edge], dim=1))
 
 
 class SignedDistanceNetwork(nn.Module):
@@ -86,5 +81,5 @@ class SignedDistanceNetwork(nn.Module):
         """Mean of the balls with an edge, through the readout; a graph without any pools to zero."""
         has_edge = torch.zeros(len(node), dtype=torch.bool, device=node.device)
         has_edge[touched] = True
-        pooled = mean_by(graph_of_ball[has_edge], node[has_edge], graphs)
+        pooled = scatter(node[has_edge], graph_of_ball[has_edge], dim=0, dim_size=graphs, reduce="mean")
         return self.readout(pooled).squeeze(1)
