@@ -237,7 +237,7 @@ def test_an_ensemble_s_spread_is_reported_and_drawn():
     shares = rollout.dissipated_J * np.array([0.9, 1.0, 1.1])
     ensemble = replace(rollout, extra={"member_dissipated_J": shares, "doubt": np.array([0.1, 0.3, np.nan])})
     assert table_of(ensemble)["value"]["ensemble_spread_percent"] == pytest.approx(10)
-    assert table_of(ensemble)["value"]["ensemble_doubt_percent"] == pytest.approx(20)
+    assert table_of(ensemble)["value"]["ensemble_doubt_percent"] == pytest.approx(100 * np.sqrt((0.1**2 + 0.3**2) / 2))
     series = evaluate(ensemble, RUNS, SCENE, SUMMARIES).series
     table = dissipation_table(series, ensemble.member_totals_J(), "trained")
     np.testing.assert_allclose(table["spread_J"], 0.1 * table["surrogate_J"], atol=1e-15)

@@ -64,8 +64,8 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
 def close_lane(candidates, contacts, coarse, lane, time, totals, counters, table):
     """End a contact; one that was foreseen and never touched leaves no trace."""
     block, m = lane // LANES, lane % LANES
+    book_works(contacts, lane, totals)
     if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
-        book_works(contacts, lane, totals)
         coarse.ended[0] += 1.0
         write_collision(contacts, lane, time, 1, counters, table)
     candidates.lane[contacts.slot[lane]] = -1

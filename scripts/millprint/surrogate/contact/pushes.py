@@ -174,6 +174,10 @@ def touch_lane(contacts, clock, coarse, lane):
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     begin = 0.0
     if distance > reach:
+        # One that has come apart and will touch again is two collisions.
+        if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
+            coarse.ended[0] += 1.0
+            lanes.put(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m, 0.0)
         push = lanes.get_vector(work, block, pair.PUSH, m)
         begin = touch_time(distance - reach, dot(velocity, away) / distance, dot(push, away) / distance, step)
         # Of an acceleration that grows from mean less tilt: its mean up to the touch, and what acts on the position.

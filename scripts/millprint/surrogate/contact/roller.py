@@ -54,6 +54,9 @@ class ContactRoller:
         the next by coarse steps, where the balls are put as recorded, while contacts and their springs stay.
         """
         begins = [self._warmed_up(start) for start in starts_s]
+        # A step for nothing: no roll-out waits for the compiler.
+        self.arena.load(begins[0])
+        self.arena.record(1, 1)
         return ContactState(np.array([begin.step * self.step_s for begin in begins]), begins)
 
     def _warmed_up(self, start_s: float) -> Settled:
