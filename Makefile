@@ -13,10 +13,8 @@ SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),
 
 .PHONY: thesis smoke test lint format bench ablations reference lock clean
 
-# After every job Snakemake starts one more timer that looks for work each timespan, for as long as it runs: hundreds a
-# second by the end of this run. With ten seconds they cost a tenth.
 thesis: $(VENV)/installed
-	$(SNAKEMAKE) --max-jobs-per-timespan 1000/10s
+	$(SNAKEMAKE)
 
 smoke: $(VENV)/installed
 	$(SNAKEMAKE) --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
