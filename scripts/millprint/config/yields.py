@@ -146,7 +146,7 @@ class YieldConfig(Section):
     search: SearchConfig
     searched_again: list[Literal["search_seed", "residual_weights"]] = Field(
         description="choices that are also searched with another value: the seed (every tuned model), the weights of "
-        "residuals (two-step models); [] for none. Together they take twice as long as the models themselves"
+        "residuals (two-step models); [] for none. Together they take longer than the models themselves"
     )
     honest: HonestConfig
     averaging: AveragingConfig

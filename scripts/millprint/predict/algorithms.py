@@ -43,7 +43,7 @@ def make_estimator(
 class _OneHyperparameter:
     """A kernel that names its only hyper-parameter. scikit-learn looks for them among all names of the object.
 
-    It does so several times at every step of a climb of the marginal likelihood, a fifth of the time of a fit.
+    It does so several times at every step of a climb of the marginal likelihood, an eighth of the time of a fit.
     """
 
     varied: str
