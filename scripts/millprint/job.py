@@ -35,8 +35,10 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     end_with_run()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(log_path, mode="a")
-    wait_for_turn(handler.stream)
-    handler.stream.truncate(0)
+    stream = handler.stream
+    assert stream is not None, "a handler that has not been told to wait opens its file at once"
+    wait_for_turn(stream)
+    stream.truncate(0)
     record, before = record_path(log_path), read_record(record_path(log_path))
     record.unlink(missing_ok=True)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%Y-%m-%d %H:%M:%S"))

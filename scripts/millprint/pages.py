@@ -2,12 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 
-def render_page(template: Path, **values) -> str:
+def render_page(template: Path, **values: Any) -> str:
     """Fill a Jinja template; values are escaped unless they are Markup. Raises UndefinedError for one left out."""
     environment = Environment(
         loader=FileSystemLoader(template.parent),

@@ -144,14 +144,15 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
     slips = {}
     for share in (0.6, 2.5):
         simulation, power = simulate(mills["drum"], contacts["calibrated"], share * critical, fill_ratio=0.15,
-                                     settle_s=0.15, discard_s=0.4, window_s=0.4)  # fmt: skip
+                                     settle_s=0.15, discard_s=0.6, window_s=0.4)  # fmt: skip
         body, now = simulation.bodies[0], simulation.counters[0] * simulation.step
         wall = np.cross(body.motion.angular_velocity(now), simulation.balls.position - body.motion.position(now))
         speed = share * critical * math.pi / 30 * 0.05
         slips[share] = np.linalg.norm(simulation.balls.velocity - wall, axis=1).mean() / speed
         assert power > 0
-    assert slips[2.5] < 0.05
-    assert slips[0.6] > 0.2
+    # Gravity still shakes what turns with the wall, a little.
+    assert slips[2.5] < 0.1
+    assert slips[0.6] > 0.5
 
 
 def test_the_arms_of_an_attritor_are_seen_where_they_are(mills, contacts, tmp_path):

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from millprint.config.contact_surrogate import ContactRecipe, JudgeConfig
 from millprint.dem import lanes, state
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
+from millprint.surrogate.checkpoint import read_checkpoint
 from millprint.surrogate.contact import pair, samples
 from millprint.surrogate.contact.arena import Arena, coarse_step
 from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
@@ -103,7 +104,7 @@ def test_kernel_and_torch_expect_the_same(tracer):
     for quantity, wanted in ((pair.EXPECTED, mean), (pair.TILT, tilt)):
         found = [[lanes.get(arena.coarse.work, lane // 8, quantity + c, lane % 8) for c in range(3)] for lane in used]
         wanted = wanted * graph.unit.numpy()
-        assert np.abs(wanted).max() > 1e-3
+        assert np.abs(wanted).max() > 1e-4
         np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())
     arena.weights = no_weights()
 
@@ -221,7 +222,7 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_p
     # Killed in the second epoch, after states of its own have been added.
     assert not halves.train(tmp_path / "half.pt", max_steps=9)
     resumed = fresh()
-    resumed.resume(torch.load(tmp_path / "half.pt", weights_only=True))
+    resumed.resume(read_checkpoint(tmp_path / "half.pt", "same", torch.device("cpu")))
     assert resumed.own is not None
     assert resumed.train()
     for one, other in zip(whole.model.parameters(), resumed.model.parameters(), strict=True):

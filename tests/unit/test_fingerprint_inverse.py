@@ -123,7 +123,7 @@ def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys
     assert best["speed_rpm"] == pytest.approx(900, rel=5e-3)
     assert best["fill_ratio"] == pytest.approx(0.12, rel=5e-3)
     printed = capsys.readouterr().out.splitlines()
-    assert printed[0] == "command_line:" and printed[2].split()[:3] == ["1", "calibrated", "8.0"]
+    assert printed[0] == "command_line:" and printed[2].split()[:4] == ["1", "emax", "calibrated", "8.0"]
 
 
 def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):

@@ -18,9 +18,9 @@ def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillCon
 
 def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> list[str]:
     """A line for each fault, naming file, key, value and what would be right; none where nothing is fitted."""
-    if fitted_mill(config, mills) is None:
-        return []
     fit, faults = config.fit, []
+    if fit is None or fitted_mill(config, mills) is None:
+        return []
     if fit.contact not in config.contacts:
         faults.append(f"{source}: fit.contact = {fit.contact}: must be one of contacts ({', '.join(config.contacts)})")
     free = [rule.name for rule in config.dem.counting_rules if not rule.peak_force_min_N + rule.duration_min_s]

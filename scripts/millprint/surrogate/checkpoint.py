@@ -61,22 +61,32 @@ def read_checkpoint(path: str | Path, wanted: str, device: torch.device) -> dict
     return content if fits else None
 
 
-def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
-    """Write the weights, with the recipe that gives them a shape; they load with weights_only=True."""
-    state = {name: value.cpu() for name, value in model.state_dict().items()}
+def write_tensors(path: str | Path, content: dict) -> None:
+    """Write finished weights, plain: `torch.load` with weights_only=True reads them."""
     with whole_file(path) as partial:
-        partial.write_bytes(_as_bytes({"recipe": recipe.model_dump(mode="json"), "state": state}))
+        partial.write_bytes(_as_bytes(content))
 
 
-def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
-    """The model with its weights, ready to predict, and its recipe. Raises ConfigError for a damaged file."""
+def read_tensors(path: str | Path, device: torch.device | str = "cpu") -> dict:
+    """What `write_tensors` wrote. Raises ConfigError for a damaged file."""
     try:
-        content = torch.load(path, map_location=device, weights_only=True)
+        return torch.load(path, map_location=device, weights_only=True)
     except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
         what = str(error).split("\n", 1)[0][:100]
         raise ConfigError(
             f"{path}: truncated or damaged ({what}); delete it and run the same command again: it is made anew"
         ) from None
+
+
+def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
+    """Write the weights, with the recipe that gives them a shape."""
+    state = {name: value.cpu() for name, value in model.state_dict().items()}
+    write_tensors(path, {"recipe": recipe.model_dump(mode="json"), "state": state})
+
+
+def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
+    """The model with its weights, ready to predict, and its recipe. Raises ConfigError for a damaged file."""
+    content = read_tensors(path, device)
     recipe = Recipe(**content["recipe"])
     model = Surrogate(recipe)
     model.load_state_dict(content["state"])

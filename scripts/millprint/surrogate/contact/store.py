@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-import torch
-
 from millprint.config.contact_surrogate import ContactRecipe
-from millprint.surrogate.checkpoint import write_checkpoint
+from millprint.surrogate.checkpoint import read_tensors, write_tensors
 from millprint.surrogate.contact.network import Predictor
 from millprint.surrogate.contact.weights import Weights, make_weights
 
@@ -15,17 +13,17 @@ KIND = "contact"
 def write_ensemble(path: str | Path, states: list[dict], recipe: ContactRecipe) -> None:
     """Write the weights of every member, with the recipe that gives them a shape."""
     members = [{name: value.cpu() for name, value in state.items()} for state in states]
-    write_checkpoint(path, {"kind": KIND, "recipe": recipe.model_dump(mode="json"), "members": members})
+    write_tensors(path, {"kind": KIND, "recipe": recipe.model_dump(mode="json"), "members": members})
 
 
 def is_ensemble(path: str | Path) -> bool:
     """Whether a weights file holds a contact surrogate."""
-    return torch.load(path, map_location="cpu", weights_only=True).get("kind") == KIND
+    return read_tensors(path).get("kind") == KIND
 
 
 def read_ensemble(path: str | Path) -> tuple[list[Weights], ContactRecipe]:
     """The members' weights as the kernels take them, and the recipe."""
-    content = torch.load(path, map_location="cpu", weights_only=True)
+    content = read_tensors(path)
     recipe = ContactRecipe(**content["recipe"])
     members = []
     for state in content["members"]:
