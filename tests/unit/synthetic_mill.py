@@ -97,6 +97,7 @@ def summary(
         },
         "collisions": [
             counted("lifetimes", 0.0, 2.0 * frequency, normal, tangential, balls),
+            counted("gap_2ms", 0.002, frequency, normal, tangential, balls),
             counted("gap_3ms", 0.003, frequency, normal, tangential, balls),
         ],
         "mean_ball_height_m": 0.01,
