@@ -21,6 +21,7 @@ class Damage(NamedTuple):
     path: str
     found_bytes: int
     written_bytes: int
+    record: Path
 
     def __str__(self) -> str:
         if self.found_bytes < self.written_bytes:
@@ -78,9 +79,16 @@ def damaged_files(logs: str | Path) -> Iterator[Damage]:
             if (found.st_size, found.st_mtime_ns) == (entry["bytes"], entry["date_ns"]):
                 continue
             if found.st_size != entry["bytes"] or digest(name) != entry["sha256"]:
-                yield Damage(name, found.st_size, entry["bytes"])
+                yield Damage(name, found.st_size, entry["bytes"], record)
 
 
 def set_aside(damage: Damage) -> None:
     """Move a damaged file out of the way, under a name of its own."""
     os.replace(damage.path, damage.path + DAMAGED)
+
+
+def put_back_dates(record: Path) -> None:
+    """Give every file of a record that is as recorded its recorded date: Snakemake dates what a job wrote anew."""
+    for name, entry in read_record(record).items():
+        if Path(name).is_file() and digest(name) == entry["sha256"]:
+            os.utime(name, ns=(entry["date_ns"], entry["date_ns"]))

@@ -7,7 +7,7 @@ import tempfile
 import yaml
 
 from millprint.liveness import announce, claim, end_with_run
-from millprint.records import damaged_files, set_aside
+from millprint.records import damaged_files, put_back_dates, set_aside
 
 # Jobs, and a Snakemake inside a job, end when the run that started them has ended.
 end_with_run()
@@ -47,4 +47,6 @@ if workflow.is_main_process:
         announce()
         if damages and not workflow.dryrun:
             make_again([damage.path for damage in damages])
+            for damage in damages:
+                put_back_dates(damage.record)
     announce()
