@@ -221,12 +221,18 @@ def test_a_damaged_result_is_found_and_it_alone_made_again(workplace, file, how,
 def test_a_second_run_does_not_break_the_lock_of_a_living_one(workplace):
     project, _ = workplace
     (project / TARGETS[0]).unlink(missing_ok=True)
-    session = Session(project, project / "sessions.log")
+    session, held = Session(project, project / "sessions.log"), []
     try:
         assert session.wait_for_a_job()
+        # It must not end before the second run has begun.
+        held = session.jobs()
+        for job in held:
+            job.suspend()
         second = run_snakemake(project, *ARGUMENTS)
         assert second.returncode == 1
         assert "cannot be locked" in second.stdout
         assert "found: the locks" not in second.stdout
     finally:
+        for job in held:
+            job.kill()
         session.kill("everything", random.Random(0))

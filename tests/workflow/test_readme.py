@@ -32,7 +32,7 @@ def of(program: str) -> list[list[str]]:
 
 def test_programs_are_known():
     assert len(of("make")) >= 3 and len(of("snakemake")) >= 5 and len(of("python")) >= 4
-    assert {words[0] for words in COMMANDS} <= {"make", "snakemake", "python"}
+    assert {words[0] for words in COMMANDS} <= {"make", "snakemake", "python", "cp", "sed", "$EDITOR"}
 
 
 @pytest.mark.parametrize("words", of("make"), ids=" ".join)
@@ -43,9 +43,18 @@ def test_make_knows_the_target(words):
 
 def test_snakemake_would_run_every_target(project: Path):
     parser = get_argument_parser()
-    targets = [target for words in of("snakemake") for target in parser.parse_args(words).targets]
+    parsed = [parser.parse_args(words) for words in of("snakemake")]
+    targets = [target for arguments in parsed if not arguments.config for target in arguments.targets]
     assert {"chapter3", "ablations"} <= set(targets)
     done = run_snakemake(project, *dict.fromkeys(targets), "--dry-run", "--quiet", "all")
+    assert done.returncode == 0, done.stdout[-3000:]
+
+
+@pytest.mark.parametrize("words", [words for words in of("snakemake") if "mill=mine" in words], ids=" ".join)
+def test_snakemake_would_run_a_mill_of_ones_own(project: Path, words):
+    mill = (project / "config/mills/planetary.yaml").read_text()
+    (project / "config/mills/mine.yaml").write_text(mill.replace("name: planetary", "name: mine"))
+    done = run_snakemake(project, *words, "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 

@@ -64,6 +64,8 @@ rule trace_surrogate_contacts:
         dataset=f"{SURROGATE}/contacts.h5",
     log:
         f"{LOGS}/surrogate/trace_surrogate_contacts.log",
+    benchmark:
+        f"{BENCHMARKS}/trace_surrogate_contacts/trace_surrogate_contacts.tsv"
     conda:
         "../../envs/millprint.yaml"
     params:
@@ -181,6 +183,8 @@ rule evaluate_single_steps:
         steps=f"{SURROGATE}/{{variant}}/single_steps.tsv",
     log:
         f"{LOGS}/surrogate/{{variant}}/evaluate_single_steps.log",
+    benchmark:
+        f"{BENCHMARKS}/evaluate_single_steps/{{variant}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -203,6 +207,8 @@ rule check_measures:
         controls=f"{SURROGATE}/controls.tsv",
     log:
         f"{LOGS}/surrogate/check_measures.log",
+    benchmark:
+        f"{BENCHMARKS}/check_measures/check_measures.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
@@ -381,6 +387,8 @@ rule compare_motion:
         ),
     log:
         f"{LOGS}/surrogate/{{variant}}/compare_motion.log",
+    benchmark:
+        f"{BENCHMARKS}/compare_motion/{{variant}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
