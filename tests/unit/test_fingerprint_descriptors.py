@@ -32,7 +32,7 @@ def test_energy_per_collision_is_power_over_frequency():
 
 def test_a_wider_gap_counts_fewer_collisions_of_more_energy():
     table = tabulate_counting_rules([summary(0.10)]).set_index("counting_rule")
-    assert list(table.index) == ["lifetimes", "gap_3ms"]
+    assert list(table.index) == ["lifetimes", "gap_2ms", "gap_3ms"]
     assert table.loc["lifetimes", "f"] == pytest.approx(2 * table.loc["gap_3ms", "f"])
     assert table.loc["lifetimes", "normal_energy_J"] == pytest.approx(table.loc["gap_3ms", "normal_energy_J"] / 2)
     assert table.loc["gap_3ms", "ball_ball_share"] == pytest.approx(0.3)
@@ -61,7 +61,7 @@ def test_seeds_are_averaged_with_their_spread():
 
 
 def test_an_unrecorded_counting_rule_is_refused():
-    with pytest.raises(ConfigError, match=r"counting_rule = gap_5ms.*lifetimes, gap_3ms"):
+    with pytest.raises(ConfigError, match=r"counting_rule = gap_5ms.*lifetimes, gap_2ms, gap_3ms"):
         tabulate_descriptors([summary()], "gap_5ms")
 
 

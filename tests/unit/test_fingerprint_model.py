@@ -128,7 +128,8 @@ def test_a_departure_from_the_scaling_is_learned():
     """A mill whose scaled frequency falls with omega^-0.3: predicted at a speed that was not simulated."""
     runs = summaries(speeds=(600.0, 800.0, 1200.0), error=2e-3)
     for run in runs:
-        run["collisions"][1]["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
+        for counted in run["collisions"]:
+            counted["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
     model = Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)
     found = model.predict(1000.0 / 60.0, 0.01, 0.12).frequency_per_ball_hz
     true = true_curves(0.12)[2] * (1000.0 / 60.0) * (1000.0 / 600.0) ** -0.3
