@@ -7,9 +7,9 @@ import numpy as np
 from millprint.config.surrogate import SnapshotConfig
 from millprint.files import write_table
 from millprint.job import job
-from millprint.surrogate.dataset import TrainingRun, write_dataset
-from millprint.surrogate.features import featurise, wall_contact_distances
 from millprint.surrogate.scene import read_scene
+from millprint.surrogate.thesis.dataset import TrainingRun, write_dataset
+from millprint.surrogate.thesis.features import featurise, wall_contact_distances
 from millprint.surrogate.trajectory import read_trajectory
 from millprint.surrogate.wall_contacts import wall_contact_table
 

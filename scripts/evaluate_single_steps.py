@@ -3,11 +3,11 @@
 from millprint.config.surrogate import EdgeConfig
 from millprint.files import write_table
 from millprint.job import job
-from millprint.surrogate.checkpoint import read_weights
+from millprint.surrogate.device import choose_device
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.single_steps import one_step
 from millprint.surrogate.tables import join_tables, tabulate
-from millprint.surrogate.training import choose_device
+from millprint.surrogate.thesis.single_steps import one_step
+from millprint.surrogate.thesis.store import read_weights
 from millprint.surrogate.trajectory import read_trajectory
 
 GRAPHS = 2000

@@ -8,9 +8,9 @@ from millprint.figures.chapter6_loop import plot_loop
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
-from millprint.surrogate.recursion import steps_in_words
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.section import section
+from millprint.surrogate.thesis.recursion import steps_in_words
 from millprint.surrogate.trajectory import read_attributes
 from millprint.surrogate.wall_contacts import covered_share
 

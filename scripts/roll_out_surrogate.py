@@ -7,9 +7,9 @@ import numpy as np
 from millprint.config.surrogate import EdgeConfig, RollOutConfig, ScenarioConfig
 from millprint.job import job, progress
 from millprint.surrogate.contact.roller import ContactRoller
+from millprint.surrogate.device import choose_device
 from millprint.surrogate.roller import open_roller
 from millprint.surrogate.store import write_rollout
-from millprint.surrogate.training import choose_device
 
 # Times at which the members of an ensemble are compared.
 LOOKS = 100

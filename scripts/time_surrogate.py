@@ -5,10 +5,10 @@ import pandas as pd
 from millprint.config.surrogate import EdgeConfig, RollOutConfig, TimingConfig
 from millprint.files import write_table
 from millprint.job import job
+from millprint.surrogate.device import choose_device
 from millprint.surrogate.roller import open_roller
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.timing import scaled_thresholds, simulation_seconds, time_rollouts
-from millprint.surrogate.training import choose_device
 
 
 def main(

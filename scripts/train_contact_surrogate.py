@@ -11,7 +11,7 @@ from millprint.job import job
 from millprint.surrogate.contact.dataset import open_tracer, read_dataset
 from millprint.surrogate.contact.ensemble import recipe_of, train_ensemble
 from millprint.surrogate.contact.store import write_ensemble
-from millprint.surrogate.training import choose_device
+from millprint.surrogate.device import choose_device
 
 
 def main(

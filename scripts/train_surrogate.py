@@ -6,9 +6,10 @@ from pathlib import Path
 from millprint.config.surrogate import Recipe
 from millprint.files import write_table
 from millprint.job import job
-from millprint.surrogate.checkpoint import write_weights
-from millprint.surrogate.dataset import read_dataset
-from millprint.surrogate.training import Trainer, choose_device
+from millprint.surrogate.device import choose_device
+from millprint.surrogate.thesis.dataset import read_dataset
+from millprint.surrogate.thesis.store import write_weights
+from millprint.surrogate.thesis.training import Trainer
 
 logger = logging.getLogger("millprint")
 

@@ -1,7 +1,7 @@
 """A digest of the library files that a script uses, so that an edit reruns exactly what depends on it."""
 
-import ast
 import hashlib
+import re
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +10,7 @@ PACKAGE = Path(__file__).parent
 TEMPLATES = (".html", ".css", ".js")
 
 
+@cache
 def _module_files(module: str) -> list[Path]:
     """The file of `millprint.a.b` and the package files above it; nothing for a name that is no module."""
     parts = module.split(".")[1:]
@@ -19,20 +20,20 @@ def _module_files(module: str) -> list[Path]:
     return [file for file in files if file.is_file()]
 
 
+# An import at any depth of a file. Words of a docstring that look like one do no harm: a file more to depend on.
+IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+(millprint[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|.+)|import[ \t]+(millprint[\w.]*))", re.M
+)
+
+
 @cache
 def _imports(file: Path) -> frozenset[Path]:
     """The millprint files that `file` imports, at any depth of its own code."""
     found: set[Path] = set()
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.Import):
-            modules = [name.name for name in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules = [node.module, *(f"{node.module}.{name.name}" for name in node.names)]
-        else:
-            continue
-        for module in modules:
-            if module.split(".")[0] == "millprint":
-                found.update(_module_files(module))
+    for package, names, module in IMPORT.findall(file.read_text()):
+        modules = [module] if module else [package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))]
+        for name in modules:
+            found.update(_module_files(name))
     return frozenset(found)
 
 

@@ -5,11 +5,11 @@ import pytest
 import torch
 
 from millprint.errors import ConfigError
-from millprint.surrogate.dataset import TrainingRun, read_dataset, write_dataset
-from millprint.surrogate.features import DISTANCE, GRADIENT, VELOCITY, featurise, wall_contact_distances
-from millprint.surrogate.graphs import contact_edges, graphs_at, threshold_edges
-from millprint.surrogate.normalise import Surrogate, measure
-from millprint.surrogate.training import Trainer
+from millprint.surrogate.thesis.dataset import TrainingRun, read_dataset, write_dataset
+from millprint.surrogate.thesis.features import DISTANCE, GRADIENT, VELOCITY, featurise, wall_contact_distances
+from millprint.surrogate.thesis.graphs import contact_edges, graphs_at, threshold_edges
+from millprint.surrogate.thesis.normalise import Surrogate, measure
+from millprint.surrogate.thesis.training import Trainer
 from millprint.surrogate.trajectory import read_trajectory
 from millprint.surrogate.wall_contacts import covered_share, wall_contact_table
 from tests.unit.surrogate_samples import (

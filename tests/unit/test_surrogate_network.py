@@ -5,13 +5,13 @@ import pytest
 import torch
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.surrogate.checkpoint import read_weights, write_weights
-from millprint.surrogate.dataset import TrainingRun
-from millprint.surrogate.features import featurise
-from millprint.surrogate.graphs import Edges, Graphs, graphs_at
-from millprint.surrogate.loss import huber, losses
-from millprint.surrogate.network import InteractionLayer, SignedDistanceNetwork
-from millprint.surrogate.training import Trainer, draw_epoch
+from millprint.surrogate.thesis.dataset import TrainingRun
+from millprint.surrogate.thesis.features import featurise
+from millprint.surrogate.thesis.graphs import Edges, Graphs, graphs_at
+from millprint.surrogate.thesis.loss import huber, losses
+from millprint.surrogate.thesis.network import InteractionLayer, SignedDistanceNetwork
+from millprint.surrogate.thesis.store import read_weights, write_weights
+from millprint.surrogate.thesis.training import Trainer, draw_epoch
 from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
 
 CPU = torch.device("cpu")

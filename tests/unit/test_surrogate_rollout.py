@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.surrogate.features import DISTANCE, featurise
-from millprint.surrogate.graphs import graphs_at
-from millprint.surrogate.normalise import Surrogate, measure
-from millprint.surrogate.rollout import Simulator, euler_step, first_state, snap_back
 from millprint.surrogate.store import read_rollout, write_rollout
+from millprint.surrogate.thesis.features import DISTANCE, featurise
+from millprint.surrogate.thesis.graphs import graphs_at
+from millprint.surrogate.thesis.normalise import Surrogate, measure
+from millprint.surrogate.thesis.simulator import Simulator, euler_step, first_state, snap_back
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 
 RUN, SCENE = simulate(), sphere_scene()

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from scipy.signal import find_peaks
 
 from millprint.calibration.drop_test import GRAVITY
 from millprint.config.calibration import OscillationConfig
@@ -112,6 +111,9 @@ def describe_swings(swing: Swing, pairs: list[tuple[float, float]], duration: fl
     first_rise_mm and second_rise_mm (height at the first and second turn), first_turn_s, last_turn_s.
     Raises SimulationError.
     """
+    # Takes long to import, and Snakemake imports this module to check what a user asks for.
+    from scipy.signal import find_peaks
+
     rows = []
     times = np.arange(0, duration, 1e-3)
     for pair in pairs:

@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pandas as pd
-from scipy.stats import gaussian_kde
 
 from millprint.fingerprint.descriptors import CONDITION, NOTHING, condition_of
 
@@ -53,6 +52,9 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
 
     Of the mill as built; conditions with fewer than three revolutions have no density.
     """
+    # Takes long to import, and Snakemake imports this module to check what a user asks for.
+    from scipy.stats import gaussian_kde
+
     frames = []
     for key, cycles in _pooled(summaries).items():
         condition = dict(zip(CONDITION, key, strict=True))

@@ -23,7 +23,6 @@ from millprint.kernel import inlined
 from millprint.mill.path import (
     find_piece,
     path_values,
-    read_path,
     rotation_of,
     spin_of,
     write_path,
@@ -180,6 +179,9 @@ def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
         swing = np.array([[law.multiple * w, amplitude * math.sin(phase), amplitude * math.cos(phase)]])
         motion = Motion(HARMONIC, _translation(law.terms, w), frequency, *_line(law), swing=swing)
     elif isinstance(law, laws.PointsMotion):
+        # Takes long to import, and few mills need it.
+        from millprint.mill.points import read_path
+
         breaks, pieces = read_path(law.path)
         pieces[:, :, :3] *= law.scale
         motion = Motion(PATH, np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)

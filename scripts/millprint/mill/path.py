@@ -1,4 +1,4 @@
-"""A motion given as a table of points: a smooth periodic curve through them, as pieces of cubic polynomials.
+"""A motion along a smooth periodic curve through a table of points (mill.points): pieces of cubic polynomials.
 
 Place: a periodic cubic spline X(u) of the turn u = t f. Rotation: a periodic cubic spline q(u) of quaternions (w, x, y,
 z), normalised when it is used, so that
@@ -6,118 +6,18 @@ z), normalised when it is used, so that
 holds exactly: a change of the length of q turns nothing.
 """
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
-from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
 
-from millprint.errors import ConfigError
-from millprint.files import read_table
 from millprint.kernel import inlined
-
-PLACE = ["x_m", "y_m", "z_m"]
-TURN = ["rotation_x_deg", "rotation_y_deg", "rotation_z_deg"]
-FEWEST_ROWS = 9
-# A step this many times the median one is a gap, which no curve should bridge by guess.
-GAP = 3.0
-# The largest turn between two rows [deg], and distances from the origin that are no slip of the unit [m].
-LARGEST_STEP_DEG, LARGEST_PLACE_M = 60.0, 10.0
-# How far the last row may be from the first: a share of the range, or of a radian.
-CLOSE = 1e-6
-
-
-def _refuse(path: str | Path, what: str) -> ConfigError:
-    return ConfigError(f"{path}: {what}")
-
-
-def _check_times(time: np.ndarray, path: str | Path) -> None:
-    if len(time) < FEWEST_ROWS:
-        raise _refuse(path, f"{len(time)} rows: a turn needs {FEWEST_ROWS} at least, the last like the first")
-    steps = np.diff(time)
-    if (steps <= 0).any():
-        row = int(np.argmax(steps <= 0)) + 2
-        raise _refuse(path, f"column time_s, row {row} = {time[row - 1]:g}: time must rise from row to row")
-    if steps.max() > GAP * np.median(steps):
-        row = int(np.argmax(steps)) + 2
-        raise _refuse(
-            path,
-            f"column time_s, row {row} = {time[row - 1]:g}: a gap of {steps.max():g} s, where rows are mostly "
-            f"{np.median(steps):g} s apart; at most {GAP:g} times as much",
-        )
-
-
-def _check_places(place: np.ndarray, path: str | Path) -> None:
-    far = np.abs(place) > LARGEST_PLACE_M
-    if far.any():
-        row, column = (int(index[0]) for index in np.nonzero(far))
-        raise _refuse(
-            path,
-            f"column {PLACE[column]}, row {row + 1} = {place[row, column]:g}: at most {LARGEST_PLACE_M:g} m is wanted",
-        )
-    apart = np.abs(place[-1] - place[0])
-    if (apart > CLOSE * max(float(np.ptp(place, axis=0).max()), 1e-6)).any():
-        column = int(np.argmax(apart))
-        raise _refuse(
-            path,
-            f"column {PLACE[column]}: the last row = {place[-1, column]:g} is not the first, {place[0, column]:g}; a "
-            "turn must end where it began",
-        )
-
-
-def _quaternions(table: pd.DataFrame, path: str | Path) -> np.ndarray:
-    """Quaternions (n, 4) of the rows, w first, without the jumps of sign that a rotation leaves open."""
-    given = [name for name in TURN if name in table.columns]
-    if not given:
-        return np.tile([1.0, 0.0, 0.0, 0.0], (len(table), 1))
-    if len(given) < len(TURN):
-        missing = next(name for name in TURN if name not in given)
-        raise _refuse(path, f"column {missing} is missing beside {given[0]}; a rotation has three columns, or none")
-    turned = Rotation.from_rotvec(np.radians(table[TURN].to_numpy()))
-    steps = np.degrees((turned[1:] * turned[:-1].inv()).magnitude())
-    if steps.max() > LARGEST_STEP_DEG:
-        row = int(np.argmax(steps)) + 2
-        raise _refuse(
-            path,
-            f"columns rotation_*_deg, row {row}: a turn by {steps.max():.3g} degrees from the row before; rows must be "
-            f"close enough that it is at most {LARGEST_STEP_DEG:g}",
-        )
-    if (turned[-1] * turned[0].inv()).magnitude() > CLOSE:
-        raise _refuse(path, "columns rotation_*_deg: the last row is not the first; a turn must end as it began")
-    quaternion = turned.as_quat()[:, [3, 0, 1, 2]]
-    flips = np.where((quaternion[1:] * quaternion[:-1]).sum(axis=1) < 0, -1.0, 1.0)
-    return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
-
-
-def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """The curve through a table of points: ends (m + 1,) of its pieces, and their coefficients (m, 4, 7).
-
-    The argument is turns of the mill since the table's first row; a piece is a polynomial of the turns since its start,
-    the highest power first, of x, y, z [m] and the quaternion. The pieces cover two turns where the body comes back
-    after one with the sign of its quaternion turned over (any whole turn about an axis does that), else one.
-    Raises ConfigError, in one line, for a table that is not one turn.
-    """
-    table = read_table(path, numeric=["time_s", *PLACE])
-    given = [name for name in TURN if name in table.columns]
-    table = read_table(path, numeric=["time_s", *PLACE, *given])
-    time, place = table["time_s"].to_numpy(dtype=float), table[PLACE].to_numpy(dtype=float)
-    _check_times(time, path)
-    _check_places(place, path)
-    quaternion = _quaternions(table, path)
-    turn, values = (time - time[0]) / (time[-1] - time[0]), np.hstack([place, quaternion])
-    if quaternion[-1] @ quaternion[0] < 0:
-        again = np.hstack([place[1:], -quaternion[1:]])
-        turn, values = np.concatenate([turn, 1.0 + turn[1:]]), np.vstack([values, again])
-    values[-1] = values[0]
-    spline = CubicSpline(turn, values, bc_type="periodic")
-    return spline.x, np.moveaxis(spline.c, 0, 1)
 
 
 def path_values(
     breaks: np.ndarray, pieces: np.ndarray, turns: np.ndarray, frequency_hz: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The curve (..., 7) and its rate of change [1/s] at turns (...) since the start."""
+    # Takes long to import, and few mills need it.
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline.construct_fast(np.moveaxis(pieces, 0, 1), breaks, extrapolate="periodic")
     return spline(turns), frequency_hz * spline(turns, 1)
 

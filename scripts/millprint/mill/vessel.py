@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,6 +27,15 @@ MOST_FACETS = 20_000
 SHAPES = {"stadium": stadium_facets, "cylinder": cylinder_facets, "box": box_facets, "paddles": paddles_facets}
 
 
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The cross product of vectors (3,) or rows (n, 3), numpy's own to the last bit.
+
+    Without numpy's care for other axes, which takes longer than the product: a box of mills has thousands of edges.
+    """
+    (ax, ay, az), (bx, by, bz) = first.T, second.T
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]).T.copy()
+
+
 @dataclass(frozen=True)
 class Facet:
     """A flat piece of wall: `normal . x = offset`, with the unit normal pointing into the vessel.
@@ -41,24 +51,22 @@ class Facet:
     def from_loops(cls, loops: list[np.ndarray]) -> "Facet":
         """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
         loops = tuple(np.asarray(loop, dtype=float) for loop in loops)
-        area = sum(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops) / 2
+        area = sum(_cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops) / 2
         normal = area / np.linalg.norm(area)
         return cls(normal, float(np.concatenate(loops).mean(axis=0) @ normal), loops)
 
     @cached_property
     def area(self) -> float:
         """Area [m2], holes left out."""
-        return float(
-            sum(np.cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in self.loops) @ self.normal / 2
-        )
+        return float(sum(_cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in self.loops) @ self.normal / 2)
 
     @cached_property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Two unit vectors in the plane that make a right-handed triad with the normal."""
         helper = np.eye(3)[np.argmin(np.abs(self.normal))]
-        first = np.cross(helper, self.normal)
+        first = _cross(helper, self.normal)
         first /= np.linalg.norm(first)
-        return first, np.cross(self.normal, first)
+        return first, _cross(self.normal, first)
 
 
 def _canonical(facet: Facet, pitch: float) -> Facet:
@@ -116,14 +124,18 @@ class Vessel:
 
     def key(self, point: np.ndarray) -> tuple[int, ...]:
         """A point on a lattice fine enough to tell vertices apart, as a dictionary's key."""
-        return tuple(np.round(point / (WELD * self.size)).astype(np.int64).tolist())
+        return self._keys(point[None])[0]
+
+    def _keys(self, points: np.ndarray) -> list[tuple[int, ...]]:
+        return [tuple(row) for row in np.round(points / (WELD * self.size)).astype(np.int64).tolist()]
 
     def _find_edges(self) -> dict[frozenset, Edge]:
         sides: dict[tuple, tuple[int, np.ndarray, np.ndarray]] = {}
         for index, facet in enumerate(self.facets):
             for loop in facet.loops:
-                for start, end in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-                    side = (self.key(start), self.key(end))
+                keys = self._keys(loop)
+                ends = np.roll(loop, -1, axis=0)
+                for start, end, side in zip(loop, ends, pairwise([*keys, keys[0]]), strict=True):
                     if side in sides:
                         raise ConfigError(
                             f"{self.name}: two facets run along the edge at {start * 1e3} mm in one sense"
@@ -141,7 +153,7 @@ class Vessel:
     def _edge(self, start: np.ndarray, end: np.ndarray, first: int, second: int) -> Edge:
         along = (end - start) / np.linalg.norm(end - start)
         normals = self.facets[first].normal, self.facets[second].normal
-        inward = np.cross(normals[0], along), np.cross(normals[1], -along)
+        inward = _cross(normals[0], along), _cross(normals[1], -along)
         sine = -float(inward[0] @ normals[1])
         return Edge(start, end, (first, second), inward, float(np.arctan2(sine, normals[0] @ normals[1])))
 

@@ -1,1 +1,1 @@
-"""The graph-network surrogate of the simulation: dataset, network, training, roll-out, evaluation."""
+"""Surrogates of the simulation: two variants, what rolls them out, and the measures that both are held to."""

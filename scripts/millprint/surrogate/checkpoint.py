@@ -1,4 +1,4 @@
-"""What a killed training goes on from, exactly, and the file that holds the finished weights."""
+"""What a killed training goes on from, exactly, and files of tensors."""
 
 import hashlib
 import io
@@ -13,7 +13,6 @@ from millprint.config.surrogate import Recipe
 from millprint.errors import ConfigError
 from millprint.files import whole_file
 from millprint.sealed import seal, unsealed
-from millprint.surrogate.normalise import Surrogate
 
 logger = logging.getLogger("millprint")
 
@@ -76,18 +75,3 @@ def read_tensors(path: str | Path, device: torch.device | str = "cpu") -> dict:
         raise ConfigError(
             f"{path}: truncated or damaged ({what}); delete it and run the same command again: it is made anew"
         ) from None
-
-
-def write_weights(path: str | Path, model: Surrogate, recipe: Recipe) -> None:
-    """Write the weights, with the recipe that gives them a shape."""
-    state = {name: value.cpu() for name, value in model.state_dict().items()}
-    write_tensors(path, {"recipe": recipe.model_dump(mode="json"), "state": state})
-
-
-def read_weights(path: str | Path, device: torch.device) -> tuple[Surrogate, Recipe]:
-    """The model with its weights, ready to predict, and its recipe. Raises ConfigError for a damaged file."""
-    content = read_tensors(path, device)
-    recipe = Recipe(**content["recipe"])
-    model = Surrogate(recipe)
-    model.load_state_dict(content["state"])
-    return model.to(device).eval(), recipe

@@ -1,6 +1,5 @@
 """One door to every surrogate: weights and a simulation in, something that rolls out."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -8,12 +7,8 @@ import torch
 from tqdm import tqdm
 
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
-from millprint.surrogate.checkpoint import read_weights
 from millprint.surrogate.contact.roller import ContactRoller
 from millprint.surrogate.contact.store import is_ensemble
-from millprint.surrogate.rollout import RollOut, Simulator, State, first_state
-from millprint.surrogate.scene import read_scene
-from millprint.surrogate.trajectory import Trajectory, read_trajectory
 
 
 class Roller(Protocol):
@@ -27,29 +22,6 @@ class Roller(Protocol):
     def run(self, state: Any, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> Any: ...
 
 
-@dataclass(frozen=True)
-class GraphRoller:
-    """A graph network with the simulation that its first states are taken from."""
-
-    simulator: Simulator
-    source: Trajectory
-    window: int
-
-    @property
-    def step_s(self) -> float:
-        return self.simulator.step_s
-
-    @property
-    def balls(self) -> int:
-        return self.source.balls
-
-    def first_state(self, starts_s: list[float]) -> State:
-        return first_state(self.source, self.simulator.scene, starts_s, self.window)
-
-    def run(self, state: State, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> RollOut:
-        return self.simulator.run(state, steps, steps_per_frame, bar)
-
-
 def open_roller(
     weights: str | Path,
     run: str | Path,
@@ -61,7 +33,7 @@ def open_roller(
     """The surrogate of a weights file in the scene of a simulation, with first states up to `until_s`."""
     if is_ensemble(weights):
         return ContactRoller(weights, run)
-    model, recipe = read_weights(weights, device)
-    source = read_trajectory(run, until_s=until_s)
-    simulator = Simulator(model, read_scene(run), rule, settings.snap_back_m, source.interval_s, device)
-    return GraphRoller(simulator, source, recipe.graph.window)
+    # Takes long to import, and the other kind does without.
+    from millprint.surrogate.thesis.roller import open_graph_roller
+
+    return open_graph_roller(weights, run, rule, settings, device, until_s)

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from millprint.hdf5 import open_hdf5, whole_hdf5
-from millprint.surrogate.features import Snapshots
+from millprint.surrogate.thesis.features import Snapshots
 
 
 @dataclass(frozen=True)

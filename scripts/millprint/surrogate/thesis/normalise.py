@@ -6,9 +6,9 @@ import torch
 from torch import Tensor, nn
 
 from millprint.config.surrogate import EdgeConfig, GraphConfig, Recipe
-from millprint.surrogate.features import BALL_CHANNELS, VELOCITY, WALL_CHANNELS, Snapshots
-from millprint.surrogate.graphs import Graphs, edges_at
-from millprint.surrogate.network import SignedDistanceNetwork
+from millprint.surrogate.thesis.features import BALL_CHANNELS, VELOCITY, WALL_CHANNELS, Snapshots
+from millprint.surrogate.thesis.graphs import Graphs, edges_at
+from millprint.surrogate.thesis.network import SignedDistanceNetwork
 
 KINDS = {"ball": BALL_CHANNELS, "wall": WALL_CHANNELS, "pair": 3, "wall_edge": 3, "acceleration": 3, "dissipation": 1}
 

@@ -12,21 +12,15 @@ from millprint.config.surrogate import Recipe
 from millprint.errors import ConfigError
 from millprint.job import progress
 from millprint.surrogate.checkpoint import identity, read_checkpoint, write_checkpoint
-from millprint.surrogate.dataset import TrainingRun
-from millprint.surrogate.features import Snapshots
-from millprint.surrogate.graphs import graphs_at
-from millprint.surrogate.loss import losses
-from millprint.surrogate.normalise import Surrogate, measure, target
+from millprint.surrogate.thesis.dataset import TrainingRun
+from millprint.surrogate.thesis.features import Snapshots
+from millprint.surrogate.thesis.graphs import graphs_at
+from millprint.surrogate.thesis.loss import losses
+from millprint.surrogate.thesis.normalise import Surrogate, measure, target
 
 logger = logging.getLogger("millprint")
 
 Batch = tuple[int, Tensor]
-
-
-def choose_device(threads: int) -> torch.device:
-    """A GPU when there is one, otherwise `threads` threads of the processor."""
-    torch.set_num_threads(threads)
-    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
 
 
 def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -> list[Batch]:

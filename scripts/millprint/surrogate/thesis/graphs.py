@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.surrogate.features import DISTANCE, GRADIENT, Snapshots
+from millprint.surrogate.thesis.features import DISTANCE, GRADIENT, Snapshots
 
 
 @dataclass(frozen=True)

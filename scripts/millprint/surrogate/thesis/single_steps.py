@@ -5,10 +5,10 @@ import torch
 
 from millprint.config.surrogate import EdgeConfig, Recipe
 from millprint.surrogate import measures
-from millprint.surrogate.features import featurise
-from millprint.surrogate.graphs import graphs_at
-from millprint.surrogate.normalise import Surrogate, target
 from millprint.surrogate.scene import Scene
+from millprint.surrogate.thesis.features import featurise
+from millprint.surrogate.thesis.graphs import graphs_at
+from millprint.surrogate.thesis.normalise import Surrogate, target
 from millprint.surrogate.trajectory import Trajectory
 
 

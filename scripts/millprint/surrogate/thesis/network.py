@@ -8,7 +8,7 @@ from torch_geometric.nn import MessagePassing
 from torch_geometric.utils import scatter
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.surrogate.graphs import Graphs
+from millprint.surrogate.thesis.graphs import Graphs
 
 
 def mlp(inputs: int, width: int, outputs: int, layers: int) -> nn.Sequential:
