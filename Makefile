@@ -23,7 +23,7 @@ ablations: $(VENV)/installed
 	$(SNAKEMAKE) ablations
 
 test: $(VENV)/installed lint
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests
+	PATH=$(BIN):$$PATH $(BIN)/pytest --numprocesses $(CORES) --dist loadgroup tests
 
 # Thousands of damaged files, and as many kills as one likes; `make test` has some hundred of the ones, twenty of the others.
 fuzz: $(VENV)/installed
