@@ -37,7 +37,7 @@ class ReleaseConfig(Section):
     )
 
     @model_validator(mode="after")
-    def _directions_are_square(self):
+    def _directions_are_square(self) -> "ReleaseConfig":
         down, across = self.down, self.across
         sizes = [sum(component**2 for component in vector) ** 0.5 for vector in (down, across)]
         if min(sizes) == 0:
@@ -67,7 +67,7 @@ class ExperimentConfig(Section):
     ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
 
     @model_validator(mode="after")
-    def _one_source(self):
+    def _one_source(self) -> "ExperimentConfig":
         if self.track and self.track_mill:
             raise ValueError("track and track_mill cannot both be given: a measured track is not simulated")
         return self
@@ -104,7 +104,7 @@ class OscillationConfig(Section):
     )
 
     @model_validator(mode="after")
-    def _holds_together(self):
+    def _holds_together(self) -> "OscillationConfig":
         for key in ("static_friction", "rolling_friction"):
             low, high = getattr(self, key)
             if low >= high:

@@ -30,11 +30,12 @@ class Factor(Section):
 
     @model_validator(mode="after")
     def _levels_differ(self) -> "Factor":
-        if len({type(level) for level in self.levels}) > 1:
+        numbers = [level for level in self.levels if isinstance(level, float)]
+        names = [level for level in self.levels if isinstance(level, str)]
+        if numbers and names:
             raise ValueError(f"levels of {self.symbol} = {self.levels}: all numbers or all names are wanted")
-        if self.numeric and any(low >= high for low, high in pairwise(self.levels)):
+        if any(low >= high for low, high in pairwise(numbers)):
             raise ValueError(f"levels of {self.symbol} = {self.levels}: values that rise are wanted")
-        names = [] if self.numeric else self.levels
         if len(set(names)) < len(names) or any(name != " ".join(name.split()) or not name for name in names):
             raise ValueError(
                 f"levels of {self.symbol} = {self.levels}: names that differ, without odd blanks, are wanted"
@@ -78,7 +79,7 @@ def parse_generator(text: str) -> Generator:
         parts = right.split("+")
         constants = [int(part) for part in parts if part.isdecimal()]
         found = [re.fullmatch(r"(\d*)\*?([A-Z])", part) for part in parts if not part.isdecimal()]
-        terms = [match.groups() for match in found if match] if all(found) else []
+        terms = [(match[1], match[2]) for match in found if match] if all(found) else []
     if not equals or not re.fullmatch("[A-Z]", left) or not terms or len(constants) > 1:
         raise ValueError(f"generator {text!r}: a sum such as 'D = A + B + C' or 'D = A + 2B' is wanted")
     coefficients = {symbol: int(number or 1) for number, symbol in terms}

@@ -38,7 +38,7 @@ class TargetConfig(Section):
         return {name: value for name in DESCRIPTORS if (value := getattr(self, name)) is not None}
 
     @model_validator(mode="after")
-    def _numbers_or_a_condition(self):
+    def _numbers_or_a_condition(self) -> "TargetConfig":
         if bool(self.wanted) == (self.like is not None):
             raise ValueError(f"either one at least of {', '.join(DESCRIPTORS)}, or like: is wanted")
         return self
@@ -66,7 +66,7 @@ class MatchConfig(Section):
     ranked: Count = Field(default=10, description="conditions to list for each target")
 
     @model_validator(mode="after")
-    def _ranges_rise(self):
+    def _ranges_rise(self) -> "MatchConfig":
         for key in ("speeds_rpm", "fill_ratios"):
             low, high = getattr(self, key)
             if low > high:
@@ -76,7 +76,7 @@ class MatchConfig(Section):
         return self
 
     @model_validator(mode="after")
-    def _something_weighs(self):
+    def _something_weighs(self) -> "MatchConfig":
         for target in self.targets:
             counted = target.wanted or DESCRIPTORS
             if not any(getattr(self.weights, name) for name in counted):

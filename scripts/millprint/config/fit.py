@@ -20,7 +20,7 @@ class RangeConfig(Section):
     step: Positive = Field(description="values are low, low + step, ...; the sensitivity is that to one step")
 
     @model_validator(mode="after")
-    def _range_rises(self):
+    def _range_rises(self) -> "RangeConfig":
         if self.low + self.step > self.high * (1 + 1e-9):
             raise ValueError(f"step = {self.step:g}: must not exceed high - low = {self.high - self.low:g}")
         return self
@@ -36,7 +36,7 @@ class ShapeConfig(Section):
     fillet_radius_mm: RangeConfig = Field(description="radius of the bottom edge's fillet [mm]")
 
     @model_validator(mode="after")
-    def _facets_are_whole(self):
+    def _facets_are_whole(self) -> "ShapeConfig":
         facets = self.facets_per_half_circle
         if facets.low % 1 or facets.step % 1:
             raise ValueError("facets_per_half_circle: low and step must be whole numbers")

@@ -3,10 +3,13 @@
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
 from millprint.config.section import TRUTH, kind_of, nested_models
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
@@ -15,6 +18,8 @@ from millprint.errors import ConfigError
 MOST_FAULTS = 20
 
 Model = TypeVar("Model", bound=BaseModel)
+# What has a file of its own, which its name tells.
+Named = TypeVar("Named", MillConfig, ContactConfig)
 
 
 def _follow(model: type[BaseModel], place: tuple) -> tuple[type[BaseModel] | None, tuple]:
@@ -48,7 +53,8 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
     """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path."""
     best, depth = "--config", 0
     for file in files:
-        content, reached = read_yaml(file), 0
+        content: Any = read_yaml(file)
+        reached = 0
         for step in place:
             try:
                 content = content[step]
@@ -60,7 +66,7 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
     return best
 
 
-def _line(source: str | Sequence[str], model: type[BaseModel], error: dict) -> str:
+def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetails) -> str:
     if error["type"] == TRUTH:
         error = {**error, "loc": (*error["loc"], error["ctx"]["key"]), "input": error["ctx"]["value"]}
     section, _ = _follow(model, error["loc"][:-1])
@@ -133,7 +139,7 @@ def check_names_differ(folder: str | Path, names: Sequence[str], what: str) -> N
             )
 
 
-def load_named(folder: str | Path, name: str, model: type[Model], what: str) -> Model:
+def load_named(folder: str | Path, name: str, model: type[Named], what: str) -> Named:
     """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
     path = Path(folder) / f"{name}.yaml"
     known = sorted(file.stem for file in Path(folder).glob("*.yaml"))

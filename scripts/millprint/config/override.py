@@ -23,7 +23,7 @@ def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[Mi
 def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> CircleMotion | PlanetaryMotion:
     keys = {"circle": "amplitude_mm", "planetary": "sun_radius_mm"}
     law = mill.motion
-    if law.kind not in keys:
+    if not isinstance(law, CircleMotion | PlanetaryMotion):
         raise ConfigError(
             f"sweeps: amplitudes_mm = {amplitude_mm:g}: the motion of mill {mill.name} is a {law.kind}, which has no "
             f"amplitude to set; a sweep over amplitudes needs one of {', '.join(keys)}"

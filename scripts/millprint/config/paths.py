@@ -4,11 +4,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
+from pydantic.fields import FieldInfo
+
 from millprint.config.section import InProject, Section
 from millprint.errors import ConfigError
 
 
-def _is_marked(field) -> bool:
+def _is_marked(field: FieldInfo) -> bool:
     marks = [*field.metadata, *(mark for item in get_args(field.annotation) for mark in get_args(item))]
     return any(isinstance(mark, InProject) for mark in marks)
 

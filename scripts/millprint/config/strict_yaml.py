@@ -15,7 +15,10 @@ DEEPEST = 60
 # What the loader raises for an empty or odd text below a tag such as !!int, besides its own errors.
 ODD = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
 
-_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+try:
+    from yaml import CSafeLoader as _Parser
+except ImportError:
+    from yaml import SafeLoader as _Parser
 
 
 class _StrictLoader(_Parser):

@@ -1,6 +1,7 @@
 """DEM settings and sweeps: which cases are simulated, and the names that tell them apart."""
 
 import itertools
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
@@ -103,7 +104,7 @@ class SweepConfig(Section):
     )
 
     @model_validator(mode="after")
-    def _a_study_of_convergence_varies_one_thing(self):
+    def _a_study_of_convergence_varies_one_thing(self) -> "SweepConfig":
         for study in ("time_steps_s", "young_moduli_gpa"):
             for other in ("rayleigh_fraction", "young_moduli_gpa", "amplitudes_mm", "densities_kg_m3"):
                 # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
@@ -165,17 +166,18 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
         key: getattr(dem, key) if getattr(sweep, key) is None else getattr(sweep, key)
         for key in ("settle_s", "discard_s", "window_s")
     }
-    combinations = itertools.product(
+    as_it_is: list[None] = [None]
+    combinations: Iterable[tuple[str | float | None, ...]] = itertools.product(
         sweep.mills or [mill],
         sweep.contacts,
         sweep.ball_diameters_mm,
         sweep.fill_ratios,
         sweep.speeds_rpm,
-        sweep.young_moduli_gpa or [None],
-        sweep.amplitudes_mm or [None],
-        sweep.densities_kg_m3 or [None],
-        sweep.time_steps_s or [None],
-        sweep.disturbances_m or [None],
+        sweep.young_moduli_gpa or as_it_is,
+        sweep.amplitudes_mm or as_it_is,
+        sweep.densities_kg_m3 or as_it_is,
+        sweep.time_steps_s or as_it_is,
+        sweep.disturbances_m or as_it_is,
         sweep.seeds,
     )
     return [
