@@ -39,7 +39,7 @@ def _design(results: Path) -> dict[str, Finding]:
 
 
 def _sums_and_p(anova: pd.DataFrame) -> dict[str, Finding]:
-    findings = {}
+    findings: dict[str, Finding] = {}
     for name, term in TERMS.items():
         if term not in anova.index:
             absent = Finding(None, f"not run: {term} is not in the model of this configuration")

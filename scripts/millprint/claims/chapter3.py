@@ -1,6 +1,5 @@
 """Claims of thesis chapter 3 against the tables of the fingerprint stage."""
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from millprint.claims import chapter3_calibration as calibration
 from millprint.claims import chapter3_curves as curves3
 from millprint.claims.chapter3_causes import cause
 from millprint.claims.compare import DEVIATES, verdict
-from millprint.claims.evidence import Evidence, not_run, rows, yes_no
+from millprint.claims.evidence import Evidence, not_run, parts, rows, yes_no
 from millprint.claims.finding import Finding
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
@@ -28,7 +27,7 @@ def _balls(claims: pd.DataFrame) -> dict[str, Finding]:
     """Table 3.4: rounded volume ratios; a count that breaks the rule which gives all others is an erratum."""
     counts = {}
     for claim in claims[claims["id"].str.startswith("3.balls.")].itertuples():
-        diameter, fill = re.fullmatch(r"3\.balls\.(\d+)mm\.([\d.]+)", claim.id).groups()
+        diameter, fill = parts(r"3\.balls\.(\d+)mm\.([\d.]+)", claim.id)
         diameter_m, fill_ratio = float(diameter) * 1e-3, float(fill)
         exact = fill_ratio * JAR_VOLUME_ML * 1e-6 / (3.141592653589793 / 6 * diameter_m**3)
         counts[claim.id] = (ball_count(fill_ratio, JAR_VOLUME_ML * 1e-6, diameter_m), exact, int(claim.value))
@@ -60,7 +59,7 @@ def _effective_restitution(data: Path) -> dict[str, Finding]:
 
 def _cycle(evidence: Evidence, name: str) -> Finding:
     """A mean or a coefficient of variation of Table 3.5."""
-    kind, diameter, speed, letter = re.fullmatch(r"3\.(cycle|cycle_cv)\.(\d+)mm\.(\d+)\.(n|t)", name).groups()
+    kind, diameter, speed, letter = parts(r"3\.(cycle|cycle_cv)\.(\d+)mm\.(\d+)\.(n|t)", name)
     wanted = {"ball_diameter_mm": float(diameter), "speed_rpm": float(speed), "fill_ratio": 0.08}
     table = rows(evidence.table("fingerprint/cycles.tsv"), mill=curves3.MILL, contact=curves3.CONTACT, varied=NOTHING)
     found = rows(table, **wanted)

@@ -1,10 +1,9 @@
 """Claims of thesis chapter 3 on the master curves: values, shape and collapse."""
 
-import re
-
+import pandas as pd
 from scipy.stats import spearmanr
 
-from millprint.claims.evidence import Evidence, not_run, rows, yes_no
+from millprint.claims.evidence import Evidence, not_run, parts, rows, yes_no
 from millprint.claims.finding import Finding
 from millprint.fingerprint.collapse import MACHINE
 from millprint.fingerprint.descriptors import NOTHING
@@ -15,7 +14,7 @@ MILL, CONTACT = "emax", "calibrated"
 
 def curve_value(evidence: Evidence, name: str) -> Finding:
     """A value of the calibrated master curves at one fill ratio."""
-    fill, quantity = re.fullmatch(r"3\.curve\.(0\.\d+)\.(\w+)", name).groups()
+    fill, quantity = parts(r"3\.curve\.(0\.\d+)\.(\w+)", name)
     if fill == "0.08":
         return _large_balls(evidence, quantity)
     found = rows(_curves(evidence, CONTACT), fill_ratio=float(fill))
@@ -47,7 +46,7 @@ def _large_balls(evidence: Evidence, quantity: str) -> Finding:
     return Finding(float(found[quantity].mean()), f"mean over {speeds} rpm")
 
 
-def _curves(evidence: Evidence, contact: str):
+def _curves(evidence: Evidence, contact: str) -> pd.DataFrame:
     """Means of a contact set at its fill ratios, or an empty table if they are of another mill than the thesis's."""
     table = evidence.table(f"fingerprint/means_{contact}.tsv")
     about = evidence.json(f"fingerprint/fingerprint_{contact}.json").get("about", {})
@@ -65,7 +64,7 @@ def shape_findings(evidence: Evidence) -> dict[str, Finding]:
     }
 
 
-def _ratio_findings(curves) -> dict[str, Finding]:
+def _ratio_findings(curves: pd.DataFrame) -> dict[str, Finding]:
     """Fig. 3.12 d: the largest ratio up to the elbow, at fill 0.10, and the mean over zone 3 (fill 0.20 and more)."""
     found = {}
     low = curves[curves["fill_ratio"] <= 0.10] if len(curves) else curves
@@ -95,7 +94,7 @@ def _ratio_findings(curves) -> dict[str, Finding]:
     return found
 
 
-def _maximum_findings(curves) -> dict[str, Finding]:
+def _maximum_findings(curves: pd.DataFrame) -> dict[str, Finding]:
     """Fig. 3.12 a and b: where the powers of one ball are largest."""
     if curves.empty or curves["fill_ratio"].max() <= 0.20 or curves["fill_ratio"].min() > 0.06:
         absent = not_run("the calibrated cases of the sweep do not span the fills 0.06 to over 0.20")
@@ -113,7 +112,7 @@ def _maximum_findings(curves) -> dict[str, Finding]:
     }
 
 
-def _trend(curves, falls: bool, contact: str) -> Finding:
+def _trend(curves: pd.DataFrame, falls: bool, contact: str) -> Finding:
     """Whether the specific frequency falls (or rises) with fill: by rank correlation, and from first to last."""
     if len(curves) < 3:
         return not_run(f"the sweep has fewer than three fill ratios with contact set {contact}")
@@ -158,7 +157,7 @@ def _exponents(evidence: Evidence) -> str:
     return f"; exponents from our runs, of the {'; of the '.join(words)}" if words else ""
 
 
-def _universal(evidence: Evidence, table) -> Finding:
+def _universal(evidence: Evidence, table: pd.DataFrame) -> Finding:
     """Both contact sets collapse if the factor narrows the median spread of each quantity."""
     pooled = rows(table, scope="universal")
     if pooled.empty:

@@ -1,9 +1,10 @@
 """Claims of thesis chapter 4 against the tables of the partition stage."""
 
-import re
 from pathlib import Path
 
-from millprint.claims.evidence import Evidence, not_run, rows
+import pandas as pd
+
+from millprint.claims.evidence import Evidence, not_run, parts, rows
 from millprint.claims.finding import Finding
 from millprint.files import read_table
 
@@ -25,7 +26,7 @@ TABLE_4_4 = {
 PRIOR = {"time": "time_h", "bpr": "bpr", "speed": "speed_hz"}
 
 
-def _row(table, **wanted):
+def _row(table: pd.DataFrame, **wanted: str) -> pd.Series:
     """The one row wanted; raises LookupError where the run's own table of cases has none."""
     found = rows(table, **wanted)
     if found.empty:
@@ -33,19 +34,19 @@ def _row(table, **wanted):
     return found.iloc[0]
 
 
-def _both(evidence: Evidence, number: str) -> tuple:
+def _both(evidence: Evidence, number: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """A table of chapter 4 from the published curves and from ours."""
     table = evidence.table(f"partition/table_{number}.tsv")
     return rows(table, curves="published"), rows(table, curves="ours")
 
 
-def _value(table, case: str, column: str) -> float:
+def _value(table: pd.DataFrame, case: str, column: str) -> float:
     return float(_row(table, case=case)[column])
 
 
 def _case(evidence: Evidence, name: str) -> Finding:
     """An entry of Table 4.2, with that of our own curves beside it."""
-    case, quantity = re.fullmatch(r"4\.case\.(.+)\.(\w+)", name).groups()
+    case, quantity = parts(r"4\.case\.(.+)\.(\w+)", name)
     column, factor = TABLE_4_2[quantity]
     table, ours = _both(evidence, "4_2")
     value = factor * _value(table, case, column)
@@ -62,14 +63,14 @@ def _case(evidence: Evidence, name: str) -> Finding:
 
 
 def _table_4_4(evidence: Evidence, name: str) -> Finding:
-    quantity, case = re.fullmatch(r"4\.(specific_yield|mass_per_watt|gain)\.(.+)", name).groups()
+    quantity, case = parts(r"4\.(specific_yield|mass_per_watt|gain)\.(.+)", name)
     column = TABLE_4_4[quantity]
     value, ours = (_value(table, case, column) for table in _both(evidence, "4_4"))
     return Finding(value, f"measured yield over the printed power; {ours:.3g} with the power of our curves")
 
 
 def _table_4_5(evidence: Evidence, name: str) -> Finding:
-    case, baseline = re.fullmatch(r"4\.leverage\.(.+)\.(dH|dG|LHV)", name).groups()
+    case, baseline = parts(r"4\.leverage\.(.+)\.(dH|dG|LHV)", name)
     column = f"leverage_{baseline}_percent"
     value, ours = (_value(table, case, column) for table in _both(evidence, "4_5"))
     return Finding(value, f"Eq. 4.7 with the printed power; {ours:.3g} with the power of our curves")

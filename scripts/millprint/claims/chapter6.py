@@ -83,13 +83,13 @@ def _missing(test: str) -> Finding:
 
 def _plateau(table: pd.DataFrame) -> Finding:
     row = _measure(table, VARIANT, "trained", PLATEAU)
-    if row is None:
+    centroid = _measure(table, VARIANT, "trained", "position_mse_centroid_m2")
+    if row is None or centroid is None:
         return _missing("trained")
-    centroid = _measure(table, VARIANT, "trained", "position_mse_centroid_m2")["value"]
     return Finding(
         float(row["value"]),
         f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
-        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories",
+        f"centre of mass scores {centroid['value']:.2g} m2, so a plateau says nothing of trajectories",
     )
 
 
@@ -138,11 +138,14 @@ def _others(table: pd.DataFrame, test: str, measure: str, unit: str) -> str:
 
 
 def _pearson(table: pd.DataFrame) -> Finding:
-    rows = [_measure(table, VARIANT, test, "cumulative_pearson_r") for test in ("motion1", "motion2")]
-    if any(row is None for row in rows):
-        return _missing("motion1 or motion2")
+    motions = ("motion1", "motion2")
+    rows, increments = (
+        [row for test in motions if (row := _measure(table, VARIANT, test, measure)) is not None]
+        for measure in ("cumulative_pearson_r", "increments_5ms_r")
+    )
+    if min(len(rows), len(increments)) < len(motions):
+        return _missing(" or ".join(motions))
     own = [row["value"] for row in rows]
-    increments = [_measure(table, VARIANT, test, "increments_5ms_r") for test in ("motion1", "motion2")]
     text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
     explanation = (
         f"the smaller of the two; two unrelated DEM runs score {min(row['dem_reference'] for row in rows):.4f}, so "

@@ -61,7 +61,9 @@ def deviation(published: str, value: float | str | None) -> float | None:
 
 
 def _has_digits(published: str, value: float) -> bool:
-    step = Decimal(1).scaleb(Decimal(published).as_tuple().exponent)
+    exponent = Decimal(published).as_tuple().exponent
+    assert isinstance(exponent, int), "only infinity and what is no number have a letter there"
+    step = Decimal(1).scaleb(exponent)
     # repr carries the shortest digits that give the number back, so 0.145 is not read as 0.14499999.
     exact = Decimal(repr(round(value, 12)))
     return Decimal(published) in (exact.quantize(step, ROUND_HALF_UP), exact.quantize(step, ROUND_DOWN))

@@ -1,5 +1,6 @@
 """Rows of the tables that a run wrote, and what to say where it has none."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +27,7 @@ class Evidence:
         return read_json(path) if path.is_file() else {}
 
 
-def rows(table: pd.DataFrame, **wanted) -> pd.DataFrame:
+def rows(table: pd.DataFrame, **wanted: str | float) -> pd.DataFrame:
     """Rows of `table` whose columns hold the wanted text or, within rounding, the wanted number."""
     for column, value in wanted.items():
         if column not in table.columns:
@@ -34,6 +35,14 @@ def rows(table: pd.DataFrame, **wanted) -> pd.DataFrame:
         matches = np.isclose(table[column], value) if isinstance(value, float) else table[column] == value
         table = table[matches]
     return table
+
+
+def parts(pattern: str, claim: str) -> tuple[str, ...]:
+    """The groups of `pattern` in a claim's id; raises ValueError for an id of another form."""
+    match = re.fullmatch(pattern, claim)
+    if match is None:
+        raise ValueError(f"claim {claim}: an id of the form {pattern} is wanted")
+    return match.groups()
 
 
 def not_run(what: str) -> Finding:

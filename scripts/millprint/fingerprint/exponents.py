@@ -1,5 +1,7 @@
 """Are the exponents of the scaling those of the thesis? A regression on our own runs."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 import statsmodels.api as sm
@@ -55,7 +57,15 @@ def _regress(runs: pd.DataFrame, quantity: str, variable: str, alike: list[str],
     }
 
 
-def _row(runs, quantity: str, variable: str, symbol: str, supposed: float, alike: list[str], probability) -> dict:
+def _row(
+    runs: pd.DataFrame,
+    quantity: str,
+    variable: str,
+    symbol: str,
+    supposed: float,
+    alike: list[str],
+    probability: float,
+) -> dict:
     row = _regress(runs, quantity, variable, alike, probability)
     if not np.isnan(row["exponent"]):
         row["agrees"] = "yes" if row["lower"] <= supposed <= row["upper"] else "no"
@@ -87,7 +97,9 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _of_all_variables(runs: pd.DataFrame, quantity: str, supposed: dict, probability: float, contact, rule) -> list:
+def _of_all_variables(
+    runs: pd.DataFrame, quantity: str, supposed: Mapping[str, float], probability: float, contact: str, rule: str
+) -> list[dict]:
     rows = []
     for name, symbol in VARIABLES.items():
         alike = ["mill", "fill_ratio", *(other for other in VARIABLES if other != name)]

@@ -32,9 +32,10 @@ def wanted(target: TargetConfig, fingerprints: list[Fingerprint]) -> dict[str, f
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:
     """The nearest conditions for every target: `rank_conditions` under a column `target`."""
+    (slowest, fastest), (emptiest, fullest) = request.speeds_rpm, request.fill_ratios
     allowed = Allowed(
-        speeds_hz=tuple(speed / 60.0 for speed in request.speeds_rpm),
-        fill_ratios=tuple(request.fill_ratios),
+        speeds_hz=(slowest / 60.0, fastest / 60.0),
+        fill_ratios=(emptiest, fullest),
         ball_diameters_m=tuple(diameter * 1e-3 for diameter in request.ball_diameters_mm),
         densities_kg_m3=tuple(request.densities_kg_m3),
     )

@@ -36,7 +36,15 @@ def shown_speed(mill: MillConfig, speed_hz: float) -> str:
     return f"{speed_hz:.3g} Hz" if mill.speed_unit == "hz" else f"{60 * speed_hz:.4g} rpm"
 
 
-def _row(section: str, quantity: str, value=None, lower=None, upper=None, unit: str = "", text: str = "") -> dict:
+def _row(
+    section: str,
+    quantity: str,
+    value: float | None = None,
+    lower: float | None = None,
+    upper: float | None = None,
+    unit: str = "",
+    text: str = "",
+) -> dict:
     return dict(zip(SHEET, (section, quantity, value, lower, upper, unit, text), strict=True))
 
 

@@ -256,7 +256,7 @@ class Fingerprint:
 
 def banded(values: dict[str, np.ndarray], deviations: dict[str, np.ndarray], width: float) -> pd.DataFrame:
     """Q, Q_lower and Q_upper for every quantity from values and standard deviations of their logarithms."""
-    table = {}
+    table: dict[str, np.ndarray] = {}
     for name in QUANTITIES:
         factor = np.exp(width * deviations[name])
         table |= {name: values[name], f"{name}_lower": values[name] / factor, f"{name}_upper": values[name] * factor}

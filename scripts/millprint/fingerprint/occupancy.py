@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from millprint.errors import ConfigError
 from millprint.hdf5 import open_hdf5
@@ -27,7 +28,9 @@ class OccupancyMap:
     temperature_m2_s2: np.ma.MaskedArray
 
 
-def occupancy_map(title: str, edges_x, edges_y, count, temperature) -> OccupancyMap:
+def occupancy_map(
+    title: str, edges_x: ArrayLike, edges_y: ArrayLike, count: ArrayLike, temperature: ArrayLike
+) -> OccupancyMap:
     """Maps from counts and temperatures of the cells; raises ConfigError if no ball was seen in any cell."""
     count, temperature = np.asarray(count, dtype=float), np.asarray(temperature, dtype=float)
     if count.sum() <= 0:

@@ -74,10 +74,10 @@ def _name_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
         "convergence.counting_rules": config.convergence.counting_rules,
     }
-    for key, rules in wanted.items():
-        for rule in rules:
-            if rule not in recorded:
-                yield f"{source}: {key} = {rule}: must be one of dem.counting_rules ({', '.join(recorded)})"
+    for key, names in wanted.items():
+        for name in names:
+            if name not in recorded:
+                yield f"{source}: {key} = {name}: must be one of dem.counting_rules ({', '.join(recorded)})"
     for rule in config.dem.counting_rules:
         if rule.name == config.fingerprint.counting_rule and (rule.peak_force_min_N or rule.duration_min_s):
             yield (

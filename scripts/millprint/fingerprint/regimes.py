@@ -8,7 +8,7 @@ import pandas as pd
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import read_table
-from millprint.fingerprint.scaling import energy_scale, power_scale
+from millprint.fingerprint.scaling import Quantity, energy_scale, power_scale
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
@@ -50,7 +50,9 @@ def read_regimes(path: str) -> pd.DataFrame:
     return table.rename(columns={column: name for name, column in CURVES.items()})
 
 
-def equal_power_speed(reference_speed, reference_balls, reference_power, balls, power):
+def equal_power_speed(
+    reference_speed: float, reference_balls: float, reference_power: float, balls: Quantity, power: Quantity
+) -> Quantity:
     """Speed that keeps the total power, Eq. 4.6: omega_ref (n_ref P_ref / (n P))^(1/3), in the unit of omega_ref.
 
     reference_power, power: specific powers Pn + Pt [-]; balls: numbers of balls.
@@ -126,6 +128,6 @@ def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
     return cases.merge(printed, on="fill_ratio", how="inner")
 
 
-def power_as_run(cases: pd.DataFrame, speed, density: float, amplitude: float, diameter: float) -> pd.Series:
+def power_as_run(cases: pd.DataFrame, speed: pd.Series, density: float, amplitude: float, diameter: float) -> pd.Series:
     """Total power n (Pn + Pt) rho omega^3 A^2 d^3 [W] of the cases (Eqs 4.3, 4.5) at the speeds [Hz] that were run."""
     return cases["balls"] * (cases["Pn"] + cases["Pt"]) * power_scale(density, speed, amplitude, diameter)

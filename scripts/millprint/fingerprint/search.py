@@ -66,7 +66,9 @@ def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: di
     return np.sqrt(sum(weights[name] * np.log(found[name] / target[name]) ** 2 for name in target) / total)
 
 
-def _local_minima(medium: Medium, target: dict, weights: dict, fills: tuple, speeds: tuple) -> Iterator[tuple]:
+def _local_minima(
+    medium: Medium, target: dict, weights: dict, fills: tuple, speeds: tuple
+) -> Iterator[tuple[float, float]]:
     """Fill ratio and speed of every local minimum of the distance, refined from those of a grid in logarithms."""
     ranges = zip((fills, speeds), GRID, strict=True)
     axes = [np.geomspace(low, high, size if high > low else 1) for (low, high), size in ranges]
@@ -132,8 +134,8 @@ def rank_conditions(
             continue
         for diameter, density in itertools.product(allowed.ball_diameters_m, densities):
             medium = Medium(fingerprint, diameter, density)
-            for place in _local_minima(medium, target, weights, (low, high), allowed.speeds_hz):
-                rows.append(_row(medium, *place, target, weights))
+            for fill_ratio, speed in _local_minima(medium, target, weights, (low, high), allowed.speeds_hz):
+                rows.append(_row(medium, fill_ratio, speed, target, weights))
     bands = [f"{name}{end}" for name in DESCRIPTORS for end in ("", "_lower", "_upper")]
     columns = ["mill", "contact", "ball_diameter_mm", "density_kg_m3", "fill_ratio", "balls", "speed_rpm", "distance"]
     columns += [*bands, *(f"{name}_residual_percent" for name in DESCRIPTORS)]

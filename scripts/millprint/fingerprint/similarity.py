@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from millprint.config.geometry import StlGeometry
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.motion import PointsMotion
+from millprint.config.section import Section
 
 
 @dataclass(frozen=True)
@@ -50,16 +51,16 @@ def _larger_insert(insert: InsertConfig, factor: float) -> InsertConfig:
     return insert.model_copy(update={"geometry": _larger(insert.geometry, factor), "motion": motion})
 
 
-def _larger(part, factor: float):
+def _larger(part: Section, factor: float) -> Section:
     """A geometry or a motion with every length multiplied; one from a file by its `scale`."""
     if isinstance(part, StlGeometry | PointsMotion):
         return part.model_copy(update={"scale": part.scale * factor})
     return type(part).model_validate(_lengths(part.model_dump(), factor))
 
 
-def _lengths(value, factor: float, is_length: bool = False):
+def _lengths(value: object, factor: float, is_length: bool = False) -> object:
     if isinstance(value, dict):
         return {key: _lengths(item, factor, key.endswith("_mm")) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_lengths(item, factor, is_length) for item in value]
-    return value * factor if is_length and value is not None else value
+    return value * factor if is_length and isinstance(value, int | float) else value
