@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import InsertConfig, MillConfig
+from millprint.config.motion import PlanetaryMotion, RotationMotion
 from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, build_motion, motion_from_law
@@ -116,7 +117,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
 def _check_times(mill: MillConfig) -> np.ndarray:
     """Times [s] at CHECK_RPM in which every body comes through all of its positions."""
     laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
-    ratios = [abs(law.ratio) for law in laws if getattr(law, "ratio", 0.0)]
+    ratios = [abs(law.ratio) for law in laws if isinstance(law, RotationMotion | PlanetaryMotion) and law.ratio]
     turns = max([1.0, *(1 / ratio for ratio in ratios)])
     count = min(POSES_MAX, int(np.ceil(ANGLES * turns * max([1.0, *ratios]))))
     return np.arange(count) / count * turns

@@ -26,7 +26,8 @@ class _Surface(NamedTuple):
 
 
 def _surface(vessel: Vessel) -> _Surface:
-    first, rows, corner_sum = [0], [], {}
+    first, rows = [0], []
+    corner_sum: dict[tuple[int, ...], np.ndarray] = {}
     for facet in vessel.facets:
         for loop in facet.loops:
             ahead, behind = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
@@ -44,17 +45,17 @@ def _surface(vessel: Vessel) -> _Surface:
                 corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
                 rows.append((point, along[k], length[k], flat[k], side_normal, key))
         first.append(len(rows))
-    start, along, length, flat, side_normal, keys = zip(*rows, strict=True)
+    starts, sides, lengths, flats, side_normals, keys = zip(*rows, strict=True)
     return _Surface(
         np.array([facet.normal for facet in vessel.facets]),
         np.array([facet.offset for facet in vessel.facets]),
         np.array(first),
-        np.array(start),
-        np.array(along),
-        np.array(length),
+        np.array(starts),
+        np.array(sides),
+        np.array(lengths),
         np.array([facet.axes for facet in vessel.facets]),
-        np.array(flat),
-        np.array(side_normal),
+        np.array(flats),
+        np.array(side_normals),
         np.array([corner_sum[key] for key in keys]),
     )
 

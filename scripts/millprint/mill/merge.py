@@ -57,7 +57,9 @@ class _Flatness:
         return float((self.corners[which] @ normal).mean())
 
 
-def _grow(seed: int, normal: np.ndarray, offset: float, flatness: _Flatness, twin: np.ndarray, free: np.ndarray):
+def _grow(
+    seed: int, normal: np.ndarray, offset: float, flatness: _Flatness, twin: np.ndarray, free: np.ndarray
+) -> np.ndarray:
     """Free triangles of a plane that hang together with `seed` through sides, in ascending order."""
     found = front = np.array([seed])
     seen = {seed}

@@ -92,7 +92,7 @@ def _check_closed(points: np.ndarray, triangles: np.ndarray, place: str) -> None
     sides = np.sort(np.stack([start, end], axis=1), axis=1)
     sides, of_side, uses = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
 
-    def edge(k: int) -> str:
+    def edge(k: np.intp) -> str:
         return f"the edge from {_mm(points[sides[k, 0]])} to {_mm(points[sides[k, 1]])}"
 
     for wrong, what, wanted in ((uses == 1, "open", "one triangle"), (uses > 2, "not manifold", "more than two")):

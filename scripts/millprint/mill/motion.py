@@ -65,18 +65,18 @@ class Motion:
     breaks: np.ndarray = field(default_factory=lambda: np.zeros(1))
     pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 7)))
 
-    def _along(self, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _along(self, time_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Place and quaternion (..., 7) of a table of points, and their rates [1/s], at times (...) [s]."""
         return path_values(self.breaks, self.pieces, self.frequency_hz * self._running(time_s), self.frequency_hz)
 
-    def position(self, time_s: np.ndarray) -> np.ndarray:
+    def position(self, time_s: float | np.ndarray) -> np.ndarray:
         """Position of the body frame's origin (..., 3) [m] at times (...) [s]; for t < 0 that of t = 0."""
         if len(self.pieces):
             return self._along(time_s)[0][..., :3]
         time_s = self._running(time_s)
         return self.pivot - self.rotation(time_s) @ self.pivot + _waves(self.harmonics, time_s)[0]
 
-    def velocity(self, time_s: np.ndarray) -> np.ndarray:
+    def velocity(self, time_s: float | np.ndarray) -> np.ndarray:
         """Velocity of the body frame's origin (..., 3) [m/s] at times (...) [s]; zero for t < 0."""
         if len(self.pieces):
             return np.where(self._stands(time_s), 0.0, self._along(time_s)[1][..., :3])
@@ -84,12 +84,12 @@ class Motion:
         moving = _waves(self.harmonics, self._running(time_s))[1]
         return np.cross(self.angular_velocity(time_s), arm) + np.where(self._stands(time_s), 0.0, moving)
 
-    def angle(self, time_s: np.ndarray) -> np.ndarray:
+    def angle(self, time_s: float | np.ndarray) -> np.ndarray:
         """Angle theta about the axis (...) [rad] at times (...) [s]; for t < 0 that of t = 0."""
         time_s = self._running(time_s)
         return self.rate * time_s + _waves(self.swing, time_s)[0][..., 0]
 
-    def rotation(self, time_s: np.ndarray) -> np.ndarray:
+    def rotation(self, time_s: float | np.ndarray) -> np.ndarray:
         """Rotation matrices (..., 3, 3) from the body frame to the laboratory at times (...) [s]."""
         if len(self.pieces):
             return rotation_of(self._along(time_s)[0][..., 3:])
@@ -99,7 +99,7 @@ class Motion:
         turned = (1 - np.cos(angle)) * np.outer(self.axis, self.axis) + np.sin(angle) * skew
         return np.cos(angle) * np.eye(3) + turned
 
-    def angular_velocity(self, time_s: np.ndarray) -> np.ndarray:
+    def angular_velocity(self, time_s: float | np.ndarray) -> np.ndarray:
         """Angular velocity (..., 3) [rad/s] at times (...) [s]; zero for t < 0."""
         if len(self.pieces):
             quaternion, rate = (values[..., 3:] for values in self._along(time_s))
@@ -107,11 +107,11 @@ class Motion:
         turning = self.rate + _waves(self.swing, self._running(time_s))[1]
         return np.where(self._stands(time_s), 0.0, turning) * self.axis
 
-    def _running(self, time_s: np.ndarray) -> np.ndarray:
+    def _running(self, time_s: float | np.ndarray) -> np.ndarray:
         """The time [s] since the mill has started; 0 before, and for what never moves."""
         return np.maximum(np.asarray(time_s, dtype=float), 0.0) * (self.kind != REST)
 
-    def _stands(self, time_s: np.ndarray) -> np.ndarray:
+    def _stands(self, time_s: float | np.ndarray) -> np.ndarray:
         """Where (..., 1) the body stands still: before the start, and at rest."""
         return (np.asarray(time_s, dtype=float) < 0)[..., None] | (self.kind == REST)
 

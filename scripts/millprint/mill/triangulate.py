@@ -5,6 +5,7 @@ from scipy.spatial import Delaunay
 
 from millprint.errors import ConfigError
 from millprint.mill.ears import clip_ears
+from millprint.mill.vessel import Facet, Vessel
 
 
 def _inside(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
@@ -37,7 +38,7 @@ def _twice(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 
 
-def triangulate_facet(facet) -> np.ndarray:
+def triangulate_facet(facet: Facet) -> np.ndarray:
     """Triangles (t, 3) as rows of the facet's vertices, its loops one after the other, counter-clockwise inward.
 
     Delaunay's triangles where they keep to the outlines, as they do for most walls, or else ears. Raises ConfigError
@@ -56,9 +57,11 @@ def triangulate_facet(facet) -> np.ndarray:
     return np.where((_twice(points, triangles) < 0)[:, None], triangles[:, ::-1], triangles)
 
 
-def triangulate(vessel) -> tuple[np.ndarray, np.ndarray]:
+def triangulate(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) [m] and triangles (t, 3) of a vessel's walls, normals inward, each vertex once."""
-    vertices, triangles, number = [], [], {}
+    vertices: list[np.ndarray] = []
+    triangles: list[np.ndarray] = []
+    number: dict[tuple[int, ...], int] = {}
     for facet in vessel.facets:
         rows = []
         for point in np.concatenate(facet.loops):

@@ -1,6 +1,7 @@
 """A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -10,7 +11,7 @@ import numpy as np
 from millprint.config.geometry import SolidGeometry, StlGeometry, VesselGeometry
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.mill.shapes import box_facets, cylinder_facets, paddles_facets
+from millprint.mill.shapes import Loops, box_facets, cylinder_facets, paddles_facets
 from millprint.mill.stadium import stadium_facets
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
@@ -24,7 +25,12 @@ LATTICE = 2.0**-40
 MOST_FACETS = 20_000
 
 # Outlines of the facets of a shape by parameters, seen from inside it.
-SHAPES = {"stadium": stadium_facets, "cylinder": cylinder_facets, "box": box_facets, "paddles": paddles_facets}
+SHAPES: dict[str, Callable[..., list[Loops]]] = {
+    "stadium": stadium_facets,
+    "cylinder": cylinder_facets,
+    "box": box_facets,
+    "paddles": paddles_facets,
+}
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -48,9 +54,9 @@ class Facet:
     loops: tuple[np.ndarray, ...]
 
     @classmethod
-    def from_loops(cls, loops: list[np.ndarray]) -> "Facet":
+    def from_loops(cls, outlines: Sequence[np.ndarray]) -> "Facet":
         """The facet of given outlines; the normal follows from their sense (Newell's rule)."""
-        loops = tuple(np.asarray(loop, dtype=float) for loop in loops)
+        loops = tuple(np.asarray(outline, dtype=float) for outline in outlines)
         area = sum(_cross(loop, np.roll(loop, -1, axis=0)).sum(axis=0) for loop in loops) / 2
         normal = area / np.linalg.norm(area)
         return cls(normal, float(np.concatenate(loops).mean(axis=0) @ normal), loops)
@@ -215,8 +221,7 @@ def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bo
 
     place: the YAML file and key, for refusals. Raises ConfigError for a file of triangles that does not hold.
     """
-    is_mesh = isinstance(geometry, StlGeometry)
-    if is_mesh:
+    if isinstance(geometry, StlGeometry):
         # Takes long to import, and few mills need it.
         from millprint.mill.mesh import mesh_facets
 
@@ -229,7 +234,7 @@ def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bo
             "export the surface with a coarser tessellation"
         )
     # Parameters give a shape seen from inside, a file one seen from outside.
-    if is_mesh != solid:
+    if isinstance(geometry, StlGeometry) != solid:
         outlines = [[loop[::-1] for loop in loops] for loops in outlines]
     return [Facet.from_loops(loops) for loops in outlines]
 
