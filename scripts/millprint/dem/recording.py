@@ -23,15 +23,15 @@ class Recording:
     snapshot_contacts: (contacts, 2).
     """
 
+    edges: tuple[np.ndarray, np.ndarray]
+    occupancy: np.ndarray
+    height: np.ndarray
     samples: list[np.ndarray] = field(default_factory=list)
     contacts: list[tuple[np.ndarray, ...]] = field(default_factory=list)
     snapshots: list[np.ndarray] = field(default_factory=list)
     poses: list[np.ndarray] = field(default_factory=list)
     snapshot_works: list[np.ndarray] = field(default_factory=list)
     snapshot_contacts: list[np.ndarray] = field(default_factory=list)
-    edges: tuple[np.ndarray, np.ndarray] | None = None
-    occupancy: np.ndarray | None = None
-    height: np.ndarray | None = None
 
     @property
     def height_m(self) -> float:

@@ -4,6 +4,7 @@ import hashlib
 import json
 import logging
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
@@ -14,6 +15,9 @@ from millprint.hdf5 import whole_hdf5
 from millprint.kernel import kernel_digest
 from millprint.sealed import seal, unsealed
 
+if TYPE_CHECKING:
+    from millprint.dem.simulation import Simulation
+
 logger = logging.getLogger("millprint")
 
 # Arrays of the state that change; the rest follows from the configuration.
@@ -21,20 +25,20 @@ BALLS = ("position", "rate", "rate_now", "load")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 
 
-def identity(simulation) -> str:
+def identity(simulation: "Simulation") -> str:
     """What a restart file must agree on with the run that it continues: configuration, shapes, the kernels' source."""
     parts = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
     shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
     return json.dumps({**parts, "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
 
 
-def write_restart(path, simulation, recording: Recording) -> None:
+def write_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
     with whole_hdf5(path, seal) as file:
         _write_state(file, simulation, recording)
 
 
-def _write_state(file: h5py.File, simulation, recording: Recording) -> None:
+def _write_state(file: h5py.File, simulation: "Simulation", recording: Recording) -> None:
     file.attrs["identity"] = identity(simulation)
     file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
     for name in BALLS:
@@ -55,7 +59,7 @@ def _write_state(file: h5py.File, simulation, recording: Recording) -> None:
         file[f"recording/contacts_{c}"] = np.concatenate(column)
 
 
-def read_restart(path, simulation, recording: Recording) -> bool:
+def read_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> bool:
     """Put a simulation and its recording into the state of a restart file; returns whether there was one that fits.
 
     A file of another configuration, of other kernels, or one that cannot be read is left alone, with a line in the log.
@@ -81,7 +85,7 @@ def read_restart(path, simulation, recording: Recording) -> bool:
     return True
 
 
-def _read_state(file: h5py.File, simulation) -> None:
+def _read_state(file: h5py.File, simulation: "Simulation") -> None:
     balls = {name: file[f"balls/{name}"][:] for name in BALLS}
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})
@@ -98,8 +102,8 @@ def _read_pieces(group: h5py.Group) -> dict[str, list]:
     """What had been recorded, in the pieces that it was taken out in."""
     ends = {name: np.cumsum(group["piece_lengths"][:])[:-1] for name in PIECES}
     ends["snapshot_contacts"] = np.cumsum(group["piece_contacts"][:])[:-1]
-    ends["samples"] = []
-    pieces = {name: np.split(group[name][:], ends[name]) for name in PIECES if name in group}
+    ends["samples"] = np.empty(0, dtype=np.int64)
+    pieces: dict[str, list] = {name: np.split(group[name][:], ends[name]) for name in PIECES if name in group}
     if "contacts_0" in group:
         pieces["contacts"] = [tuple(group[f"contacts_{c}"][:] for c in range(4))]
     return pieces

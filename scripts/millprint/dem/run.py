@@ -1,6 +1,7 @@
 """One case from its description to its files."""
 
 import logging
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
+from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
 from millprint.dem.summary import is_certain, summarise
@@ -23,7 +25,7 @@ logger = logging.getLogger("millprint")
 RESTART = "restart.h5"
 
 
-def _enough(case: Case, dem: DemConfig):
+def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
     """What tells whether a window is long enough for the powers to be known well; None where any is."""
     if not case.power_error_max:
         return None
@@ -32,7 +34,13 @@ def _enough(case: Case, dem: DemConfig):
 
 
 def run_case(
-    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, run_path, summary_path, cores: int = 1
+    case: Case,
+    mill: MillConfig,
+    contact: ContactConfig,
+    dem: DemConfig,
+    run_path: str | Path,
+    summary_path: str | Path,
+    cores: int = 1,
 ) -> dict:
     """Simulate a case, write run.h5 and summary.json, and return the summary.
 

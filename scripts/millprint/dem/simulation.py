@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -157,7 +158,7 @@ class Simulation:
     def _steps_in_all(self) -> int:
         return self.settle_steps + self.discard_steps + self.window_steps + 1
 
-    def _drive_in(self, recording: Recording, bar) -> None:
+    def _drive_in(self, recording: Recording, bar: tqdm) -> None:
         """Settle, start the mill, and run up to where the window begins; a restarted run may be past any of it."""
         silent, none = silent_recorder(), make_table(0)
         if self.counters[state.STEP] <= 0:
@@ -184,7 +185,7 @@ class Simulation:
             (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
         )  # fmt: skip
 
-    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording: Recording, bar) -> None:
+    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording: Recording, bar: tqdm) -> None:
         """Call the kernel in chunks up to and including `last_step`."""
         chunk = max(64, int(CHUNK_S / (ASSUMED_NS * 1e-9 * self.count)))
         counters = self.counters

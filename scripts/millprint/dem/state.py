@@ -101,10 +101,11 @@ class Clock(NamedTuple):
 def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:
     """Balls at rest at `position` (n, 3) [m]; species (n,) are rows of `radii` [m]; density [kg/m3]."""
     position = np.ascontiguousarray(position, dtype=float)
-    zero = [np.zeros((len(position), 6)) for _ in range(3)]
+    rate, rate_now, load = (np.zeros((len(position), 6)) for _ in range(3))
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
-    return Balls(position.copy(), *zero, np.asarray(species, dtype=np.int64), radii, mass, 0.4 * mass * radii**2)
+    species = np.asarray(species, dtype=np.int64)
+    return Balls(position.copy(), rate, rate_now, load, species, radii, mass, 0.4 * mass * radii**2)
 
 
 def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:

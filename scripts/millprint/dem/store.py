@@ -2,11 +2,13 @@
 
 import json
 import platform
+from pathlib import Path
 
 import h5py
 import numba
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from millprint.dem.collisions import histograms
 from millprint.dem.recording import Recording
@@ -29,7 +31,7 @@ def unit_of(name: str) -> str:
     return UNITS[ends[0]] if ends else "1"
 
 
-def put(group: h5py.Group, name: str, values: np.ndarray, narrow: bool = False) -> None:
+def put(group: h5py.Group, name: str, values: ArrayLike, narrow: bool = False) -> None:
     """Write one dataset with its unit; `narrow` ones in single precision."""
     values = np.asarray(values)
     if narrow and name not in WIDE and values.dtype == np.float64:
@@ -97,7 +99,9 @@ def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
     put(group, "corner_m", np.reshape([corner.point for corner in vessel.corners], (-1, 3)))
 
 
-def write_run(path, simulation: Simulation, recording: Recording, series: pd.DataFrame, table: pd.DataFrame) -> None:
+def write_run(
+    path: str | Path, simulation: Simulation, recording: Recording, series: pd.DataFrame, table: pd.DataFrame
+) -> None:
     """Write run.h5: attributes config, seed, versions; groups geometry, ledger, collisions, occupancy, snapshots."""
     config = {
         "case": simulation.case.model_dump(mode="json"),

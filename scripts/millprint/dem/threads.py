@@ -27,7 +27,7 @@ class Shares(NamedTuple):
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
-    count: np.ndarray  # (threads, 8) of these; a line of the cache for each
+    counts: np.ndarray  # (threads, 8) of these; a line of the cache for each
     load: np.ndarray  # (threads, n, 6) contact force [N] and torque [N m] of the present step
     body_load: np.ndarray  # (threads, bodies, 6) as Clock.load
 
@@ -39,7 +39,7 @@ def make_shares(
     return Shares(
         found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
-        count=np.zeros((threads, 8), dtype=np.int64),
+        counts=np.zeros((threads, 8), dtype=np.int64),
         load=np.zeros((threads, balls, 6)),
         body_load=np.zeros((threads, bodies, 6)),
     )
@@ -68,14 +68,14 @@ def chunk(whole, t, threads):
 @kernel()
 def find_chunk(balls, candidates, shares, t):
     """Pairs of one chunk of the candidates that have come within reach."""
-    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.count.shape[0])
-    shares.count[t, 0] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
+    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
+    shares.counts[t, 0] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
 
 
 @threaded()
 def find_in_threads(balls, candidates, shares):
     """Pairs that have come within reach, chunk by chunk."""
-    for t in numba.prange(shares.count.shape[0]):
+    for t in numba.prange(shares.counts.shape[0]):
         find_chunk(balls, candidates, shares, t)
 
 
@@ -93,7 +93,7 @@ def gather_block(balls, candidates, contacts, walls, motions, block, width):
 @kernel()
 def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
-    begin, end = chunk(blocks_in_use(counters), t, shares.count.shape[0])
+    begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
     load, body_load, waiting = shares.load[t], shares.body_load[t], 0
     for block in range(begin, end):
         width = width_of(counters, block)
@@ -106,20 +106,20 @@ def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares,
         for m in range(width):
             if contacts.slot[first + m] >= 0:
                 scatter(balls, contacts, walls, motions, load, body_load, first + m, block, m)
-    shares.count[t, 0] = waiting
+    shares.counts[t, 0] = waiting
 
 
 @threaded()
 def resolve_in_threads(balls, candidates, contacts, walls, motions, counters, shares, step):
     """The contacts of all blocks but those that wait."""
-    for t in numba.prange(shares.count.shape[0]):
+    for t in numba.prange(shares.counts.shape[0]):
         resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step)
 
 
 @kernel()
 def sum_chunk(balls, shares, t):
     """Add the loads of all threads to one chunk of the balls, in the threads' order, and clear them."""
-    threads = shares.count.shape[0]
+    threads = shares.counts.shape[0]
     begin, end = chunk(balls.species.size, t, threads)
     for source in range(threads):
         for i in range(begin, end):
@@ -131,7 +131,7 @@ def sum_chunk(balls, shares, t):
 @threaded()
 def sum_in_threads(balls, shares):
     """The load of every ball."""
-    for t in numba.prange(shares.count.shape[0]):
+    for t in numba.prange(shares.counts.shape[0]):
         sum_chunk(balls, shares, t)
 
 
@@ -155,16 +155,16 @@ def move_in_threads(balls, gain, fall, step, threads):
 @kernel()
 def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
     """Open the contacts of all that have come within reach, in the order of the lists."""
-    for t in range(shares.count.shape[0]):
-        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.count[t, 0], time)
+    for t in range(shares.counts.shape[0]):
+        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.counts[t, 0], time)
     open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
 
 
 @kernel()
 def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
     """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
-    for t in range(shares.count.shape[0]):
-        for at in range(shares.count[t, 0]):
+    for t in range(shares.counts.shape[0]):
+        for at in range(shares.counts[t, 0]):
             block = shares.waiting[t, at]
             resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
         for body in range(clock.load.shape[0]):
@@ -204,5 +204,5 @@ def advance_threaded(
             record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
-        move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.count.shape[0])
+        move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
         count_step(counters)

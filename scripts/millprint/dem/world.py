@@ -2,10 +2,11 @@
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from millprint.config.contact import ContactConfig
 from millprint.dem import state
-from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, advance
+from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table, advance
 from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import make_recorder, make_table
@@ -36,18 +37,31 @@ def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 
 class World:
     """Balls of given radii [m] in a vessel; positions, velocities, spins are (n, 3), in SI.
 
-    Options: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], and walls, where
+    Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], and walls, where
     many worlds share those of one vessel.
     """
 
     def __init__(
-        self, vessel: Vessel, contact: ContactConfig, position, velocity=None, spin=None, radius=5e-3, **options
-    ):
+        self,
+        vessel: Vessel,
+        contact: ContactConfig,
+        position: ArrayLike,
+        velocity: ArrayLike | None = None,
+        spin: ArrayLike | None = None,
+        radius: ArrayLike = 5e-3,
+        *,
+        step: float = 1e-6,
+        skin: float = 6e-4,
+        gravity: float | np.ndarray = 0.0,
+        motion: Motion = AT_REST,
+        pitch: float = 0.01,
+        walls: Walls | None = None,
+    ) -> None:
         position = np.atleast_2d(np.asarray(position, dtype=float))
         radii = np.unique(np.broadcast_to(radius, len(position)))
         species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
         self.vessel = vessel
-        self.step, skin = options.get("step", 1e-6), options.get("skin", 6e-4)
+        self.step = step
         self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
         for columns, value in ((slice(0, 3), velocity), (slice(3, 6), spin)):
             if value is not None:
@@ -55,9 +69,8 @@ class World:
         self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX)
-        self.walls = options.get("walls") or walls_for(vessel, radii.max(), skin, options.get("pitch", 0.01))
-        motion = options.get("motion", AT_REST)
-        self.clock = state.make_clock(self.balls, [motion], self.step, skin, options.get("gravity", 0.0))
+        self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
+        self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
         self.totals = np.zeros(state.TOTALS)
         self.counters = state.make_counters()
 
@@ -66,7 +79,7 @@ class World:
         """The contacts that ended in the last run (millprint.dem.collisions.COLUMNS)."""
         return collision_table(*self.collisions)
 
-    def run(self, seconds: float, sample_every: int = 0):
+    def run(self, seconds: float, sample_every: int = 0) -> pd.DataFrame | None:
         """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""
         steps = round(seconds / self.step)
         begin = int(self.counters[state.STEP])
@@ -94,7 +107,7 @@ class World:
             positions[look] = self.balls.position
         return (begin + every * np.arange(looks)) * self.step, positions
 
-    def _advance(self, last_step: int, table, recorder: Recorder) -> None:
+    def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
         advance(
             self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
             self.counters, table, recorder, last_step,
