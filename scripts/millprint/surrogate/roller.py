@@ -14,8 +14,11 @@ from millprint.surrogate.contact.store import is_ensemble
 class Roller(Protocol):
     """A surrogate in a scene. `run` advances a state by `steps` steps of step_s and keeps every so many-th."""
 
-    step_s: float
-    balls: int
+    @property
+    def step_s(self) -> float: ...
+
+    @property
+    def balls(self) -> int: ...
 
     def first_state(self, starts_s: list[float]) -> Any: ...
 

@@ -13,7 +13,8 @@ def section(scene: Scene, normal: str, at_m: float, points: int = 161) -> dict:
     Returns `title`, `axes` (two names), `first_m` (a,), `second_m` (b,) and `distance_m` (b, a).
     """
     across = [axis for axis in range(3) if axis != AXES.index(normal)]
-    lines = [np.linspace(*scene.bounds_m[:, axis], points) for axis in across]
+    low, high = scene.bounds_m
+    lines = [np.linspace(low[axis], high[axis], points) for axis in across]
     grid = np.full((points, points, 3), at_m)
     grid[..., across[0]], grid[..., across[1]] = np.meshgrid(*lines)
     distance, _ = scene.signed_distance(grid, np.zeros(3))

@@ -31,7 +31,8 @@ def seconds_per_step(roller: Roller, start_s: float, batch: int, steps: int) -> 
     roller.run(state, 1, 1)
     block = max(1, min(steps // TIMINGS, round(2 * ENOUGH_S / TIMINGS / (time.perf_counter() - begin))))
     roller.run(state, min(50, block), 1)
-    timings, begin = [], time.perf_counter()
+    timings: list[float] = []
+    begin = time.perf_counter()
     while len(timings) < TIMINGS and (not timings or time.perf_counter() - begin < ENOUGH_S):
         start = time.perf_counter()
         roller.run(state, block, block)

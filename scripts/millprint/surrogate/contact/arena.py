@@ -3,20 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
+from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem import state
+from millprint.dem.advance import Table
 from millprint.dem.lanes import LANES
 from millprint.dem.neighbours import put_aside
 from millprint.dem.recording import make_table
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.mill.bodies import build_bodies
-from millprint.mill.walls import build_walls
+from millprint.mill.walls import Walls, build_walls
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.frames import Frames, make_frames, run_frames
 from millprint.surrogate.contact.samples import forget
-from millprint.surrogate.contact.state import make_coarse
+from millprint.surrogate.contact.state import Coarse, make_coarse
 from millprint.surrogate.contact.step import gather_all, predict, run_steps
 from millprint.surrogate.contact.weights import Weights, no_weights
 
@@ -25,6 +27,9 @@ OVERLAP_MAX = 0.5
 # Candidates are listed up to this far from contact, in radii [-]: a coarse step takes a ball far.
 SKIN = 0.6
 CANDIDATES_PER_BALL = 40
+
+# State as the kernels take it: totals and counters come last.
+Groups = tuple[state.Balls, state.Candidates, state.Contacts, state.Laws, Walls, state.Clock, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -76,12 +81,12 @@ class Arena:
         self.scratch = make_coarse(len(self.balls.position), len(self.bodies), blocks, self.step, self.substeps)
 
     @property
-    def coarse(self):
+    def coarse(self) -> Coarse:
         """Scratch with the present weights."""
         return self.scratch._replace(weights=self.weights)
 
     @property
-    def groups(self) -> tuple:
+    def groups(self) -> tuple[*Groups, Table]:
         """State as the kernels take it."""
         return (
             self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
@@ -111,7 +116,7 @@ class Arena:
         run_steps(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] + steps - 1)
         return self.counters[state.STATUS] == state.RUNNING
 
-    def record(self, frames: int, per_frame: int, chunk: int = 0, bar=None) -> Frames:
+    def record(self, frames: int, per_frame: int, chunk: int = 0, bar: tqdm | None = None) -> Frames:
         """Advance and keep `frames` states, `per_frame` steps apart; those after a ball was lost stay not a number."""
         kept, at = make_frames(frames, len(self.balls.position)), 0
         chunk = chunk or frames

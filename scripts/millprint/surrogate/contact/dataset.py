@@ -5,6 +5,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.contact_surrogate import CoarseConfig, JudgeConfig, TraceConfig
@@ -62,7 +63,7 @@ def open_tracer(
     return Tracer(case_of(trace, dem), mill, contact, dem, step, coarse.substeps)
 
 
-def follow(tracer: Tracer, trace: TraceConfig, bar=None) -> Samples:
+def follow(tracer: Tracer, trace: TraceConfig, bar: tqdm | None = None) -> Samples:
     """Samples of the contacts of a trace."""
     tracer.to_time(trace.from_s)
     parts = []

@@ -86,20 +86,24 @@ class Predictor(nn.Module):
             nn.ModuleList([nn.Linear(INPUTS, width), nn.Linear(width, width), nn.Linear(width, OUTPUTS)])
             for _ in range(rounds)
         )
-        for layers in self.rounds:
+        for layers in self._layers():
             nn.init.zeros_(layers[2].weight)
             nn.init.zeros_(layers[2].bias)
+
+    def _layers(self) -> list[list[nn.Linear]]:
+        """The three layers of each round."""
+        return [[layer for layer in layers.children() if isinstance(layer, nn.Linear)] for layers in self.rounds]
 
     def forward(self, graph: Graph) -> list[tuple[Tensor, Tensor]]:
         """Mean force and its tilt (n, 3) of every contact after each round, in units of the contact."""
         expected, results = graph.force, []
-        for layers in self.rounds:
+        for layers in self._layers():
             mean, tilt = self.one_round(layers, graph, expected)
             results.append((mean, tilt))
             expected = graph.unit * mean
         return results
 
-    def one_round(self, layers: nn.ModuleList, graph: Graph, expected: Tensor) -> tuple[Tensor, Tensor]:
+    def one_round(self, layers: list[nn.Linear], graph: Graph, expected: Tensor) -> tuple[Tensor, Tensor]:
         shove = graph.step**2 / graph.length * graph.push(expected)
         force = graph.force / graph.unit
         f, a, u = along(force, graph.normal), along(shove, graph.normal), -along(graph.slip, graph.normal)
@@ -129,8 +133,8 @@ class Predictor(nn.Module):
         """Layers as weights.make_weights takes them."""
         stacked = []
         for k in range(3):
-            stacked.append(torch.stack([layers[k].weight for layers in self.rounds]))
-            stacked.append(torch.stack([layers[k].bias for layers in self.rounds]))
+            stacked.append(torch.stack([layers[k].weight for layers in self._layers()]))
+            stacked.append(torch.stack([layers[k].bias for layers in self._layers()]))
         return [value.detach().cpu().numpy() for value in stacked]
 
 

@@ -12,7 +12,7 @@ from millprint.dem.recording import make_table, silent_recorder
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
 from millprint.surrogate.contact import samples
-from millprint.surrogate.contact.arena import Arena, Settled
+from millprint.surrogate.contact.arena import Arena, Groups, Settled
 from millprint.surrogate.contact.trace import COLUMNS, Trace
 from millprint.surrogate.contact.weights import Weights, no_weights
 
@@ -46,7 +46,7 @@ class Tracer(Simulation):
         """Advance until `step` is the next one; raises SimulationError."""
         table, recorder = make_table(0), silent_recorder()
         while self.counters[state.STEP] < step and self.counters[state.STATUS] == state.RUNNING:
-            advance(*self._groups(table, recorder), step - 1)
+            advance(*self._groups, table, recorder, step - 1)
             if self.counters[state.STATUS] == state.CANDIDATES_FULL:
                 self._lengthen_lists()
         if check:
@@ -56,10 +56,10 @@ class Tracer(Simulation):
         """Advance to the coarse step at `time_s` [s] or the next one."""
         self.to_step(int(np.ceil(time_s / self.arena.step - 1e-6)) * self.fine_steps)
 
-    def _groups(self, *buffers) -> tuple:
+    @property
+    def _groups(self) -> Groups:
         return (
             self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
-            *buffers,
         )  # fmt: skip
 
     def _check(self) -> None:
@@ -133,9 +133,11 @@ class Tracer(Simulation):
         self.contacts.kept_history[:kept, lanes.LAST_SLIP :] = 0.0
         self.counters[state.ASIDE], self.counters[state.CHECK_IN] = kept, 0
         self.counters[state.STATUS], self.counters[state.STEP] = state.RUNNING, begin.step * self.fine_steps
-        look(*self._groups()[:6], self.counters)
+        look(*self._groups[:6], self.counters)
 
-    def push_forward(self, weights: Weights, own_steps: int, between: int, states: int):
+    def push_forward(
+        self, weights: Weights, own_steps: int, between: int, states: int
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Samples of states that the surrogate has reached by `own_steps` of its own from one of the DEM.
 
         The DEM goes on from each such state for `between` coarse steps, and the next one begins there.
@@ -173,9 +175,14 @@ class Tracer(Simulation):
     def _sample_once(self, rows: np.ndarray) -> int:
         """Write the contacts of the present state and what they do in the next coarse step; returns how many."""
         arena = self.arena
-        buffers = make_table(0), silent_recorder()
         written = samples.sample_step(
-            self._groups(*buffers), arena.groups, arena.coarse, self.followed, rows, 0, self.fine_steps
+            (*self._groups, make_table(0), silent_recorder()),
+            arena.groups,
+            arena.coarse,
+            self.followed,
+            rows,
+            0,
+            self.fine_steps,
         )
         self._check()
         return written

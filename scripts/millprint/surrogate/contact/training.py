@@ -45,17 +45,17 @@ def batch_of(parts: list[Tensor]) -> tuple[Tensor, Graph]:
 def loss_of(rows: Tensor, graph: Graph, predicted: list[tuple[Tensor, Tensor]]) -> dict[str, Tensor]:
     """Errors of the mean force and its tilt, squared and absolute, in units of each contact; `total` is minimised."""
     mean, tilt = wanted(rows, graph)
-    terms = {}
-    total = 0.0
+    total = rows.new_zeros(())
     for number, (expected, tilted) in enumerate(predicted):
         squares = ((expected - mean) ** 2).sum(1) + 0.25 * ((tilted - tilt) ** 2).sum(1)
         absolute = torch.sqrt(squares + ROUNDED**2) - ROUNDED
         last = number == len(predicted) - 1
         total = total + (1.0 if last else EARLIER) * (squares + ABSOLUTE * absolute).mean()
-    terms["total"] = total
-    terms["mean_force"] = ((predicted[-1][0] - mean) ** 2).sum(1).mean()
-    terms["tilt"] = ((predicted[-1][1] - tilt) ** 2).sum(1).mean()
-    return terms
+    return {
+        "total": total,
+        "mean_force": ((predicted[-1][0] - mean) ** 2).sum(1).mean(),
+        "tilt": ((predicted[-1][1] - tilt) ** 2).sum(1).mean(),
+    }
 
 
 class ContactTrainer:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -31,7 +32,9 @@ class TrainingRun:
     def to(self, device: torch.device) -> "TrainingRun":
         """The same run on another device."""
         values = {field.name: getattr(self.snapshots, field.name) for field in fields(Snapshots)}
-        moved = {name: value.to(device) if isinstance(value, Tensor) else value for name, value in values.items()}
+        moved: dict[str, Any] = {
+            name: value.to(device) if isinstance(value, Tensor) else value for name, value in values.items()
+        }
         return TrainingRun(self.case, Snapshots(**moved), self.train_end, self.validation_end)
 
 
@@ -55,7 +58,7 @@ def read_dataset(path: str | Path) -> list[TrainingRun]:
     with open_hdf5(path) as file:
         for number in range(len(file)):
             group = file[str(number)]
-            values = {
+            values: dict[str, Any] = {
                 field.name: torch.from_numpy(np.asarray(group[field.name]))
                 if field.name in group
                 else float(group.attrs[field.name])

@@ -94,7 +94,12 @@ def _split_contacts(run: Trajectory) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     code = np.unique(row[~between_balls] * run.balls + run.first[~between_balls])
     pair_offset = np.searchsorted(row[between_balls], np.arange(snapshots + 1))
     wall_offset = np.searchsorted(code // run.balls, np.arange(snapshots + 1))
-    return tuple(torch.from_numpy(array) for array in (pair_offset, pair, wall_offset, code % run.balls))
+    return (
+        torch.from_numpy(pair_offset),
+        torch.from_numpy(pair),
+        torch.from_numpy(wall_offset),
+        torch.from_numpy(code % run.balls),
+    )
 
 
 def wall_contact_distances(run: Snapshots, end: int) -> np.ndarray:

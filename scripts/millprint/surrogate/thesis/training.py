@@ -136,7 +136,8 @@ class Trainer:
     def _validate(self) -> dict[str, float]:
         """Losses without noise, and the mean squared error, on snapshots after those of the training."""
         settings = self.recipe.training
-        sums, count = {}, 0
+        sums: dict[str, float] = {}
+        count = 0
         with torch.inference_mode():
             for number, rows in draw_epoch(self.validation, settings.validation_snapshots, 256, settings.seed):
                 terms, mean_square = self._losses(self.runs[number].snapshots, rows.to(self.device))
