@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgb
@@ -39,8 +40,7 @@ class _View:
         self._balls = EllipseCollection(
             size, size, np.zeros(2 * balls), units="xy", offsets=np.zeros((2 * balls, 2)), transOffset=axes.transData
         )
-        self._balls.set_edgecolors([INK, "none"] * balls)
-        self._balls.set_linewidths([0.4, 0.0] * balls)
+        self._balls.set(edgecolor=[INK, "none"] * balls, linewidth=[0.4, 0.0] * balls)
         (self._jar,) = axes.plot([], [], marker="+", color=INK, markersize=5, markeredgewidth=0.7)
         # Thin, over the balls: a stirrer in a full bed would not be seen.
         self._inserts = LineCollection([], colors=INK, linewidths=0.5, alpha=0.6)
@@ -54,14 +54,12 @@ class _View:
     def draw(self, picture: Picture, speeds: Normalize) -> None:
         grey = WALL_DARK + (WALL_LIGHT - WALL_DARK) * picture.wall_shade
         shades = np.repeat(grey[:, None], 3, axis=1)
-        self._wall.set_verts(picture.wall_mm)
-        self._wall.set_facecolors(shades)
-        self._wall.set_edgecolors(shades)
-        self._outline.set_segments(picture.outline_mm)
-        self._inserts.set_segments(picture.insert_mm)
+        self._wall.set(verts=picture.wall_mm, facecolor=shades, edgecolor=shades)
+        self._outline.set(segments=picture.outline_mm)
+        self._inserts.set(segments=picture.insert_mm)
         self._balls.set_offsets(np.stack([picture.centre_mm, picture.centre_mm + self._glint], axis=1).reshape(-1, 2))
         colours = SPEEDS(speeds(picture.speed_m_s))
-        self._balls.set_facecolors(np.stack([colours, _glint(colours)], axis=1).reshape(-1, 4))
+        self._balls.set(facecolor=np.stack([colours, _glint(colours)], axis=1).reshape(-1, 4))
         self._jar.set_data(picture.jar_mm[:1], picture.jar_mm[1:])
         for artist in self._artists:
             self._axes.draw_artist(artist)
@@ -96,8 +94,11 @@ class Animation:
         self._clock = self.figure.text(
             0.02, 1 - 0.36 / height, "", va="top", fontsize=7, color=INK, animated=True, family="monospace"
         )
-        self.figure.canvas.draw()
-        self._empty = self.figure.canvas.copy_from_bbox(self.figure.bbox)
+        canvas = self.figure.canvas
+        assert isinstance(canvas, FigureCanvasAgg), "figures.style has chosen to draw pixels"
+        self._canvas = canvas
+        canvas.draw()
+        self._empty = canvas.copy_from_bbox(self.figure.bbox)
 
     def _axes(self, panel: Panel, left: float, bottom: float, width: float, height: float, whole: float) -> Axes:
         axes = self.figure.add_axes((left / self._width, bottom / whole, width / self._width, height / whole))
@@ -115,14 +116,13 @@ class Animation:
 
     def draw(self, frame: Frame) -> Image.Image:
         """One frame as a picture."""
-        canvas = self.figure.canvas
-        canvas.restore_region(self._empty)
+        self._canvas.restore_region(self._empty)
         for view, picture in zip(self._views, frame.pictures, strict=True):
             view.draw(picture, self._speeds)
         turns = "" if frame.revolution is None else f"  revolution {frame.revolution:5.2f}"
         self._clock.set_text(f"t = {frame.time_s:.3f} s{turns}  {self._movie.slow_motion:.3g} times slower")
         self.figure.draw_artist(self._clock)
-        return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        return Image.fromarray(np.asarray(self._canvas.buffer_rgba())[..., :3])
 
 
 def _glint(colours: np.ndarray) -> np.ndarray:

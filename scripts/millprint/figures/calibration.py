@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, LineLook
 
 MARKERS = ("o", "s", "^", "v")
 NAMES = {"static_friction": "static friction $\\mu$ [-]", "rolling_friction": "rolling friction $\\mu_r$ [-]"}
@@ -35,8 +35,8 @@ def _plot_path(axis: Axes, track: pd.DataFrame, paths: pd.DataFrame, place: str)
     for index, (pair, line) in enumerate(paths.groupby(["static_friction", "rolling_friction"], sort=False)):
         is_fit = line["path"].iloc[0] == "fit"
         label = f"{'fit: ' if is_fit else ''}$\\mu$ {pair[0]:.3g}, $\\mu_r$ {pair[1]:.3g}"
-        style = {"color": COLOURS[0], "zorder": 3} if is_fit else {"color": COLOURS[index], "linewidth": 0.7}
-        axis.plot(line["time_s"], line[place], label=label, **style)
+        look: LineLook = {"color": COLOURS[0], "zorder": 3} if is_fit else {"color": COLOURS[index], "linewidth": 0.7}
+        axis.plot(line["time_s"], line[place], label=label, **look)
     if place in track:
         axis.plot(
             track["time_s"], track[place], "o", markersize=2, color=COLOURS[6], markerfacecolor="none",

@@ -4,6 +4,8 @@ import itertools
 
 import matplotlib.pyplot as plt
 import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, PAGE_WIDTH_IN, PUBLISHED
@@ -51,14 +53,14 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
     return figure, list(axes.flat)
 
 
-def _legend_below(figure: Figure, axis, columns: int) -> None:
+def _legend_below(figure: Figure, axis: Axes, columns: int) -> None:
     handles, labels = axis.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns)
 
 
 def _unique_legend_below(figure: Figure, axes: list, columns: int) -> None:
     """One legend of what any of the axes shows, each label once."""
-    entries = {}
+    entries: dict[str, Artist] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
@@ -136,7 +138,7 @@ def plot_energies(descriptors: pd.DataFrame) -> Figure:
     return figure
 
 
-def _show_zones(axis, zones: pd.DataFrame, shown: dict[str, str]) -> None:
+def _show_zones(axis: Axes, zones: pd.DataFrame, shown: dict[str, str]) -> None:
     """Fill ratios that were found in the curves: a dashed line, shaded over its interval."""
     for index, (zone, label) in enumerate(shown.items()):
         for found in zones[(zones["zone"] == zone) & zones["value"].notna()].itertuples():

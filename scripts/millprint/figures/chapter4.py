@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN
@@ -36,7 +37,7 @@ def plot_yield(cases: pd.DataFrame, slopes: pd.DataFrame) -> Figure:
     return figure
 
 
-def _against_fill(ax, table: pd.DataFrame, quantity: str, filled: bool, suffix: str) -> None:
+def _against_fill(ax: Axes, table: pd.DataFrame, quantity: str, filled: bool, suffix: str) -> None:
     for mode, (title, colour, marker) in MODES.items():
         line = table[table["mode"].isin(["reference", mode])].sort_values("fill_ratio")
         ax.plot(

@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.collections import PathCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -93,7 +94,7 @@ def plot_intervals(predictions: pd.DataFrame) -> Figure:
     return figure
 
 
-def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame):
+def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame) -> PathCollection:
     """One summary plot: a point a row, features by mean |SHAP|, the largest on top."""
     size = rows.assign(size=rows["shap_pp"].abs()).groupby("feature")["size"].mean().sort_values()
     for height, feature in enumerate(size.index):

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, plt
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, LineLook, plt
 
-LABELS = {
+LABELS: dict[str, tuple[str, LineLook]] = {
     "surrogate": ("surrogate", {"color": COLOURS[1]}),
     "dem": ("DEM", {"color": COLOURS[0]}),
     "other_seed": ("DEM, other seed", {"color": COLOURS[0], "linestyle": ":"}),
@@ -18,6 +19,12 @@ LABELS = {
     "centroid": ("all at the centre of mass", {"color": COLOURS[2], "linestyle": "--"}),
     "original": ("DEM, original jar", {"color": COLOURS[3], "linestyle": "-."}),
 }
+# Column of a history, its label and its look.
+LOSSES: tuple[tuple[str, str, LineLook], ...] = (
+    ("training_total", "training", {"color": COLOURS[0]}),
+    ("validation_total", "validation", {"color": COLOURS[1]}),
+    ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
+)
 TITLES = {
     "trained": "trained motion",
     "motion1": "unseen motion 1",
@@ -74,13 +81,9 @@ def plot_loss(history: pd.DataFrame) -> Figure:
     terms.remove("total")
     for number, member in enumerate(np.unique(history.get("member", pd.Series(0, history.index)))):
         part = history[history["member"] == member] if "member" in history else history
-        for column, label, style in (
-            ("training_total", "training", {"color": COLOURS[0]}),
-            ("validation_total", "validation", {"color": COLOURS[1]}),
-            ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
-        ):
+        for column, title, look in LOSSES:
             if column in part:
-                panels[0].plot(part["epoch"], part[column], label=label if number == 0 else None, **style)
+                panels[0].plot(part["epoch"], part[column], label=title if number == 0 else None, **look)
         for term, colour in zip(terms, COLOURS, strict=False):
             label = term.replace("_", " ") if number == 0 else None
             panels[1].plot(part["epoch"], part[f"training_{term}"], color=colour, label=label)
@@ -114,8 +117,8 @@ def plot_error_growth(errors: pd.DataFrame) -> Figure:
         part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]
         for name in ("surrogate", "twin", "other_seed", "centroid"):
             if f"{name}_m2" in part and part[f"{name}_m2"].notna().any():
-                label, style = LABELS[name]
-                panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **style)
+                label, look = LABELS[name]
+                panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **look)
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
@@ -135,8 +138,8 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
         for name in ("dem", "other_seed", "original", "surrogate"):
             column = f"{name}_J"
             if column in part and part[column].notna().any():
-                label, style = LABELS[name]
-                panel.plot(part["time_s"], part[column], label=label, **style)
+                label, look = LABELS[name]
+                panel.plot(part["time_s"], part[column], label=label, **look)
         if "spread_J" in part and part["spread_J"].notna().any():
             low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
             panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")
@@ -201,7 +204,7 @@ def plot_ablations(ablations: pd.DataFrame) -> Figure:
     panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)
     panels[0].set_yticks(places, ablations["variant"])
     panels[0].invert_yaxis()
-    handles = [Patch(color=COLOURS[0], label="stable"), Patch(color=COLOURS[1], label="unstable")]
+    handles: list[Artist] = [Patch(color=COLOURS[0], label="stable"), Patch(color=COLOURS[1], label="unstable")]
     handles.append(Line2D([], [], label="thesis", **PUBLISHED))
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure

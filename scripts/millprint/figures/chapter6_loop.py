@@ -18,8 +18,8 @@ def plot_loop(start: str, steps: list[str]) -> Figure:
     arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
     for number, (text, top) in enumerate(zip([start, *steps], tops, strict=True)):
         colour = COLOURS[1] if number == 0 else COLOURS[0]
-        box = {"xy": (0.02 * COLUMN_WIDTH_IN, top - BOX_IN), "width": 0.9 * COLUMN_WIDTH_IN, "height": BOX_IN}
-        axes.add_patch(plt.Rectangle(**box, facecolor="white", edgecolor=colour))
+        corner = 0.02 * COLUMN_WIDTH_IN, top - BOX_IN
+        axes.add_patch(plt.Rectangle(corner, 0.9 * COLUMN_WIDTH_IN, BOX_IN, facecolor="white", edgecolor=colour))
         axes.text(middle, top - BOX_IN / 2, text, ha="center", va="center", fontsize=7)
         if number:
             axes.annotate("", (middle, top), (middle, top + GAP_IN), arrowprops=arrow)

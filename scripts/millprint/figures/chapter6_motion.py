@@ -48,9 +48,9 @@ def _draw(axes: Axes, picture: Picture, radius_mm: float, speeds: Normalize) -> 
     grey = WALL_DARK + (WALL_LIGHT - WALL_DARK) * picture.wall_shade
     shades = np.repeat(grey[:, None], 3, axis=1)
     # Hundreds of triangles in shades of grey: as pixels also in a drawing of lines.
-    walls = PolyCollection(picture.wall_mm, facecolors=shades, edgecolors=shades, linewidths=0.3, rasterized=True)
+    walls = PolyCollection(list(picture.wall_mm), facecolors=shades, edgecolors=shades, linewidths=0.3, rasterized=True)
     axes.add_collection(walls)
-    axes.add_collection(LineCollection(picture.outline_mm, colors=INK, linewidths=0.5))
+    axes.add_collection(LineCollection(list(picture.outline_mm), colors=INK, linewidths=0.5))
     size = np.full(len(picture.centre_mm), 2 * radius_mm)
     axes.add_collection(
         EllipseCollection(

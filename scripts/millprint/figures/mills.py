@@ -20,9 +20,9 @@ SHOWN = ("normal energy of a collision", "tangential energy of a collision", "co
 def _draw(axes: Axes, look: Look, limits: np.ndarray, linewidth: float = 0.7) -> None:
     """A mill in one view: walls that face the eye, outlines, and the inserts over them."""
     grey = np.repeat((DARK + (LIGHT - DARK) * look.wall_shade)[:, None], 3, axis=1)
-    axes.add_collection(PolyCollection(look.wall_mm, facecolors=grey, edgecolors=grey, linewidths=0.2))
-    axes.add_collection(LineCollection(look.outline_mm, colors=INK, linewidths=linewidth))
-    axes.add_collection(LineCollection(look.insert_mm, colors=COLOURS[0], linewidths=linewidth))
+    axes.add_collection(PolyCollection(list(look.wall_mm), facecolors=grey, edgecolors=grey, linewidths=0.2))
+    axes.add_collection(LineCollection(list(look.outline_mm), colors=INK, linewidths=linewidth))
+    axes.add_collection(LineCollection(list(look.insert_mm), colors=COLOURS[0], linewidths=linewidth))
     axes.set(xlim=limits[:, 0], ylim=limits[:, 1], aspect="equal")
 
 
@@ -125,7 +125,7 @@ def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFr
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=[0.85, 1.0, 1.35])
+    top, middle, bottom = figure.subfigures(3, 1, squeeze=False, height_ratios=[0.85, 1.0, 1.35]).flat
     views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
     draw_views(list(views.subplots(1, 2)), picture)
     draw_strip(list(strip.subplots(2, 4).flat), picture)

@@ -1,6 +1,7 @@
 """The look of every figure: column width, units on axes, SVG for print and PNG for the screen."""
 
 from pathlib import Path
+from typing import TypedDict
 
 import matplotlib
 
@@ -8,20 +9,35 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
+from matplotlib.typing import LineStyleType
 
 from millprint.files import whole_file
+
+
+class LineLook(TypedDict, total=False):
+    """Keywords of a line that several figures share."""
+
+    color: str
+    linestyle: LineStyleType
+    linewidth: float
+    marker: str
+    markeredgecolor: str
+    markerfacecolor: str
+    zorder: float
+
 
 COLUMN_WIDTH_IN = 85 / 25.4
 PAGE_WIDTH_IN = 175 / 25.4
 
 # Okabe and Ito's palette, told apart with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-PUBLISHED = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
+PUBLISHED: LineLook = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
 
 plt.rcParams.update(
     {
         "font.size": 8,
-        "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+        "axes.prop_cycle": cycler(color=COLOURS),
         "axes.spines.top": False,
         "axes.spines.right": False,
         "legend.frameon": False,

@@ -77,7 +77,10 @@ def _together(simulated: Frame, predicted: Frame) -> Frame:
 
 def _rows(recorded_s: np.ndarray | None, wanted_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
     """First, stride and last of the snapshots at the wanted times."""
-    rows = None if recorded_s is None else np.searchsorted(recorded_s, wanted_s - 1e-6)
-    if rows is None or len(rows) < 2 or rows[-1] >= len(recorded_s) or np.abs(recorded_s[rows] - wanted_s).max() > 1e-5:
-        raise ConfigError(f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them")
+    refusal = f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them"
+    if recorded_s is None:
+        raise ConfigError(refusal)
+    rows = np.searchsorted(recorded_s, wanted_s - 1e-6)
+    if len(rows) < 2 or rows[-1] >= len(recorded_s) or np.abs(recorded_s[rows] - wanted_s).max() > 1e-5:
+        raise ConfigError(refusal)
     return int(rows[0]), int(rows[1] - rows[0]), int(rows[-1]) + 1

@@ -203,8 +203,8 @@ def draw_bodies(
 
 
 def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], frequency_hz: float) -> list[Frame]:
-    balls = (block.balls[name] for name in ("position_m", "velocity_m_s"))
-    return frames_at(snapshots.time_s[block.rows], *balls, block.body_poses, shapes, frequency_hz)
+    position, velocity = (block.balls[name] for name in ("position_m", "velocity_m_s"))
+    return frames_at(snapshots.time_s[block.rows], position, velocity, block.body_poses, shapes, frequency_hz)
 
 
 def frames_at(
@@ -237,5 +237,6 @@ def picture_of(
     vertices = [shape.vertices_m @ turn.T + place for shape, turn, place in zip(shapes, turns, places, strict=True)]
     middle = turns[0] @ shapes[0].middle_m + places[0]
     order = np.argsort(view.nearness(position))
-    *seen, inserts = draw_bodies(view, shapes, vertices, turns)
-    return Picture(*seen, view.flat(position[order]), speed[order], view.flat(middle), inserts)
+    wall, shade, outline, inserts = draw_bodies(view, shapes, vertices, turns)
+    centre = view.flat(position[order])
+    return Picture(wall, shade, outline, centre, speed[order], view.flat(middle), inserts)
