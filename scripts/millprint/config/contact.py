@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, NamedSection
 
 
-class ContactConfig(Section):
+class ContactConfig(NamedSection):
     """One contact set, the same for ball-ball and ball-wall contacts."""
 
     name: Name = Field(description="name of the set, equal to the file's name")

@@ -8,9 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from millprint.config.contact import ContactConfig
-from millprint.config.mill import MillConfig
-from millprint.config.section import TRUTH, kind_of, nested_models
+from millprint.config.section import TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 
@@ -18,8 +16,7 @@ from millprint.errors import ConfigError
 MOST_FAULTS = 20
 
 Model = TypeVar("Model", bound=BaseModel)
-# What has a file of its own, which its name tells.
-Named = TypeVar("Named", MillConfig, ContactConfig)
+Named = TypeVar("Named", bound=NamedSection)
 
 
 def _follow(model: type[BaseModel], place: tuple) -> tuple[type[BaseModel] | None, tuple]:

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, StlGeometry, VesselGeometry
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.motion import CircleMotion, Motion, PointsMotion
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, NamedSection, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
 
@@ -22,7 +22,7 @@ class InsertConfig(Section):
     )
 
 
-class MillConfig(Section):
+class MillConfig(NamedSection):
     """One mill."""
 
     name: Name = Field(description="name of the mill, equal to the file's name")

@@ -64,6 +64,12 @@ NonNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 
 
+class NamedSection(Section):
+    """A section with a YAML file of its own, which bears its name."""
+
+    name: Name
+
+
 def inside_the_project(value: str, suffixes: Sequence[str]) -> str:
     """A path from the project's root that stays inside it and ends in one of `suffixes`; raises ValueError."""
     path = PurePosixPath(value)
