@@ -31,6 +31,6 @@ def effective_restitution(restitution, static_friction):
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
-def universal_factor(restitution, static_friction):
-    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps from Eq. 3.30."""
-    return np.sqrt(1.0 - effective_restitution(restitution, static_friction))
+def universal_factor(effective):
+    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
+    return np.sqrt(1.0 - effective)
