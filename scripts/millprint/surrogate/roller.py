@@ -17,9 +17,11 @@ class Roller(Protocol):
     step_s: float
     balls: int
 
-    def first_state(self, starts_s: list[float]) -> Any: ...
+    def first_state(self, starts_s: list[float]) -> Any:
+        """The states that a batch of roll-outs begins from, one a start [s]."""
 
-    def run(self, state: Any, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> Any: ...
+    def run(self, state: Any, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> Any:
+        """Advance, and keep what RollOut says."""
 
 
 def open_roller(
