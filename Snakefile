@@ -55,6 +55,13 @@ if CHAPTERS:
     include: "workflow/rules/chapters.smk"
 
 
+onstart:
+    # Snakemake 9 looks at all waiting jobs once a second, and for every job that has ended once a second more: after 300
+    # jobs that is a third of a core. It serves a limit of jobs begun a second, which one machine does not need.
+    if workflow.local_exec:
+        workflow.scheduler.job_rate_limiter = None
+
+
 localrules:
     all,
 

@@ -23,6 +23,7 @@ class Evidence:
         return read_table(path) if path.is_file() else pd.DataFrame()
 
     def json(self, name: str) -> dict:
+        """A JSON file by its path under the results folder; an empty mapping where the run did not write it."""
         path = self.results / name
         return read_json(path) if path.is_file() else {}
 
@@ -46,8 +47,10 @@ def parts(pattern: str, claim: str) -> tuple[str, ...]:
 
 
 def not_run(what: str) -> Finding:
+    """The finding of a claim whose job has not run."""
     return Finding(None, f"not run: {what}")
 
 
 def yes_no(holds: bool, explanation: str) -> Finding:
+    """The finding of a claim that holds or does not."""
     return Finding("yes" if holds else "no", explanation)

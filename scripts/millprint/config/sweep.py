@@ -144,6 +144,7 @@ class Case(Section):
 
     @property
     def name(self) -> str:
+        """What a case's folder is called: its condition, what it departs in from mill and contact set, and its seed."""
         changed = {
             "y": self.young_modulus_gpa,
             "a": self.amplitude_mm,
@@ -157,6 +158,7 @@ class Case(Section):
 
     @property
     def path(self) -> str:
+        """The case's folder below results/dem."""
         return f"{self.mill}/{self.contact}/{self.name}"
 
 

@@ -40,22 +40,26 @@ IDLE[LAW + REACH] = 10e-3
 
 @inlined()
 def get(lanes, block, quantity, m):
+    """A quantity of a lane."""
     return lanes[block, quantity * LANES + m]
 
 
 @inlined()
 def put(lanes, block, quantity, m, value):
+    """Set a quantity of a lane."""
     lanes[block, quantity * LANES + m] = value
 
 
 @inlined()
 def get_vector(lanes, block, quantity, m):
+    """A vector of a lane: three quantities that follow each other."""
     at = quantity * LANES + m
     return lanes[block, at], lanes[block, at + LANES], lanes[block, at + 2 * LANES]
 
 
 @inlined()
 def put_vector(lanes, block, quantity, m, vector):
+    """Set a vector of a lane."""
     at = quantity * LANES + m
     lanes[block, at] = vector[0]
     lanes[block, at + LANES] = vector[1]
@@ -64,17 +68,20 @@ def put_vector(lanes, block, quantity, m, vector):
 
 @inlined()
 def add_to(lanes, block, quantity, m, value):
+    """Add to a quantity of a lane."""
     lanes[block, quantity * LANES + m] += value
 
 
 @inlined()
 def raise_to(lanes, block, quantity, m, value):
+    """Set a quantity of a lane to a value that is larger."""
     at = quantity * LANES + m
     lanes[block, at] = value if value > lanes[block, at] else lanes[block, at]
 
 
 @inlined()
 def update_history(lanes, block, m, step, normal_force, overlap, spring, slip, powers):
+    """Keep what a contact carries from step to step, and add the works of this step [s]: powers are in W."""
     put_vector(lanes, block, HISTORY + SPRING, m, spring)
     put_vector(lanes, block, HISTORY + LAST_SLIP, m, slip)
     raise_to(lanes, block, HISTORY + PEAK_FORCE, m, normal_force)

@@ -19,11 +19,13 @@ from millprint.mill.walls import body_of, wall_velocity
 
 @inlined()
 def spin_of(rates, i):
+    """Angular velocity of ball i [rad/s]; a row of rates is velocity, then spin."""
     return rates[i, 3], rates[i, 4], rates[i, 5]
 
 
 @inlined()
 def add_load(load, i, force, torque):
+    """Add a force [N] and a torque [N m] to what acts on ball i."""
     for c in range(3):
         load[i, c] += force[c]
         load[i, 3 + c] += torque[c]

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.errors import ConfigError
+from millprint.fingerprint.scaling import universal_factor
 
 # The four panels of thesis Fig. 3.12, then what the predictions need besides.
 PANELS = ("Pn", "Pt", "f", "ratio")
@@ -59,7 +60,7 @@ def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
 def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Descriptors with powers and frequency times (1 - eps)^(1/2) (Eqs 3.31, 3.32); energies and ratio stay."""
     scaled = descriptors.copy()
-    factor = np.sqrt(1.0 - scaled["effective_restitution"])
+    factor = universal_factor(scaled["effective_restitution"])
     for quantity in ("Pn", "Pt", "P", "f"):
         scaled[quantity] *= factor
         scaled[f"{quantity}_se"] *= factor

@@ -33,6 +33,7 @@ class Band:
     upper: float
 
     def times(self, factor: float) -> "Band":
+        """Value and ends times a factor."""
         return Band(self.value * factor, self.lower * factor, self.upper * factor)
 
 
@@ -145,10 +146,12 @@ class Fingerprint:
 
     @cached_property
     def predictors(self) -> dict[str, Predictor]:
+        """Each quantity's predictor, made once."""
         return {name: process.predictor() for name, process in self.processes.items()}
 
     @property
     def fill_range(self) -> tuple[float, float]:
+        """The smallest and the largest fill ratio that was simulated."""
         return tuple(self.about["ranges"]["fill_ratio"])
 
     def machine(self) -> dict[str, float]:

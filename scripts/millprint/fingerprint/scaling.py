@@ -47,6 +47,6 @@ def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Q
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 
-def universal_factor(restitution: Quantity, static_friction: Quantity) -> Quantity:
-    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps from Eq. 3.30."""
-    return np.sqrt(1.0 - effective_restitution(restitution, static_friction))
+def universal_factor(effective: Quantity) -> Quantity:
+    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
+    return np.sqrt(1.0 - effective)

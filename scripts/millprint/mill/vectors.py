@@ -11,21 +11,25 @@ def row(array, index):
 
 @inlined()
 def dot(a, b):
+    """a . b"""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined()
 def add(a, b):
+    """a + b"""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @inlined()
 def subtract(a, b):
+    """a - b"""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @inlined()
 def scale(factor, a):
+    """factor a"""
     return factor * a[0], factor * a[1], factor * a[2]
 
 
@@ -37,4 +41,5 @@ def add_scaled(a, factor, b):
 
 @inlined()
 def cross(a, b):
+    """a x b"""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

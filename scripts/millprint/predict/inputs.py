@@ -46,6 +46,7 @@ class InputScaling:
         return cls(logarithmic, seen.mean(axis=0), np.maximum(seen.std(axis=0), smallest))
 
     def __call__(self, raw: np.ndarray) -> np.ndarray:
+        """Raw inputs (n, k) as the model takes them."""
         return (np.where(self.logarithmic, np.log(raw), raw) - self.mean) / self.spread
 
 

@@ -51,6 +51,7 @@ class Scaling:
         return cls(inputs.mean(axis=0), np.where(deviation > 0, deviation, 1.0))
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
+        """Inputs (n, k) as the regressor takes them."""
         return (inputs - self.mean) / self.deviation
 
 

@@ -22,6 +22,7 @@ class Cell:
 
     @property
     def number(self) -> bool:
+        """Whether it is a number."""
         return self.value is not None
 
 
@@ -36,14 +37,17 @@ class Section:
 
     @property
     def id(self) -> str:
+        """What links to the table call it."""
         return re.sub(r"\W+", "-", self.title.lower()).strip("-")
 
     @property
     def columns(self) -> list[str]:
+        """The columns' heads."""
         return [str(name).replace("_", " ") for name in self.frame.columns]
 
     @cached_property
     def rows(self) -> list[list[Cell]]:
+        """The cells, row by row."""
         columns = [_cells(self.frame.iloc[:, index]) for index in range(self.frame.shape[1])]
         return [list(row) for row in zip(*columns, strict=True)]
 

@@ -15,14 +15,20 @@ class Roller(Protocol):
     """A surrogate in a scene. `run` advances a state by `steps` steps of step_s and keeps every so many-th."""
 
     @property
-    def step_s(self) -> float: ...
+    def step_s(self) -> float:
+        """Length of a step [s]."""
+        ...
 
     @property
-    def balls(self) -> int: ...
+    def balls(self) -> int:
+        """How many balls there are."""
+        ...
 
-    def first_state(self, starts_s: list[float]) -> Any: ...
+    def first_state(self, starts_s: list[float]) -> Any:
+        """The states that a batch of roll-outs begins from, one a start [s]."""
 
-    def run(self, state: Any, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> Any: ...
+    def run(self, state: Any, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> Any:
+        """Advance, and keep what RollOut says."""
 
 
 def open_roller(

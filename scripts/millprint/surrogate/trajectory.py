@@ -45,10 +45,12 @@ class Trajectory:
 
     @property
     def interval_s(self) -> float:
+        """Time between snapshots [s]."""
         return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
 
     @property
     def balls(self) -> int:
+        """How many balls there are."""
         return self.position_m.shape[1]
 
     def index(self, time_s: float) -> int:

@@ -179,6 +179,7 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
 
 
 def heading_of(snapshots: Snapshots) -> str:
+    """The mill and the case, as an animation's heading."""
     mill, case = snapshots.config["mill"], snapshots.config["case"]
     return f"{mill['title']}\n{snapshots.balls} balls of {case['ball_diameter_mm']:g} mm, {case['speed_rpm']:g} rpm"
 

@@ -8,19 +8,19 @@ from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.law import REACH
 from millprint.dem.neighbours import farthest_and_fastest, find_candidate, list_candidates, put_aside
-from millprint.dem.touching import FAR, book_works, check_overlaps, occupy, pairs_listed, wall_away, write_collision
+from millprint.dem.touching import (
+    FAR,
+    book_works,
+    check_overlaps,
+    occupy,
+    open_contact,
+    pairs_listed,
+    wall_away,
+    write_collision,
+)
 from millprint.kernel import inlined, kernel
 from millprint.mill.vectors import dot, row, subtract
 from millprint.mill.walls import to_body, wall_velocity
-
-
-@inlined()
-def open_lane(balls, candidates, contacts, laws, counters, k, time, approach):
-    lane = occupy(balls, candidates, contacts, laws, counters, k)
-    for c in range(lanes.HISTORY_COLUMNS):
-        lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, 0.0)
-    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.START, lane % LANES, time)
-    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.APPROACH, lane % LANES, approach)
 
 
 @kernel()
@@ -37,7 +37,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
         distance = math.sqrt(dot(away, away))
         approach = dot(closing, away) / distance
         if distance - reach - approach * step < margin:
-            open_lane(balls, candidates, contacts, laws, counters, k, time, approach)
+            open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
     last = candidates.first_wall.shape[1] - 1
     for body in range(candidates.first_wall.shape[0]):
         for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, last]):
@@ -57,7 +57,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
             distance = math.sqrt(dot(away, away))
             approach = -dot(seen, away) / distance
             if distance - reach - approach * step < margin:
-                open_lane(balls, candidates, contacts, laws, counters, k, time, approach)
+                open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
 @inlined()

@@ -17,10 +17,12 @@ from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
 
 
 def squareplus(z: Tensor) -> Tensor:
+    """(z + sqrt(z^2 + 4)) / 2: a smooth ramp without exponentials, cheap in a kernel."""
     return (z + torch.sqrt(z * z + 4)) / 2
 
 
 def compressed(number: Tensor) -> Tensor:
+    """x / sqrt(|x| + KNEE): linear near zero, a root far from it."""
     return number / torch.sqrt(number.abs() + KNEE)
 
 
@@ -30,6 +32,7 @@ def along(a: Tensor, b: Tensor) -> Tensor:
 
 
 def size(a: Tensor) -> Tensor:
+    """Length over the last axis, kept; smooth at zero."""
     return torch.sqrt(along(a, a) + 1e-20)
 
 
@@ -60,6 +63,7 @@ class Graph:
         self.base = take(s.BASE, 3)
 
     def torques(self, force: Tensor) -> tuple[Tensor, Tensor]:
+        """Torques (n, 3) of forces (n, 3) [N] on the first and on the second body [N m]."""
         lever = torch.linalg.cross(force, self.normal)
         return self.arm * lever, self.other * lever
 
@@ -104,6 +108,7 @@ class Predictor(nn.Module):
         return results
 
     def one_round(self, layers: list[nn.Linear], graph: Graph, expected: Tensor) -> tuple[Tensor, Tensor]:
+        """Mean force and tilt of each contact, in its units, if all exert `expected` (n, 3) [N]."""
         shove = graph.step**2 / graph.length * graph.push(expected)
         force = graph.force / graph.unit
         f, a, u = along(force, graph.normal), along(shove, graph.normal), -along(graph.slip, graph.normal)

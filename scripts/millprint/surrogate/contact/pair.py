@@ -104,6 +104,7 @@ def book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powe
 
 @inlined()
 def add_vector(work, block, quantity, m, factor, vector):
+    """Add a multiple of a vector to a vector of a lane."""
     sum_ = add_scaled(lanes.get_vector(work, block, quantity, m), factor, vector)
     lanes.put_vector(work, block, quantity, m, sum_)
 

@@ -16,6 +16,7 @@ from millprint.surrogate.contact import pair
 
 @inlined()
 def put3(array, block, quantity, m, vector):
+    """Set a vector of a lane."""
     lanes.put_vector(array, block, quantity, m, vector)
 
 
@@ -115,6 +116,7 @@ def expect(contacts, coarse, lane):
 
 @inlined()
 def sums(push, i, part):
+    """Force and torque of one part that push ball i."""
     at = 6 * part
     return (push[i, at], push[i, at + 1], push[i, at + 2]), (push[i, at + 3], push[i, at + 4], push[i, at + 5])
 

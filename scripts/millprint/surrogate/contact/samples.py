@@ -56,6 +56,7 @@ def forget(candidates, contacts, counters):
 
 @inlined()
 def put_three(rows, at, column, array, block, quantity, m):
+    """Copy a vector of a lane into three columns of a row."""
     for c in range(3):
         rows[at, column + c] = lanes.get(array, block, quantity + c, m)
 
@@ -137,6 +138,7 @@ def sample_step(dem, coarse_state, coarse, followed, rows, at, fine_steps):
 
 @inlined()
 def mark(followed, contacts, lane, row):
+    """Note the row in which a contact's sample stands."""
     partner = contacts.partner[lane]
     balls = followed.place.shape[0]
     followed.place[contacts.ball[lane], partner if partner >= 0 else balls - 1 - partner] = row

@@ -13,6 +13,7 @@ from millprint.surrogate.contact.pushes import expect, gather, push_lane, put3, 
 
 @inlined()
 def clear(array):
+    """Set an array (n, k) to zero."""
     for i in range(array.shape[0]):
         for c in range(array.shape[1]):
             array[i, c] = 0.0

@@ -88,6 +88,7 @@ class ContactTrainer:
 
     @property
     def epoch(self) -> int:
+        """How many epochs are over."""
         return self.step // self.settings.steps_per_epoch
 
     @property

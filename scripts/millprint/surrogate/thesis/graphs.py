@@ -38,10 +38,12 @@ class Graphs:
 
     @property
     def count(self) -> int:
+        """How many graphs there are."""
         return len(self.wall)
 
     @property
     def graph_of_ball(self) -> Tensor:
+        """The graph (graphs * balls,) that each ball belongs to."""
         return torch.arange(self.count, device=self.ball.device).repeat_interleave(self.balls)
 
     def to(self, device: torch.device) -> "Graphs":

@@ -24,16 +24,20 @@ class GraphRoller:
 
     @property
     def step_s(self) -> float:
+        """Time step [s]."""
         return self.simulator.step_s
 
     @property
     def balls(self) -> int:
+        """Balls in a trajectory."""
         return self.source.balls
 
     def first_state(self, starts_s: list[float]) -> State:
+        """The states at each start [s], with the windows of snapshots before them."""
         return first_state(self.source, self.simulator.scene, starts_s, self.window)
 
     def run(self, state: State, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> RollOut:
+        """Advance `steps` steps, and keep every `steps_per_frame`-th."""
         return self.simulator.run(state, steps, steps_per_frame, bar)
 
 
