@@ -23,6 +23,7 @@ def package(folder, monkeypatch):
 
 def fresh(script):
     digest._imports.cache_clear()
+    digest._module_files.cache_clear()
     digest.library_digest.cache_clear()
     return digest.library_digest(script)
 
