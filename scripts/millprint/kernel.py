@@ -20,7 +20,7 @@ CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
 def kernel_files() -> list[Path]:
     """Every library file that holds kernels, or numbers that are compiled into them."""
     files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py"), *PACKAGE.glob("surrogate/contact/*.py")]
-    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inlined|threaded|array_maker)\b")
+    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
     kernels = [file for file in files if makers.search(file.read_text())]
     return sorted({Path(__file__), PACKAGE / "dem" / "state.py", *kernels})
 
@@ -54,7 +54,10 @@ _OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"
 
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
-inlined = partial(numba.njit, _nrt=False, forceinline=True, **_OPTIONS)
+# What only kernels call does without the wrappers for Python, which take as long to compile as all the rest. Python
+# itself must not call these: the process would end without a word.
+inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+inlined = partial(inner, forceinline=True)
 
 # For loops over `prange` whose body is the call of one kernel: these count references, once a call.
 threaded = partial(numba.njit, parallel=True, **_OPTIONS)

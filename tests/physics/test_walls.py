@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from millprint.kernel import kernel
 from millprint.mill.motion import build_motion
 from millprint.mill.walls import build_walls, touch
 from tests.physics.setups import CALIBRATED, World, box, prism
@@ -12,11 +13,17 @@ RADIUS = 5e-3
 NOTCHED = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.0], [0.0, 0.0], [0.0, 0.1], [-0.1, 0.1]])
 
 
+@kernel()
+def touch_feature(walls, feature, point, limit):
+    """What only kernels may call, for Python."""
+    return touch(walls, feature, 0, point, limit)
+
+
 def touched(vessel, point) -> list[tuple[int, float, np.ndarray]]:
     """Features that a ball at `point` touches: (number, distance, direction)."""
     walls = build_walls([vessel], RADIUS, 3e-4, 0.2 * RADIUS, 0.02)
     features = len(vessel.facets) + len(vessel.convex_edges) + len(vessel.corners)
-    found = [(k, *touch(walls, k, 0, tuple(map(float, point)), RADIUS)) for k in range(features)]
+    found = [(k, *touch_feature(walls, k, tuple(map(float, point)), RADIUS)) for k in range(features)]
     return [(k, distance, np.array(normal)) for k, distance, normal in found if distance >= 0]
 
 

@@ -102,7 +102,9 @@ def test_kernel_and_torch_expect_the_same(tracer):
     predict(arena.balls, arena.contacts, arena.walls, arena.clock, arena.coarse, arena.counters)
     used = [lane for lane in range(arena.counters[state.USED]) if arena.contacts.slot[lane] >= 0]
     for quantity, wanted in ((pair.EXPECTED, mean), (pair.TILT, tilt)):
-        found = [[lanes.get(arena.coarse.work, lane // 8, quantity + c, lane % 8) for c in range(3)] for lane in used]
+        found = [
+            [lanes.get.py_func(arena.coarse.work, lane // 8, quantity + c, lane % 8) for c in range(3)] for lane in used
+        ]
         wanted = wanted * graph.unit.numpy()
         assert np.abs(wanted).max() > 1e-4
         np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())

@@ -9,7 +9,7 @@ from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.neighbours import look
 from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.touching import book_works, listed, write_collision
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner, kernel
 from millprint.mill.motion import write_poses
 from millprint.mill.vectors import row, subtract
 from millprint.mill.walls import direction_to_body, to_body, wall_velocity
@@ -70,14 +70,14 @@ def all_works(contacts, counters, totals, out):
             out[state.ELASTIC_TANGENTIAL] += lanes.get(contacts.lanes, block, lanes.STORED + 1, m)
 
 
-@kernel()
+@inner()
 def average_works(before, out):
     """Totals at the present time: half of this step's work is still to come; the elastic energies are those of now."""
     for c in range(state.ELASTIC_NORMAL):
         out[c] = 0.5 * (before[c] + out[c])
 
 
-@kernel()
+@inner()
 def write_sample(balls, clock, time, totals, out):
     """One row of SAMPLE_COLUMNS, with the mean of the velocities before and after the coming kick."""
     moving = 0.0
@@ -110,7 +110,7 @@ def write_open(candidates, first, i, counters, recorder):
             counters[state.SNAPSHOT_CONTACTS] += 1
 
 
-@kernel()
+@inner()
 def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
     """State of every ball and pose of every body now, the work so far, and the open contacts."""
     m = counters[state.SNAPSHOTS]
@@ -137,7 +137,7 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
     work[3] = counters[state.SNAPSHOT_CONTACTS]
 
 
-@kernel()
+@inner()
 def count_occupancy(balls, clock, recorder):
     """Add every ball to the cell of the horizontal grid that holds it, in the vessel's frame."""
     for i in range(balls.species.size):
@@ -181,7 +181,7 @@ def is_due(every, since):
     return every > 0 and since >= 0 and since % every == 0
 
 
-@kernel()
+@inner()
 def record(balls, candidates, contacts, clock, time, since, totals, counters, recorder):
     """Write the energy sample and the snapshot that are due; recorder.work[0] holds the works before this step."""
     now = recorder.work[1]

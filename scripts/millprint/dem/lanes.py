@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from millprint.dem.law import CN, COLUMNS, CT, KN, KT, MU, MU_ROLLING, REACH, STOP, contact_law
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
 
 LANES = 8
@@ -102,7 +102,7 @@ def law_of(lanes, block, m):
     )  # fmt: skip
 
 
-@kernel()
+@inner()
 def evaluate(lanes, block, step):
     """Forces, torques and new histories of the contacts in a block.
 

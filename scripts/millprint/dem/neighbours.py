@@ -22,7 +22,7 @@ from millprint.dem.state import (
     USED,
 )
 from millprint.dem.touching import check_overlaps, listed, occupy
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner, kernel
 from millprint.mill.vectors import cross, dot, row, subtract
 from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
 
@@ -65,7 +65,7 @@ def find_candidate(walls, candidates, i, partner):
     return -1
 
 
-@kernel()
+@inner()
 def put_back(balls, candidates, contacts, laws, walls, counters):
     """Give the contacts set aside their histories back, exactly; sets the status if one has lost its candidate."""
     for kept in range(counters[ASIDE]):
@@ -103,7 +103,7 @@ def add_pair(balls, candidates, laws, i, j, skin, k):
     return k
 
 
-@kernel()
+@inner()
 def add_walls(balls, candidates, walls, body, i, skin, k):
     """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
     radius = balls.radius[balls.species[i]]
@@ -127,7 +127,7 @@ def add_walls(balls, candidates, walls, body, i, skin, k):
     return k
 
 
-@kernel()
+@inner()
 def sort_into_cells(candidates, pitch):
     """Sort the balls into cells of at least `pitch` (cell_place, cell_first, cell_member); returns the shape.
 
@@ -165,7 +165,7 @@ def sort_into_cells(candidates, pitch):
     return shape
 
 
-@kernel()
+@inner()
 def add_cell_pairs(balls, candidates, laws, i, skin, shape, k):
     """Append the pairs of ball i with higher numbers in the 27 cells around it."""
     x, y, z = candidates.cell_place[i, 0], candidates.cell_place[i, 1], candidates.cell_place[i, 2]
@@ -180,7 +180,7 @@ def add_cell_pairs(balls, candidates, laws, i, skin, shape, k):
     return k
 
 
-@kernel()
+@inner()
 def list_candidates(balls, candidates, laws, walls, clock, counters):
     """Fill the lists from the anchors; sets the status if a ball has left or there is no room."""
     n = balls.species.size
@@ -213,7 +213,7 @@ def list_candidates(balls, candidates, laws, walls, clock, counters):
         counters[STATUS] = CANDIDATES_FULL
 
 
-@kernel()
+@inner()
 def rebuild(balls, candidates, contacts, laws, walls, clock, counters):
     """Make the candidate lists anew, open contacts kept; sets counters[STATUS] if a ball is lost or a list full.
 

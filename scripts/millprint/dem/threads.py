@@ -19,7 +19,7 @@ from millprint.dem.advance import all_works, can_step, count_occupancy, count_st
 from millprint.dem.lanes import LANES, evaluate
 from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_of
 from millprint.dem.touching import find_pairs, open_pairs, open_walls, pairs_listed
-from millprint.kernel import inlined, kernel, threaded
+from millprint.kernel import inlined, inner, kernel, threaded
 
 
 class Shares(NamedTuple):
@@ -65,7 +65,7 @@ def chunk(whole, t, threads):
     return whole * t // threads, whole * (t + 1) // threads
 
 
-@kernel()
+@inner()
 def find_chunk(balls, candidates, shares, t):
     """Pairs of one chunk of the candidates that have come within reach."""
     begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
@@ -90,7 +90,7 @@ def gather_block(balls, candidates, contacts, walls, motions, block, width):
     return touch
 
 
-@kernel()
+@inner()
 def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
@@ -116,7 +116,7 @@ def resolve_in_threads(balls, candidates, contacts, walls, motions, counters, sh
         resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step)
 
 
-@kernel()
+@inner()
 def sum_chunk(balls, shares, t):
     """Add the loads of all threads to one chunk of the balls, in the threads' order, and clear them."""
     threads = shares.counts.shape[0]
@@ -135,7 +135,7 @@ def sum_in_threads(balls, shares):
         sum_chunk(balls, shares, t)
 
 
-@kernel()
+@inner()
 def move_chunk(balls, gain, fall, step, threads, t):
     """Kick and drift of one chunk of the balls."""
     begin, end = chunk(balls.species.size, t, threads)
@@ -152,7 +152,7 @@ def move_in_threads(balls, gain, fall, step, threads):
         move_chunk(balls, gain, fall, step, threads, t)
 
 
-@kernel()
+@inner()
 def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
     """Open the contacts of all that have come within reach, in the order of the lists."""
     for t in range(shares.counts.shape[0]):
@@ -160,7 +160,7 @@ def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counter
     open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
 
 
-@kernel()
+@inner()
 def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
     """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
     for t in range(shares.counts.shape[0]):

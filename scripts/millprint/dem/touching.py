@@ -7,7 +7,7 @@ import numpy as np
 from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.law import LIMIT, REACH
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, scale, subtract
 from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
 
@@ -31,7 +31,7 @@ def take_lane(contacts, counters):
     return counters[state.USED] - 1
 
 
-@kernel()
+@inner()
 def occupy(balls, candidates, contacts, laws, counters, k):
     """Give candidate k a lane with the law of its kind; returns the lane."""
     lane = take_lane(contacts, counters)
@@ -50,7 +50,7 @@ def occupy(balls, candidates, contacts, laws, counters, k):
     return lane
 
 
-@kernel()
+@inner()
 def open_contact(balls, candidates, contacts, laws, counters, k, time, approach):
     """Begin a contact at `time` [s], its partners nearing each other at `approach` [m/s]."""
     lane = occupy(balls, candidates, contacts, laws, counters, k)
@@ -103,7 +103,7 @@ def check_overlap(contacts, lane, counters):
         counters[state.PARTNER] = contacts.partner[lane]
 
 
-@kernel()
+@inner()
 def check_overlaps(contacts, counters):
     """Set the status if any open contact has overlapped too much."""
     for lane in range(counters[state.USED]):
@@ -111,7 +111,7 @@ def check_overlaps(contacts, counters):
             check_overlap(contacts, lane, counters)
 
 
-@kernel()
+@inner()
 def close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table):
     """End a contact: book its works, record it, free its lane."""
     check_overlap(contacts, lane, counters)
@@ -175,7 +175,7 @@ def find_walls(balls, candidates, motions):
     return count
 
 
-@kernel()
+@inner()
 def open_pair(balls, candidates, contacts, laws, counters, k, time):
     """Open the contact of candidate k, two balls."""
     i, j = candidates.ball[k], candidates.partner[k]
@@ -185,7 +185,7 @@ def open_pair(balls, candidates, contacts, laws, counters, k, time):
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
-@kernel()
+@inner()
 def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, time):
     """Open the contact of candidate k, a ball and a wall, if the feature itself is within reach."""
     i, body = candidates.ball[k], body_of(walls, -1 - candidates.partner[k])

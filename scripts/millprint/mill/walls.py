@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.kernel import array_maker, inlined, kernel
+from millprint.kernel import array_maker, inlined, inner, kernel
 from millprint.mill.vectors import add, add_scaled, cross, dot, row, subtract
 from millprint.mill.vessel import Edge, Vessel
 
@@ -268,7 +268,7 @@ def touch(walls, feature, surely_over, point, limit):
     return distance, (away[0] / distance, away[1] / distance, away[2] / distance)
 
 
-@kernel()
+@inner()
 def near(walls, feature, point, radius, margin):
     """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
 

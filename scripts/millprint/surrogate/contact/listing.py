@@ -18,12 +18,12 @@ from millprint.dem.touching import (
     wall_away,
     write_collision,
 )
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, subtract
 from millprint.mill.walls import to_body, wall_velocity
 
 
-@kernel()
+@inner()
 def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, time):
     """Open every contact that touches, or will by the end of the step at the present velocities."""
     step, margin = clock.step, coarse.margin
@@ -74,7 +74,7 @@ def close_lane(candidates, contacts, coarse, lane, time, totals, counters, table
     counters[state.FREE] += 1
 
 
-@kernel()
+@inner()
 def relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters):
     """List the candidates anew if a ball may leave its skin within the step; open contacts stay."""
     check_overlaps(contacts, counters)

@@ -19,7 +19,7 @@ import math
 from millprint.dem import lanes
 from millprint.dem.lanes import HISTORY, LANES, law_of
 from millprint.dem.law import REACH, contact_law
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add, add_scaled, cross, dot, scale, subtract
 from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
 
@@ -130,7 +130,7 @@ def kick(work, block, m, tau, left, away, pushes, force, torque, back):
     add_vector(work, block, OTHER_TWIST, m, tau, back)
 
 
-@kernel()
+@inner()
 def substep(work, block, number, last, step):
     """Substep `number` of every contact in a block; `last` more follow; step: the coarse one [s].
 

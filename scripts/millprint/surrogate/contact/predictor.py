@@ -16,7 +16,7 @@ import numpy as np
 from millprint.dem import lanes
 from millprint.dem.lanes import LANES
 from millprint.dem.law import KN, MU, REACH
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
@@ -102,7 +102,7 @@ def bounded(number):
     return number / math.sqrt(1.0 + number * number)
 
 
-@kernel()
+@inner()
 def describe(work, block, step):
     """Inputs of the network for the contacts of a block, (INPUTS, LANES).
 
@@ -130,7 +130,7 @@ def describe(work, block, step):
         lanes.put(work, block, pair.FEATURES + 12, m, compressed(x + u - 0.5 * a))
 
 
-@kernel()
+@inner()
 def linear(weight, bias, inputs, outputs, lanes_used, activate):
     """outputs = weight inputs + bias for all lanes; the squareplus (z + sqrt(z^2 + 4)) / 2 on top if asked.
 
@@ -164,7 +164,7 @@ def output(work, block, number, m):
     return bounded(lanes.get(work, block, pair.OUTPUTS_AT + number, m))
 
 
-@kernel()
+@inner()
 def combine(work, block, step):
     """The mean force expected in the step and its tilt, from the network's bounded outputs o.
 
@@ -192,7 +192,7 @@ def combine(work, block, step):
         lanes.put_vector(work, block, pair.TILT, m, scale(unit, tilt))
 
 
-@kernel()
+@inner()
 def predict_all(weights, layer, coarse, blocks, step):
     """What every contact is expected to do in the step, as of a round of messages."""
     work, first, second, n = coarse.work, coarse.first_row, coarse.second_row, blocks * LANES

@@ -8,7 +8,7 @@ from millprint.dem import lanes
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.law import REACH
 from millprint.dem.touching import FAR, wall_away
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add, add_scaled, cross, dot, row, scale, subtract
 from millprint.mill.walls import body_of, direction_to_laboratory, wall_velocity
 from millprint.surrogate.contact import pair
@@ -20,7 +20,7 @@ def put3(array, block, quantity, m, vector):
     lanes.put_vector(array, block, quantity, m, vector)
 
 
-@kernel()
+@inner()
 def gather(balls, candidates, contacts, walls, clock, coarse, lane):
     """Put what the local problem begins with into a lane; returns whether it touches, or will soon."""
     block, m = lane // LANES, lane % LANES
@@ -97,7 +97,7 @@ def torques_of(contacts, work, block, m, force):
     return scale(arm, lever), scale(other, lever)
 
 
-@kernel()
+@inner()
 def expect(contacts, coarse, lane):
     """Add what a contact is expected to exert, mean and tilt, forces and torques, to its balls."""
     block, m = lane // LANES, lane % LANES
@@ -121,7 +121,7 @@ def sums(push, i, part):
     return (push[i, at], push[i, at + 1], push[i, at + 2]), (push[i, at + 3], push[i, at + 4], push[i, at + 5])
 
 
-@kernel()
+@inner()
 def push_lane(balls, contacts, walls, clock, coarse, lane):
     """Accelerations of a contact by everything but itself: mean and tilt."""
     block, m = lane // LANES, lane % LANES
@@ -163,7 +163,7 @@ def touch_time(gap, speed, push, step):
     return min(2.0 * gap / below, step)
 
 
-@kernel()
+@inner()
 def touch_lane(contacts, clock, coarse, lane):
     """The moment of touch of a contact, and its state then."""
     block, m = lane // LANES, lane % LANES

@@ -6,7 +6,7 @@ from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.law import KN, MU, REACH
 from millprint.dem.touching import listed
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner, kernel
 from millprint.mill.vectors import dot
 from millprint.surrogate.contact import pair, trace
 from millprint.surrogate.contact.pushes import arms
@@ -61,7 +61,7 @@ def put_three(rows, at, column, array, block, quantity, m):
         rows[at, column + c] = lanes.get(array, block, quantity + c, m)
 
 
-@kernel()
+@inner()
 def write_sample(balls, contacts, clock, coarse, lane, rows, at):
     """What the network may see of a contact."""
     block, m = lane // LANES, lane % LANES
@@ -144,7 +144,7 @@ def mark(followed, contacts, lane, row):
     followed.place[contacts.ball[lane], partner if partner >= 0 else balls - 1 - partner] = row
 
 
-@kernel()
+@inner()
 def place_bare_pushes(contacts, walls, clock, coarse, counters):
     """Gravity less the wall's own acceleration, of contacts with walls; nothing of pairs."""
     for lane in range(counters[state.USED]):

@@ -3,7 +3,7 @@
 from millprint.dem import lanes, state
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.steps import blocks_in_use
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner, kernel
 from millprint.mill.motion import write_poses
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.listing import close_lane, foresee, relist
@@ -26,7 +26,7 @@ def copy(source, target, block, begin, end):
         target[block, c] = source[block, c]
 
 
-@kernel()
+@inner()
 def solve(contacts, clock, coarse, counters):
     """The local problem of every open contact; histories are those of the contacts' lanes before and after."""
     for block in range(blocks_in_use(counters)):
@@ -37,7 +37,7 @@ def solve(contacts, clock, coarse, counters):
         copy(coarse.work, contacts.lanes, block, lanes.STORED, lanes.QUANTITIES)
 
 
-@kernel()
+@inner()
 def scatter(contacts, coarse, lane):
     """Impulse, moment and twist of a contact onto its balls."""
     block, m = lane // LANES, lane % LANES
@@ -54,7 +54,7 @@ def scatter(contacts, coarse, lane):
             coarse.moved[j, 6 + c] += lanes.get(coarse.work, block, pair.OTHER_TWIST + c, m)
 
 
-@kernel()
+@inner()
 def move(balls, clock, coarse):
     """Balls a step on: v += (impulse) / m + g h, x += v h + moment / m + g h^2 / 2, w += twist / I."""
     step = clock.step
@@ -70,7 +70,7 @@ def move(balls, clock, coarse):
             balls.rate[i, 3 + c] += inverse_inertia * coarse.moved[i, 6 + c]
 
 
-@kernel()
+@inner()
 def expect_all(contacts, coarse, counters):
     """Sum what all contacts are expected to exert on every ball."""
     clear(coarse.push)
@@ -79,7 +79,7 @@ def expect_all(contacts, coarse, counters):
             expect(contacts, coarse, lane)
 
 
-@kernel()
+@inner()
 def push_all(balls, contacts, walls, clock, coarse, counters):
     """Accelerations of every contact by everything but itself."""
     for lane in range(counters[state.USED]):
@@ -120,7 +120,7 @@ def predict(balls, contacts, walls, clock, coarse, counters):
         push_all(balls, contacts, walls, clock, coarse, counters)
 
 
-@kernel()
+@inner()
 def finish(balls, contacts, clock, coarse, counters):
     """Solve every local problem and move the balls."""
     for lane in range(counters[state.USED]):

@@ -8,7 +8,7 @@ from millprint.dem import lanes, state
 from millprint.dem.advance import can_step, count_step
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.steps import apply_forces, drift, kick
-from millprint.kernel import inlined, kernel
+from millprint.kernel import inlined, inner
 
 # Columns of a trace: impulse [N s], first moment int (h - s) F ds [N s2], works (normal, damping, tangential,
 # rolling) at the end of the step and at its start [J].
@@ -29,7 +29,7 @@ def place_of(trace, i, partner):
     return trace.place[i, partner if partner >= 0 else trace.place.shape[0] - 1 - partner]
 
 
-@kernel()
+@inner()
 def begin_trace(contacts, counters, trace):
     """Note what open contacts have done so far."""
     for lane in range(counters[state.USED]):
@@ -41,7 +41,7 @@ def begin_trace(contacts, counters, trace):
                     trace.value[at, WORKS + c] = trace.value[at, WORKS_BEFORE + c] = work
 
 
-@kernel()
+@inner()
 def follow(contacts, counters, trace, step, left):
     """Add the forces of a fine step that ends `left` [s] before the coarse one does."""
     for lane in range(counters[state.USED]):
@@ -59,7 +59,7 @@ def follow(contacts, counters, trace, step, left):
             trace.value[at, WORKS + c] = lanes.get(contacts.lanes, block, HISTORY + lanes.NORMAL + c, m)
 
 
-@kernel()
+@inner()
 def advance_traced(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, steps, trace):
     """Take `steps` fine steps of the DEM and follow the contacts of `trace`; stops early if something is wrong."""
     rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
