@@ -1,11 +1,13 @@
 """Facets cut into triangles, for meshes, pictures and STL files."""
 
 import numpy as np
-from scipy.spatial import Delaunay
 
 from millprint.errors import ConfigError
 from millprint.mill.ears import clip_ears
 from millprint.mill.vessel import Facet, Vessel
+
+# A turn by less is no corner [rad]: a fan would have triangles of no area there.
+STRAIGHT = 1e-6
 
 
 def _inside(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
@@ -38,14 +40,28 @@ def _twice(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
 
 
+def _is_convex(loop: np.ndarray) -> bool:
+    """Whether a counter-clockwise outline (k, 2) turns left at every vertex, and once around in all."""
+    side = np.roll(loop, -1, axis=0) - loop
+    after = np.roll(side, -1, axis=0)
+    turn = np.arctan2(side[:, 0] * after[:, 1] - side[:, 1] * after[:, 0], (side * after).sum(axis=1))
+    return bool((turn > STRAIGHT).all() and abs(turn.sum() - 2 * np.pi) < 1e-6)
+
+
 def triangulate_facet(facet: Facet) -> np.ndarray:
     """Triangles (t, 3) as rows of the facet's vertices, its loops one after the other, counter-clockwise inward.
 
-    Delaunay's triangles where they keep to the outlines, as they do for most walls, or else ears. Raises ConfigError
-    for an outline that crosses itself.
+    A fan where the outline is convex, as that of most walls is; Delaunay's triangles where they keep to the outlines,
+    or else ears. Raises ConfigError for an outline that crosses itself.
     """
     axes = np.array(facet.axes).T
     loops = [loop @ axes for loop in facet.loops]
+    if len(loops) == 1 and _is_convex(loops[0]):
+        last = np.arange(2, len(loops[0]))
+        return np.column_stack([np.zeros_like(last), last - 1, last])
+    # Takes long to import, and few jars need it.
+    from scipy.spatial import Delaunay
+
     points = np.concatenate(loops)
     triangles = Delaunay(points).simplices
     triangles = triangles[_inside(points[triangles].mean(axis=1), loops)]
