@@ -11,7 +11,7 @@ SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
 # The smoke run writes to results/, or beside it where results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 
-.PHONY: thesis smoke test fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: thesis smoke test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
 	$(SNAKEMAKE)
@@ -22,8 +22,15 @@ smoke: $(VENV)/installed
 ablations: $(VENV)/installed
 	$(SNAKEMAKE) ablations
 
+# Both parts at once: each has long stretches that need one core only.
 test: $(VENV)/installed lint
-	PATH=$(BIN):$$PATH $(BIN)/pytest --numprocesses $(CORES) --dist loadgroup tests
+	$(MAKE) --jobs=2 test-library test-workflow
+
+test-library: $(VENV)/installed
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics
+
+test-workflow: $(VENV)/installed
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow
 
 # Thousands of damaged files, and as many kills as one likes; `make test` has some hundred of the ones, twenty of the others.
 fuzz: $(VENV)/installed
