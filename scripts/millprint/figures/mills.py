@@ -86,6 +86,11 @@ def _draw_curve(axis: Axes, quantity: str, label: str, descriptors: pd.DataFrame
     axis.yaxis.label.set_fontsize(7)
 
 
+def _unit(unit: str) -> str:
+    """A unit as it stands behind a number; a plain number has none."""
+    return "" if unit == "-" else f" {unit}"
+
+
 def _number(value: float) -> str:
     if value is None or np.isnan(value):
         return "-"
@@ -96,12 +101,14 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     """The text of a sheet in two columns: the mill, the condition and its descriptors; exponents and validity."""
     left, right = [], []
     for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
-        given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)} {row.unit}"
+        given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)}{_unit(row.unit)}"
         if row.quantity != "name":
             left.append(f"{row.quantity}: {given}")
     left.append("")
     for row in sheet[sheet["section"] == "descriptors"].itertuples():
-        left.append(f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}) {row.unit}")
+        left.append(
+            f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}){_unit(row.unit)}"
+        )
     right.append("exponents (interval; of the thesis)")
     for row in sheet[sheet["section"] == "exponents"].itertuples():
         supposed = row.text.removeprefix("the thesis has ")
@@ -114,7 +121,7 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
     right += ["", "holds from - to"]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
-        right.append(f"  {row.quantity}: {_number(row.lower)} to {_number(row.upper)} {row.unit}")
+        right.append(f"  {row.quantity}: {_number(row.lower)} to {_number(row.upper)}{_unit(row.unit)}")
     return "\n".join(left), "\n".join(right)
 
 
