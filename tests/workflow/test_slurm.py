@@ -30,7 +30,7 @@ def partition() -> str | None:
 def test_the_profile_names_rules_that_there_are():
     profile = yaml.safe_load((ROOT / PROFILE / "config.yaml").read_text())
     text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    rules = set(re.findall(r"^(?:use rule \w+ as|rule) (\w+)", text, re.MULTILINE))
+    rules = set(re.findall(r"^\s*(?:use rule \w+ as|rule) (\w+)", text, re.MULTILINE))
     assert set(profile["set-resources"]) <= rules
     assert set(profile["groups"]) <= rules
     assert set(profile["group-components"]) == set(profile["groups"].values())
