@@ -116,6 +116,8 @@ rule train_surrogate:
     retries: RETRIES
     conda:
         "../../envs/millprint.yaml"
+    # The longest chain of the thesis begins here.
+    priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
         # Twice its own limit [min], and some to start.

@@ -78,7 +78,7 @@ class TrainingConfig(Section):
     learning_rate: Positive = Field(description="of Adam at the first step [-]")
     final_learning_rate: Positive = Field(description="of Adam at the last step, reached exponentially [-]")
     wall_time_max_s: Positive = Field(description="training stops here even if epochs are left [s]")
-    threads: Count = Field(default=2, description="threads of the job, as far as there are cores [-]")
+    threads: Count = Field(default=1, description="threads of the job, as far as there are cores [-]")
     checkpoint_every_s: Positive = Field(description="time between checkpoints, from which a killed job goes on [s]")
     validation_snapshots: Count = Field(description="snapshots in the validation loss [-]")
     seed: Seed = Field(description="of the weights, the order of snapshots and the noise")
