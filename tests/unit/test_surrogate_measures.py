@@ -269,6 +269,15 @@ def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
     assert list(again.extra) == ["normal_J"] and again.counting_rule == "gap_3ms" and again.edges == {}
 
 
+def ablations(parts: dict[str, tuple]) -> pd.DataFrame:
+    metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
+    history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
+    changes = {name: f"what of {name}" for name in parts}
+    return ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0)).set_index(
+        "variant"
+    )
+
+
 def ablation(variant: str, stable: int, error: float, power_W: float):
     values = {"stable": stable, "balls_left": 24 * (1 - stable), "mean_square_speed_ratio": 1.0}
     values |= {"position_mse_plateau_m2": 3e-4, "dissipation_error_percent": error, "dissipation_power_W": power_W}
@@ -285,13 +294,14 @@ def test_ablations_stand_beside_the_statements_of_the_thesis():
         "phi_shallow": (1, 8.0, 0.64),
         "net_force": (1, 8.0, 0.64),
     }
-    metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
-    history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
-    changes = {name: f"what of {name}" for name in parts}
-    table = ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0))
-    table = table.set_index("variant")
+    table = ablations(parts)
     words = {"baseline": "", "window3": "yes", "window9": "no", "layers2": "yes", "phi_shallow": "no", "net_force": ""}
     assert table["holds"].to_dict() == words
     assert table["thesis_percent"]["phi_shallow"] == 15.45 and table["thesis_percent"]["baseline"] == 2.78
     assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
     assert set(STATEMENTS) >= set(parts) - {"net_force"}
+
+
+def test_nothing_follows_from_an_ablation_whose_baseline_runs_away_too():
+    table = ablations({"baseline": (0, 1e9, 1e9), "window9": (0, 2e9, 2e9), "net_force": (1, 8.0, 0.6)})
+    assert table["holds"].to_dict() == {"baseline": "", "window9": "open", "net_force": ""}

@@ -8,6 +8,8 @@ from millprint.surrogate.tables import THESIS
 
 BASELINE = "baseline"
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
+# Of a statement that this budget cannot judge, as the baseline itself runs away.
+OPEN = "open"
 # A dissipation that "grows without bound" is held to be off by more than itself.
 UNBOUNDED_PERCENT = 100.0
 MEASURES = (
@@ -68,7 +70,7 @@ def ablation_table(
     """A row an ablation: its change, its budget, its measures on the trained motion, and the thesis's statement.
 
     metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: in words;
-    length_s: of the roll-outs. Column `holds` is yes, no, or empty where there is no statement or no baseline.
+    length_s: of the roll-outs. Column `holds` is yes, no, OPEN, or empty where there is no statement or no baseline.
     """
     rows = []
     for variant, change in changes.items():
@@ -91,4 +93,7 @@ def _word(row: pd.Series, known: pd.DataFrame) -> str:
     checked = STATEMENTS.get(row["variant"], OURS).checked
     if not checked or BASELINE not in known.index:
         return ""
-    return "yes" if holds(checked, row, known.loc[BASELINE]) else "no"
+    baseline = known.loc[BASELINE]
+    if baseline["stable"] != 1:
+        return OPEN
+    return "yes" if holds(checked, row, baseline) else "no"
