@@ -1,8 +1,10 @@
 """The claims, tables that sort, runtimes, the explorer, and one HTML file that opens offline."""
 
+from millprint.records import digest
 from millprint.report.catalogue import TABLES
 
 STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
+ABLATIONS = f"{SURROGATE}/ablations.tsv"
 # By chapter. A run without sweeps over the time step, say, has no table of it.
 SHOWN_TABLES = {
     chapter: paths
@@ -63,6 +65,8 @@ rule tabulate_claims:
     params:
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
+        # No input, or the claims would run appendix A. Where it has been run they are told of it anew.
+        ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
         library=library("tabulate_claims.py"),
     message:
         "Holding every claim of the thesis against what was computed"
