@@ -273,9 +273,8 @@ def ablations(parts: dict[str, tuple]) -> pd.DataFrame:
     metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
     history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
     changes = {name: f"what of {name}" for name in parts}
-    return ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0)).set_index(
-        "variant"
-    )
+    table = ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0))
+    return table.set_index("variant")
 
 
 def ablation(variant: str, stable: int, error: float, power_W: float):
