@@ -113,11 +113,11 @@ rule train_surrogate:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=any_of(CONFIG.surrogate.of_kind("graph")),
+    # The longest chain of the thesis begins here.
+    priority: 1
     retries: RETRIES
     conda:
         "../../envs/millprint.yaml"
-    # The longest chain of the thesis begins here.
-    priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
         # Twice its own limit [min], and some to start.
