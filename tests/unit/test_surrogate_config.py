@@ -43,6 +43,14 @@ def test_ablations_override_the_budget_and_the_budget_the_sections(content):
     assert settings(content).variant("thesis").training.batch_size == content["training"]["batch_size"]
 
 
+def test_ablations_of_thresholds_alone_are_rolled_out_with_the_weights_of_the_thesis(content):
+    config = settings(content)
+    for name in ("baseline", "phi_shallow", "phi_deep", "centre_distance"):
+        assert config.weights_of(name) == "thesis"
+        assert config.variant(name).training.epochs == config.variant("thesis").training.epochs
+    assert config.weights_of("window3") == "window3"
+
+
 def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
     content["variants"]["other"] = {"edges": {"wall_threshold_m": -0.0053}}
     content["variants"]["trained"] = {"edges": {"training": "thresholds"}}
@@ -58,6 +66,10 @@ def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
         ({"network": {"widht": 3}}, r"x\.network\.widht = 3"),
         ({"rollout": {"snap_back_m": -0.006}}, r"must exceed edges\.wall_threshold_m"),
         ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, contact, x"),
+        ({"weights_of": "width64"}, r"x\.weights_of = 'width64': unknown; known: thesis, contact, x"),
+        ({"weights_of": "contact"}, r"x\.weights_of = 'contact': is of kind contact"),
+        ({"weights_of": "thesis", "graph": {"window": 3}}, r"x\.weights_of = 'thesis': those have another graph"),
+        ({"weights_of": "thesis", "network": {"width": 9}}, r"x\.weights_of = 'thesis': those have another network"),
     ],
 )
 def test_variants_that_do_not_hold(content, variant, message):

@@ -150,7 +150,8 @@ class VariantConfig(Section):
         default="graph", description="graph network on balls, or pairs solved and their coupling learned (`contact`)"
     )
     weights_of: Name | None = Field(
-        default=None, description="variant whose weights are rolled out; its own if left out"
+        default=None,
+        description="variant (or, for an ablation, ablation) whose weights are rolled out; its own if left out",
     )
     graph: dict[str, Value] = Field(default={}, description="keys of `graph` to override")
     edges: dict[str, Value] = Field(default={}, description="keys of `edges` to override")
@@ -228,11 +229,18 @@ class SurrogateConfig(Section):
         for name in [*self.variants, *self.ablations]:
             self.variant(name)
             source = self.weights_of(name)
-            known = self.ablations if name in self.ablations else self.variants
+            # Of an ablation's weights no variant may be made, or `all` would run appendix A.
+            known = self.variants | (self.ablations if name in self.ablations else {})
             if source not in known:
                 raise ValueError(f"{name}.weights_of = {source!r}: unknown; known: {', '.join(known)}")
             if self.weights_of(source) != source:
                 raise ValueError(f"{name}.weights_of = {source!r}: has no weights of its own")
+            every = self.ablations | self.variants
+            if every[name].kind != every[source].kind:
+                raise ValueError(f"{name}.weights_of = {source!r}: is of kind {every[source].kind}")
+            for section in ("graph", "network"):
+                if getattr(self.variant(name), section) != getattr(self.variant(source), section):
+                    raise ValueError(f"{name}.weights_of = {source!r}: those have another {section}")
         return self
 
     def variant(self, name: str) -> Variant:

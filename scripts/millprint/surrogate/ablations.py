@@ -1,4 +1,4 @@
-"""Appendix A: every ablation at one reduced budget, beside what the thesis says of it."""
+"""Appendix A: every ablation at one budget, beside what the thesis says of it."""
 
 from dataclasses import dataclass
 
