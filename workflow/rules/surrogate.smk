@@ -60,6 +60,8 @@ rule build_surrogate_dataset:
 
 
 rule trace_surrogate_contacts:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
     output:
         dataset=f"{SURROGATE}/contacts.h5",
     log:
