@@ -8,6 +8,8 @@ BIN := $(abspath $(VENV)/bin)
 BENCH_VENV := .venv-bench
 BENCH_LOCK := envs/bench.lock
 SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
+# By name: of a folder, snakefmt leaves out what lies below another called build, without a word.
+SNAKEFILES := Snakefile $(wildcard workflow/rules/*.smk)
 # The smoke run writes to results/, or beside it where results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 
@@ -51,13 +53,13 @@ lint: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakefmt --check $(SNAKEFILES)
 	PATH=$(BIN):$$PATH $(BIN)/snakemake --lint
 
 format: $(VENV)/installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow
+	$(BIN)/snakefmt $(SNAKEFILES)
 
 reference: $(VENV)/installed
 	$(BIN)/python scripts/write_reference.py

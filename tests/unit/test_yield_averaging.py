@@ -122,6 +122,19 @@ def test_left_out_in_closed_form_is_the_process_without_the_row():
         assert one[0] == pytest.approx(mean[index], rel=1e-6) and spread[0] == pytest.approx(deviation[index], rel=1e-5)
 
 
+@pytest.mark.parametrize("structure", ["product", "trend_product", "mains_pairs"])
+def test_deviation_of_a_prediction_is_the_diagonal_of_the_posterior(structure):
+    rows, _ = parts()
+    member = fit_member(
+        Candidate("identity", SCALES, structure), rows, rows["yield_percent"].to_numpy(float), settings().averaging
+    )
+    process, asked = member.process, member.process.inputs[:6] + 0.3
+    mean, covariance = process.posterior(asked)
+    one, deviation = process.predict(asked)
+    np.testing.assert_allclose(one, mean, rtol=1e-12)
+    np.testing.assert_allclose(deviation**2, np.diag(covariance) + process.noise, rtol=1e-9)
+
+
 def test_weights_are_posterior_probabilities():
     weights = evidence_weights(np.array([0.0, np.log(3.0), -50.0]), 0.01)
     np.testing.assert_allclose(weights, [0.25, 0.75, 0.0], rtol=1e-12)

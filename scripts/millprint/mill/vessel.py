@@ -1,7 +1,7 @@
 """A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -73,6 +73,11 @@ class Facet:
         first = _cross(helper, self.normal)
         first /= np.linalg.norm(first)
         return first, _cross(self.normal, first)
+
+
+def enclosed_volume(facets: Iterable[Facet]) -> float:
+    """Volume [m3] that closed facets enclose, by the divergence theorem; normals point into it."""
+    return -float(sum(facet.offset * facet.area for facet in facets)) / 3
 
 
 def _canonical(facet: Facet, pitch: float) -> Facet:
@@ -181,8 +186,8 @@ class Vessel:
 
     @cached_property
     def volume_m3(self) -> float:
-        """Inner volume [m3], by the divergence theorem; negative for a solid, which takes it from the balls."""
-        return -sum(facet.offset * facet.area for facet in self.facets) / 3
+        """Inner volume [m3]; negative for a solid, which takes it from the balls."""
+        return enclosed_volume(self.facets)
 
     @cached_property
     def convex_edges(self) -> tuple[Edge, ...]:

@@ -62,6 +62,12 @@ class Pairs:
         squares = (left[:, None, :] - right[None, :, :]) ** 2
         return cls(np.moveaxis(squares, 2, 0), np.moveaxis(left[:, None, :] * right[None, :, :], 2, 0))
 
+    @classmethod
+    def with_itself(cls, rows: np.ndarray) -> "Pairs":
+        """Of each row (m, k) with itself alone, each (k, m, 1)."""
+        squared = (rows**2).T[:, :, None]
+        return cls(np.zeros_like(squared), squared)
+
 
 def prior_of(terms: Terms, priors: Priors) -> tuple[np.ndarray, np.ndarray]:
     """Mean and deviation of the normal prior of the logarithms: length scales, variances, noise."""
@@ -143,9 +149,11 @@ class Process:
     inputs: np.ndarray
     target: np.ndarray
 
+    def _prior_covariance(self, pairs: Pairs) -> np.ndarray:
+        return covariance_terms(self.logs, self.terms, pairs)[0].sum(axis=0) + MEAN_VARIANCE
+
     def _covariance(self, right: np.ndarray) -> np.ndarray:
-        parts, _ = covariance_terms(self.logs, self.terms, Pairs.of(self.inputs, right))
-        return parts.sum(axis=0) + MEAN_VARIANCE
+        return self._prior_covariance(Pairs.of(self.inputs, right))
 
     def _factor(self) -> np.ndarray:
         noise = (np.exp(self.logs[-1]) + JITTER) * np.eye(len(self.target))
@@ -158,15 +166,21 @@ class Process:
 
     def posterior(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m,) and covariance (m, m) of the noiseless target at scaled inputs (m, k), Eqs 5.8 and 5.9."""
-        factor, cross = self._factor(), self._covariance(right)
-        solved = cho_solve((factor, True), cross)
-        own, _ = covariance_terms(self.logs, self.terms, Pairs.of(right, right))
-        return solved.T @ self.target, own.sum(axis=0) + MEAN_VARIANCE - cross.T @ solved
+        cross, solved = self._solved(right)
+        own = self._prior_covariance(Pairs.of(right, right))
+        return solved.T @ self.target, own - cross.T @ solved
 
     def predict(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation of a measurement at scaled inputs (m, k), noise included."""
-        mean, covariance = self.posterior(right)
-        return mean, np.sqrt(np.maximum(np.diag(covariance), 0) + self.noise)
+        cross, solved = self._solved(right)
+        # The diagonal alone: the whole covariance of a few thousand rows takes seconds.
+        variance = self._prior_covariance(Pairs.with_itself(right))[:, 0] - (cross * solved).sum(axis=0)
+        return solved.T @ self.target, np.sqrt(np.maximum(variance, 0) + self.noise)
+
+    def _solved(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Covariance (n, m) of the training rows with others, and K^-1 times it."""
+        cross = self._covariance(right)
+        return cross, cho_solve((self._factor(), True), cross)
 
     def left_out(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of each row given the others: z - [K^-1 z]_i / [K^-1]_ii and [K^-1]_ii^(-1/2).
