@@ -51,6 +51,15 @@ def test_ablations_of_thresholds_alone_are_rolled_out_with_the_weights_of_the_th
     assert config.weights_of("window3") == "window3"
 
 
+def test_null_leaves_an_entry_out(content):
+    content["tests"]["motion2"] = content["ablations"]["window9"] = None
+    config = settings(content)
+    assert "motion2" not in config.tests and "motion1" in config.tests and "window9" not in config.ablations
+    content["tests"]["trained"] = None
+    with pytest.raises(ConfigError, match="trained_test = 'trained': is not among tests"):
+        settings(content)
+
+
 def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
     content["variants"]["other"] = {"edges": {"wall_threshold_m": -0.0053}}
     content["variants"]["trained"] = {"edges": {"training": "thresholds"}}

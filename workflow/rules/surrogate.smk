@@ -457,7 +457,7 @@ rule plot_ablations:
         "../../scripts/plot_ablations.py"
 
 
-# Appendix A. Not part of `all`: twelve more trainings, at the budget of surrogate.ablation_budget.
+# Appendix A. Not part of `all`: nine more trainings, as long as that of the variant `thesis`.
 rule ablations:
     input:
         rules.tabulate_ablations.output,

@@ -1,9 +1,9 @@
 """Settings of the surrogate stage (thesis chapter 6 and appendix A)."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from millprint.config.contact_surrogate import ContactSurrogateConfig
 from millprint.config.section import Count, Name, NonNegative, Positive, Section, Seed
@@ -201,17 +201,31 @@ class SurrogateConfig(Section):
     training: TrainingConfig
     rollout: RollOutConfig
     contact: ContactSurrogateConfig
-    variants: dict[Name, VariantConfig] = Field(min_length=1, description="surrogates that `all` trains, by name")
+    variants: dict[Name, VariantConfig] = Field(
+        min_length=1, description="surrogates that `all` trains, by name; null leaves one out"
+    )
     ablations: dict[Name, VariantConfig] = Field(
         default={}, description="surrogates of the target `ablations`, by name"
     )
     ablation_budget: VariantConfig = Field(
         default_factory=VariantConfig, description="overrides for every ablation, below its own"
     )
-    tests: dict[Name, ScenarioConfig] = Field(min_length=1, description="motions and geometries to roll out, by name")
+    tests: dict[Name, ScenarioConfig] = Field(
+        min_length=1, description="motions and geometries to roll out, by name; null leaves one out"
+    )
     trained_test: Name = Field(description="the test on the motion of the training: what ablations and timings use")
     timing: TimingConfig
     movie: MovieConfig
+
+    @field_validator("tests", "variants", "ablations", mode="before")
+    @classmethod
+    def _without_nulls(cls, content: Any) -> Any:
+        # A file on top of another leaves one of its entries out by `name: null`.
+        return (
+            {name: value for name, value in content.items() if value is not None}
+            if isinstance(content, dict)
+            else content
+        )
 
     @model_validator(mode="after")
     def _every_variant_holds(self) -> "SurrogateConfig":
