@@ -221,11 +221,9 @@ class SurrogateConfig(Section):
     @classmethod
     def _without_nulls(cls, content: Any) -> Any:
         # A file on top of another leaves one of its entries out by `name: null`.
-        return (
-            {name: value for name, value in content.items() if value is not None}
-            if isinstance(content, dict)
-            else content
-        )
+        if not isinstance(content, dict):
+            return content
+        return {name: value for name, value in content.items() if value is not None}
 
     @model_validator(mode="after")
     def _every_variant_holds(self) -> "SurrogateConfig":
