@@ -1,4 +1,6 @@
-"""Measures a roll-out, of whatever surrogate, against the simulation that it started from."""
+"""Measures the roll-outs of a surrogate, of whatever kind, against the simulations that they started from."""
+
+import pandas as pd
 
 from millprint.files import read_json, write_table
 from millprint.job import job
@@ -6,14 +8,21 @@ from millprint.surrogate.curves import dissipation_table, distribution_table, er
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
 from millprint.surrogate.rolled import read_rolled
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.tables import tabulate
+from millprint.surrogate.tables import join_tables, tabulate
 from millprint.surrogate.trajectory import read_trajectory
 
 ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
 
-def main(inputs: dict[str, str], outputs: dict[str, str], variant: str, test: str) -> None:
-    rollout, scene = read_rolled(inputs["rollout"]), read_scene(inputs["dem"])
+def of_test(test: str, inputs) -> dict[str, str]:
+    """What a test is measured against, by role; every test's are called `test_role`."""
+    prefix = f"{test}_"
+    return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
+
+
+def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> dict[str, pd.DataFrame]:
+    """The tables of one test. inputs: the simulation of each role, and summaries of some."""
+    rollout, scene = read_rolled(rolled_out), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
     runs = {
         role: read_trajectory(inputs[role], *(() if role == "driven" else (first, last)))
@@ -25,17 +34,19 @@ def main(inputs: dict[str, str], outputs: dict[str, str], variant: str, test: st
     else:
         summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
         found = evaluate(rollout, runs, scene, summaries)
-    write_table(tabulate(found.values, found.references, test, variant), outputs["metrics"])
-    write_table(error_table(found.series, test), outputs["errors"])
-    write_table(dissipation_table(found.series, rollout.member_totals_J(), test), outputs["dissipation"])
-    write_table(distribution_table(found.series, scene.ball_radius_m, test), outputs["distributions"])
+    return {
+        "metrics": tabulate(found.values, found.references, test, variant),
+        "errors": error_table(found.series, test),
+        "dissipation": dissipation_table(found.series, rollout.member_totals_J(), test),
+        "distributions": distribution_table(found.series, scene.ball_radius_m, test),
+    }
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"evaluate the surrogate {snakemake.wildcards.variant}, {snakemake.wildcards.test}"):
-        main(
-            dict(snakemake.input.items()),
-            dict(snakemake.output.items()),
-            snakemake.wildcards.variant,
-            snakemake.wildcards.test,
-        )
+    with job(snakemake.log[0], f"evaluate the surrogate {snakemake.wildcards.variant}") as log:
+        parts = []
+        for test, rolled_out in zip(snakemake.params.tests, snakemake.input.rollouts, strict=True):
+            parts.append(main(rolled_out, of_test(test, snakemake.input), snakemake.wildcards.variant, test))
+            log.info("measured: %s", test)
+        for name, output in snakemake.output.items():
+            write_table(join_tables([part[name] for part in parts]), output)

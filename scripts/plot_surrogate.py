@@ -1,16 +1,17 @@
-"""Draws a variant's loss, and its roll-outs of every test beside the simulations."""
+"""Draws a variant's loss, and its roll-outs of every test that moves beside the simulations."""
 
 from millprint.figures.chapter6 import plot_dissipation, plot_distributions, plot_error_growth, plot_loss
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
-from millprint.surrogate.tables import join_tables
 
 
-def main(inputs: dict[str, list[str]], outputs: dict[str, str]) -> None:
-    tables = {kind: join_tables([read_table(path) for path in paths]) for kind, paths in inputs.items()}
+def main(inputs: dict[str, str], outputs: dict[str, str], tests: list[str]) -> None:
+    loss = read_table(inputs.pop("history"))
+    tables = {kind: read_table(path, text=["test"]) for kind, path in inputs.items()}
+    tables = {kind: table[table["test"].isin(tests)] for kind, table in tables.items()}
     figures = {
-        "loss": plot_loss(tables["history"]),
+        "loss": plot_loss(loss),
         "errors": plot_error_growth(tables["errors"]),
         "dissipation": plot_dissipation(tables["dissipation"], tables["metrics"]),
         "distributions": plot_distributions(tables["distributions"]),
@@ -21,4 +22,4 @@ def main(inputs: dict[str, list[str]], outputs: dict[str, str]) -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"draw the surrogate {snakemake.wildcards.variant}"):
-        main({kind: list(paths) for kind, paths in snakemake.input.items()}, dict(snakemake.output.items()))
+        main(dict(snakemake.input.items()), dict(snakemake.output.items()), snakemake.params.tests)

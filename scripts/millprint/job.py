@@ -1,6 +1,7 @@
 """What a job shows: a log file that says what was done and how long it took, and a bar with a time to go."""
 
 import errno
+import gc
 import logging
 import re
 import sys
@@ -32,6 +33,9 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     The files that it writes are recorded beside the log. It ends with the run that started it, and waits until an
     earlier attempt at it has ended.
     """
+    # All that is imported by now, which stays: the collector leaves it alone.
+    gc.freeze()
+    gc.enable()
     end_with_run()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(log_path, mode="a")
@@ -73,6 +77,8 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     finally:
         logger.removeHandler(handler)
         handler.close()
+        # Python would look through everything twice more before it ends: half a second where torch is imported.
+        gc.freeze()
 
 
 def _full(error: OSError) -> str | None:

@@ -12,10 +12,10 @@ from typing import TextIO
 
 import psutil
 
+from millprint import RUN_VARIABLE
+
 logger = logging.getLogger("millprint")
 
-# Host, process and start time of the run that started a job, handed down in the environment.
-VARIABLE = "MILLPRINT_RUN"
 POLL_S = 0.5
 # Files whose locks this process holds until it ends, however it ends: the kernel lets go of them.
 _held: list[TextIO] = []
@@ -52,7 +52,7 @@ def claim(path: str | Path) -> bool:
 
 def announce() -> None:
     """Tell every process that this one starts, through the environment, whose it is."""
-    os.environ[VARIABLE] = f"{socket.gethostname()} {os.getpid()} {psutil.Process().create_time()}"
+    os.environ[RUN_VARIABLE] = f"{socket.gethostname()} {os.getpid()} {psutil.Process().create_time()}"
 
 
 def _lives(pid: int, started: float) -> bool:
@@ -69,7 +69,7 @@ def end_with_run() -> None:
     A job that went on would write beside the next run's. On another machine than the run's nothing is watched.
     """
     global _watching
-    words = os.environ.get(VARIABLE, "").rsplit(" ", 2)
+    words = os.environ.get(RUN_VARIABLE, "").rsplit(" ", 2)
     if _watching or len(words) != 3 or words[0] != socket.gethostname() or int(words[1]) == os.getpid():
         return
     _watching = True

@@ -192,6 +192,22 @@ subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
     assert "with it this job" in run.communicate(timeout=30)[1]
 
 
+def test_the_collector_rests_while_a_job_is_imported_and_nowhere_else(tmp_path):
+    code = """
+import gc
+from millprint.liveness import announce
+print(gc.isenabled(), flush=True)
+announce()
+inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
+    "from millprint.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
+    "with job(sys.argv[2], 'a job'):\\n    print(gc.isenabled(), gc.get_freeze_count() > 10000, flush=True)"
+import subprocess
+subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
+"""
+    run = python(code, str(ROOT / "scripts"), str(tmp_path / "a.log"), stdout=subprocess.PIPE)
+    assert run.communicate(timeout=60)[0].split() == ["True", "False", "True", "True"]
+
+
 def test_a_second_attempt_waits_for_the_first(tmp_path):
     code = """
 from millprint.job import job

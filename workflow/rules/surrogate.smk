@@ -160,21 +160,26 @@ rule roll_out_surrogate:
 
 rule evaluate_surrogate:
     input:
-        unpack(test_runs),
-        rollout=rules.roll_out_surrogate.output.rollout,
+        unpack(compared_runs),
+        rollouts=lambda wildcards: expand(
+            rules.roll_out_surrogate.output.rollout,
+            variant=wildcards.variant,
+            test=tests_of(wildcards.variant),
+        ),
     output:
-        **{name: f"{SURROGATE}/{{variant}}/{{test}}/{name}.tsv" for name in SURROGATE_TABLES},
+        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:
-        f"{LOGS}/surrogate/{{variant}}/{{test}}/evaluate_surrogate.log",
+        f"{LOGS}/surrogate/{{variant}}/evaluate_surrogate.log",
     benchmark:
-        f"{BENCHMARKS}/evaluate_surrogate/{{variant}}/{{test}}.tsv"
+        f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
     conda:
         "../../envs/millprint.yaml"
     threads: 1
     params:
+        tests=lambda wildcards: tests_of(wildcards.variant),
         library=library("evaluate_surrogate.py"),
     message:
-        "Measure the surrogate {wildcards.variant} against the simulation: {wildcards.test}"
+        "Measure the surrogate {wildcards.variant} against the simulation"
     script:
         "../../scripts/evaluate_surrogate.py"
 
@@ -182,7 +187,9 @@ rule evaluate_surrogate:
 rule evaluate_single_steps:
     input:
         weights=variant_weights,
-        runs=lambda wildcards: [simulated(CONFIG.surrogate.tests[name].case) for name in tests_of(wildcards.variant)],
+        runs=lambda wildcards: [
+            simulated(CONFIG.surrogate.tests[name].case) for name in moving_tests_of(wildcards.variant)
+        ],
     output:
         steps=f"{SURROGATE}/{{variant}}/single_steps.tsv",
     log:
@@ -195,7 +202,7 @@ rule evaluate_single_steps:
     params:
         edges=variant_settings("edges"),
         starts_s=lambda wildcards: {
-            name: CONFIG.surrogate.tests[name].starts_s[0] for name in tests_of(wildcards.variant)
+            name: CONFIG.surrogate.tests[name].starts_s[0] for name in moving_tests_of(wildcards.variant)
         },
         library=library("evaluate_single_steps.py"),
     message:
@@ -227,39 +234,42 @@ rule check_measures:
         "../../scripts/check_measures.py"
 
 
-rule time_surrogate:
+rule time_surrogates:
     input:
-        weights=variant_weights,
+        weights=[f"{SURROGATE}/{variant}/weights.pt" for variant in CONFIG.surrogate.variants],
         trained=simulated(CONFIG.surrogate.snapshots.cases[0]),
         runs=[simulated(case) for case in CONFIG.surrogate.timing.cases],
     output:
-        runtime=f"{SURROGATE}/{{variant}}/runtime.tsv",
+        runtime=f"{SURROGATE}/runtime.tsv",
     log:
-        f"{LOGS}/surrogate/{{variant}}/time_surrogate.log",
+        f"{LOGS}/surrogate/time_surrogates.log",
     benchmark:
-        f"{BENCHMARKS}/time_surrogate/{{variant}}.tsv"
+        f"{BENCHMARKS}/time_surrogates/time_surrogates.tsv"
     conda:
         "../../envs/millprint.yaml"
     # It uses one thread, and takes every core so that nothing runs beside what is timed.
     threads: workflow.cores
     params:
-        edges=variant_settings("edges"),
-        settings=variant_settings("rollout"),
+        variants={
+            variant: {
+                section: getattr(CONFIG.surrogate.variant(variant), section).model_dump(mode="json")
+                for section in ("edges", "rollout")
+            }
+            for variant in CONFIG.surrogate.variants
+        },
         timing=CONFIG.surrogate.timing.model_dump(mode="json"),
-        library=library("time_surrogate.py"),
+        library=library("time_surrogates.py"),
     message:
-        "Time the surrogate {wildcards.variant} beside our simulation"
+        "Time the surrogates beside our simulation"
     script:
-        "../../scripts/time_surrogate.py"
+        "../../scripts/time_surrogates.py"
 
 
 rule collect_surrogate:
     input:
         metrics=[path for variant in CONFIG.surrogate.variants for path in measured(variant)],
-        runtime=expand(f"{SURROGATE}/{{variant}}/runtime.tsv", variant=CONFIG.surrogate.variants),
     output:
         metrics=f"{SURROGATE}/metrics.tsv",
-        runtime=f"{SURROGATE}/runtime.tsv",
     log:
         f"{LOGS}/surrogate/collect_surrogate.log",
     localrule: True
@@ -268,7 +278,7 @@ rule collect_surrogate:
     params:
         library=library("collect_surrogate.py"),
     message:
-        "Measures and run times of every surrogate"
+        "Measures of every surrogate"
     script:
         "../../scripts/collect_surrogate.py"
 
@@ -318,11 +328,8 @@ rule plot_surrogate_data:
 
 rule plot_surrogate:
     input:
-        **{
-            name: expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/{name}.tsv", test=MOVING_TESTS)
-            for name in SURROGATE_TABLES
-        },
-        history=[f"{SURROGATE}/{{variant}}/loss.tsv"],
+        **rules.evaluate_surrogate.output,
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
     output:
         loss_svg=report(
             f"{SURROGATE}/{{variant}}/loss.svg",
@@ -358,6 +365,7 @@ rule plot_surrogate:
     conda:
         "../../envs/millprint.yaml"
     params:
+        tests=MOVING_TESTS,
         library=library("plot_surrogate.py"),
     message:
         "Draw loss and roll-outs of the surrogate {wildcards.variant}"

@@ -42,19 +42,30 @@ def trained_runs(wildcards) -> dict[str, str]:
     return test_runs(SimpleNamespace(test=CONFIG.surrogate.trained_test))
 
 
+def compared_runs(wildcards) -> dict[str, str]:
+    """What the tests of a variant are measured against, each as `test_role`."""
+    return {
+        f"{test}_{role}": path
+        for test in tests_of(wildcards.variant)
+        for role, path in test_runs(SimpleNamespace(test=test)).items()
+    }
+
+
 def tests_of(variant: str) -> list[str]:
-    """The tests that a variant's single steps are judged in: those that move, and for an ablation the trained one."""
-    if variant in CONFIG.surrogate.ablations:
-        return [CONFIG.surrogate.trained_test]
-    return [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
+    """The tests that a variant is rolled out in: all, and for an ablation the trained one."""
+    ablation = variant in CONFIG.surrogate.ablations
+    return [CONFIG.surrogate.trained_test] if ablation else list(CONFIG.surrogate.tests)
+
+
+def moving_tests_of(variant: str) -> list[str]:
+    """Those of them in which the balls move: single steps are judged in them."""
+    return [name for name in tests_of(variant) if not CONFIG.surrogate.tests[name].driven]
 
 
 def measured(variant: str) -> list[str]:
     """The tables of measures of a variant: of its roll-outs, and of single steps."""
-    ablation = variant in CONFIG.surrogate.ablations
-    tests = [CONFIG.surrogate.trained_test] if ablation else CONFIG.surrogate.tests
-    tables = [f"{SURROGATE}/{variant}/{test}/metrics.tsv" for test in tests]
-    return [*tables, *([f"{SURROGATE}/{variant}/single_steps.tsv"] if is_graph_network(variant) else [])]
+    names = ["metrics", *(["single_steps"] if is_graph_network(variant) else [])]
+    return [f"{SURROGATE}/{variant}/{name}.tsv" for name in names]
 
 
 def is_graph_network(variant: str) -> bool:

@@ -8,6 +8,8 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from matplotlib.typing import LineStyleType
@@ -29,6 +31,7 @@ class LineLook(TypedDict, total=False):
 
 COLUMN_WIDTH_IN = 85 / 25.4
 PAGE_WIDTH_IN = 175 / 25.4
+PNG_DPI = 200
 
 # Okabe and Ito's palette, told apart with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -52,7 +55,8 @@ plt.rcParams.update(
 
 def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None) -> None:
     """Write a figure as SVG and PNG, and as PDF where wanted, with no date in any, and close it."""
-    # The layout is found once, and not anew for each file: that takes longer than to draw.
+    # The layout is found once, and not anew for each file: that takes longer than to draw. Figure.savefig would still
+    # go through the whole figure for it, so the canvases are asked themselves.
     if engine := figure.get_layout_engine():
         engine.execute(figure)
         figure.set_layout_engine("none")
@@ -60,7 +64,8 @@ def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | Non
         with whole_file(pdf) as partial:
             figure.savefig(partial, metadata={"CreationDate": None})
     with whole_file(svg) as partial:
-        figure.savefig(partial, metadata={"Date": None})
+        FigureCanvasSVG(figure).print_svg(partial, metadata={"Date": None})
+    figure.set_dpi(PNG_DPI)
     with whole_file(png) as partial:
-        figure.savefig(partial, dpi=200)
+        FigureCanvasAgg(figure).print_png(partial)
     plt.close(figure)

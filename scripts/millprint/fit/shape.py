@@ -8,7 +8,7 @@ from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.stadium import stadium_facets
-from millprint.mill.vessel import Facet, enclosed_volume
+from millprint.mill.vessel import enclosed_volume
 
 PARAMETERS = tuple(ShapeConfig.model_fields)
 
@@ -31,7 +31,7 @@ def on_grid(value: float, allowed: RangeConfig) -> float:
 
 def volume_ml(geometry: StadiumGeometry) -> float:
     """Inner volume of the facetted jar [mL]."""
-    return enclosed_volume(Facet.from_loops(loops) for loops in stadium_facets(geometry)) * 1e6
+    return enclosed_volume(stadium_facets(geometry)) * 1e6
 
 
 def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:

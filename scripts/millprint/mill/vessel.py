@@ -75,9 +75,17 @@ class Facet:
         return first, _cross(self.normal, first)
 
 
-def enclosed_volume(facets: Iterable[Facet]) -> float:
-    """Volume [m3] that closed facets enclose, by the divergence theorem; normals point into it."""
-    return -float(sum(facet.offset * facet.area for facet in facets)) / 3
+def enclosed_volume(outlines: Iterable[Sequence[np.ndarray]]) -> float:
+    """Volume [m3] within closed flat facets, each given by its outlines, whose normals point into it.
+
+    By the divergence theorem, of x / 3: each side of an outline makes a tetrahedron of itself, the outline's first
+    vertex and the origin, of volume first . (start x end) / 6.
+    """
+    loops = [loop for facet in outlines for loop in facet]
+    starts = np.concatenate(loops)
+    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    firsts = np.repeat([loop[0] for loop in loops], [len(loop) for loop in loops], axis=0)
+    return -float(np.sum(firsts * _cross(starts, ends))) / 6
 
 
 def _canonical(facet: Facet, pitch: float) -> Facet:
@@ -187,7 +195,7 @@ class Vessel:
     @cached_property
     def volume_m3(self) -> float:
         """Inner volume [m3]; negative for a solid, which takes it from the balls."""
-        return enclosed_volume(self.facets)
+        return enclosed_volume(facet.loops for facet in self.facets)
 
     @cached_property
     def convex_edges(self) -> tuple[Edge, ...]:

@@ -1,4 +1,4 @@
-"""Times roll-outs of a trained surrogate beside our own simulation of the same cases."""
+"""Times roll-outs of trained surrogates beside our own simulation of the same cases."""
 
 import pandas as pd
 
@@ -12,15 +12,9 @@ from millprint.surrogate.timing import scaled_thresholds, simulation_seconds, ti
 
 
 def main(
-    weights: str,
-    trained: str,
-    runs: list[str],
-    output: str,
-    rule: EdgeConfig,
-    settings: RollOutConfig,
-    timing: TimingConfig,
-    variant: str,
-) -> None:
+    weights: str, trained: str, runs: list[str], rule: EdgeConfig, settings: RollOutConfig, timing: TimingConfig
+) -> pd.DataFrame:
+    """Rows of one variant: a row a case and batch size."""
     # One thread, as the simulation has.
     device = choose_device(threads=1)
     trained_m, tables = read_scene(trained).ball_radius_m, []
@@ -33,19 +27,22 @@ def main(
         tables.append(table)
     table = pd.concat(tables, ignore_index=True)
     table["dem_over_surrogate"] = table["dem_seconds_for_15_s"] / table["seconds_per_trajectory"]
-    table.insert(0, "variant", variant)
-    write_table(table, output)
+    return table
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"time the surrogate {snakemake.wildcards.variant}"):
-        main(
-            snakemake.input.weights,
-            snakemake.input.trained,
-            list(snakemake.input.runs),
-            snakemake.output.runtime,
-            EdgeConfig(**snakemake.params.edges),
-            RollOutConfig(**snakemake.params.settings),
-            TimingConfig(**snakemake.params.timing),
-            snakemake.wildcards.variant,
-        )
+    with job(snakemake.log[0], "time the surrogates") as log:
+        tables = []
+        for (variant, own), weights in zip(snakemake.params.variants.items(), snakemake.input.weights, strict=True):
+            table = main(
+                weights,
+                snakemake.input.trained,
+                list(snakemake.input.runs),
+                EdgeConfig(**own["edges"]),
+                RollOutConfig(**own["rollout"]),
+                TimingConfig(**snakemake.params.timing),
+            )
+            table.insert(0, "variant", variant)
+            tables.append(table)
+            log.info("timed: %s", variant)
+        write_table(pd.concat(tables, ignore_index=True), snakemake.output.runtime)
