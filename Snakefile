@@ -13,6 +13,7 @@ from millprint.config.checks import load_workflow, stop_on_bad_input
 from millprint.config.strict_yaml import read_yaml
 from millprint.digest import library_digest
 from millprint.fingerprint.preflight import has_chapters
+from millprint.liveness import is_within_run
 from millprint.machine import prepare_environment
 
 prepare_environment()
@@ -35,8 +36,9 @@ with stop_on_bad_input():
         read_yaml(file)
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES)
     CHAPTERS = has_chapters(CONFIG, CASES)
-    # Jobs read this file too; what holds before the first job need not be checked in every one.
-    if workflow.is_main_process:
+    # Jobs read this file too, and the Snakemake within one that builds the report; what holds before the first job need
+    # not be checked in every one.
+    if workflow.is_main_process and not is_within_run():
         from millprint.preflight import check_before_running
 
         check_before_running(CONFIG, MILLS, CONTACTS, CASES, CONFIG_FILES[-1])

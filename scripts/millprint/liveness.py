@@ -55,6 +55,11 @@ def announce() -> None:
     os.environ[RUN_VARIABLE] = f"{socket.gethostname()} {os.getpid()} {psutil.Process().create_time()}"
 
 
+def is_within_run() -> bool:
+    """Whether a run started this process: one of its jobs, or a Snakemake within one."""
+    return RUN_VARIABLE in os.environ
+
+
 def _lives(pid: int, started: float) -> bool:
     try:
         process = psutil.Process(pid)

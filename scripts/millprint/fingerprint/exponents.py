@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-import statsmodels.api as sm
+from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.descriptors import as_built
 
@@ -47,7 +47,7 @@ def _regress(runs: pd.DataFrame, quantity: str, variable: str, alike: list[str],
     if len(told) - constants.shape[1] < 2:
         return found | nothing | {"remark": "too few conditions for an interval"}
     design = constants.assign(exponent=np.log(told[variable]))
-    fit = sm.OLS(np.log(told[quantity]).to_numpy(), design.to_numpy()).fit()
+    fit = OLS(np.log(told[quantity]).to_numpy(), design.to_numpy()).fit()
     lower, upper = fit.conf_int(alpha=1.0 - probability)[-1]
     return found | {
         "exponent": fit.params[-1],

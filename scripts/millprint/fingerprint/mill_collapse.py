@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-import statsmodels.api as sm
+from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.exponents import ENERGY, FREQUENCY, POWER
@@ -33,7 +33,7 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
     design = np.column_stack([constants, *(varied[name] for name in names)])
     if not names or len(logs) <= design.shape[1]:
         return empty | {"spread_own": np.nan}
-    fit = sm.OLS(logs, design).fit()
+    fit = OLS(logs, design).fit()
     intervals = fit.conf_int(alpha=1 - probability)
     found = {"spread_own": float(np.sqrt(fit.mse_resid))}
     for place, name in enumerate(names, start=constants.shape[1]):

@@ -1,7 +1,8 @@
 """Yield against fill ratio at constant speed and at constant power: two straight lines (thesis Sec. 4.3.1)."""
 
 import pandas as pd
-import statsmodels.api as sm
+from statsmodels.regression.linear_model import OLS
+from statsmodels.tools import add_constant
 
 SERIES = {"speed": "constant speed", "power": "constant power"}
 
@@ -18,8 +19,8 @@ def fit_slopes(runs: pd.DataFrame, probability: float) -> pd.DataFrame:
         line = runs[runs["mode"].isin(["reference", mode])]
         if line["fill_ratio"].nunique() < 3:
             continue
-        fit = sm.OLS(
-            (line["yield_percent"] / 100.0).to_numpy(), sm.add_constant((line["fill_ratio"] * 100.0).to_numpy())
+        fit = OLS(
+            (line["yield_percent"] / 100.0).to_numpy(), add_constant((line["fill_ratio"] * 100.0).to_numpy())
         ).fit()
         lower, upper = fit.conf_int(alpha=1.0 - probability)[1]
         rows.append(
