@@ -6,6 +6,7 @@ and rolls once friction has spun it up, so that the first swings tell of static 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -35,13 +36,17 @@ class Swing:
     """A jar on its side with a ball at its wall, for any friction pair; make it with `make_swing`."""
 
     vessel: Vessel
-    walls: Walls
     contact: ContactConfig
     radius: float  # of the ball [m]
     step: float  # [s]
     start: np.ndarray  # (3,) centre of the ball in the jar's axes [m]
     axes: np.ndarray  # (2, 3) unit vectors across and up
     origin: np.ndarray  # (2,) across and up of the jar's middle and the ball's lowest place [m]
+
+    @cached_property
+    def walls(self) -> Walls:
+        """The jar's walls as the ball meets them; whoever only asks whether the ball fits does not wait for them."""
+        return walls_for(self.vessel, self.radius)
 
     def positions(self, friction: tuple[float, float], duration: float) -> CubicSpline:
         """Position (across, height) [mm] against time [s], for a pair (static, rolling) of friction coefficients.
@@ -86,7 +91,7 @@ def make_swing(
         )
     way = brentq(clearance, 0.0, np.ptp(across), xtol=1e-9)
     return Swing(
-        vessel, walls_for(vessel, radius), contact, radius,
+        vessel, contact, radius,
         resolved_step(contact, dem, radius, settings.time_step_s),
         start=begin + way * axes[0], axes=axes, origin=np.array([middle @ axes[0], heights.min() + radius]),
     )  # fmt: skip
