@@ -49,14 +49,21 @@ def drop_old_caches() -> None:
 if "NUMBA_CACHE_DIR" not in os.environ and os.access(CACHE_ROOT.parent, os.W_OK):
     numba.config.CACHE_DIR = str(cache_folder())
 
-# No nnan or ninf: a lost ball must show up as a number that is not one. Division by zero is left to IEEE.
-_OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+# No nnan or ninf: a lost ball must show up as a number that is not one. Division by zero is left to IEEE. C never calls
+# what is compiled here, and the wrappers for it are a fifth of the time to compile what Python calls.
+_OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract", "nsz", "arcp"},
+    "no_cfunc_wrapper": True,
+}
 
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
-# What only kernels call does without the wrappers for Python, which take as long to compile as all the rest. Python
+# What only kernels call does without the wrapper for Python too, which takes as long to compile as all the rest. Python
 # itself must not call these: the process would end without a word.
-inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 
 # For loops over `prange` whose body is the call of one kernel: these count references, once a call.

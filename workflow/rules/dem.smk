@@ -3,6 +3,7 @@
 from millprint.config.sweep import threads_of
 
 
+# First of all: half of the other jobs wait for it.
 rule compile_kernels:
     output:
         report=f"{RESULTS}/dem/kernels.json",
@@ -10,6 +11,7 @@ rule compile_kernels:
         f"{LOGS}/dem/compile_kernels.log",
     benchmark:
         f"{BENCHMARKS}/compile_kernels/compile_kernels.tsv"
+    priority: 1
     conda:
         "../../envs/millprint.yaml"
     threads: 1
