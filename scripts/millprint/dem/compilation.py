@@ -1,16 +1,22 @@
 """Compile every kernel by running a tiny case with all that can be recorded."""
 
 import platform
+import sys
 import time
+from types import FunctionType
 
 import llvmlite
 import numba
 import numpy as np
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
+from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
+from millprint.job import progress
 from millprint.kernel import drop_old_caches, kernel_digest
 
 TINY_MILL = MillConfig(
@@ -42,6 +48,31 @@ TINY_CONTACT = ContactConfig(
 )
 
 
+class CompiledKernels(event.Listener):
+    """Moves a bar on for every kernel that numba has compiled, the first of its signatures."""
+
+    def __init__(self, bar: tqdm) -> None:
+        self._bar = bar
+        self._seen: set[FunctionType] = set()
+
+    def on_start(self, event: event.Event) -> None:
+        """A kernel that calls others ends after them: nothing to show yet."""
+
+    def on_end(self, event: event.Event) -> None:
+        """One more, unless it is a signature more of the same, or a function of numba's own."""
+        function = event.data["dispatcher"].py_func
+        if function not in self._seen and function.__module__.startswith("millprint."):
+            self._seen.add(function)
+            self._bar.update()
+
+
+def count_kernels(with_threads: bool) -> int:
+    """Kernels of the modules that a simulation imports, most of which it calls."""
+    modules = [module for name, module in sys.modules.items() if name.startswith(("millprint.dem.", "millprint.mill."))]
+    kernels = {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}
+    return sum(with_threads or kernel.py_func.__module__ != "millprint.dem.threads" for kernel in kernels)
+
+
 def compile_kernels(with_threads: bool = False) -> dict:
     """Compile what is not in the cache yet; returns seconds, versions and the digest of the kernels' source.
 
@@ -62,11 +93,17 @@ def compile_kernels(with_threads: bool = False) -> dict:
         window_s=0.05,
         snapshot_interval_s=1e-3,
     )
-    for threads in (1, 2) if with_threads else (1,):
-        asked = case.model_copy(update={"threads": threads})
-        recording = Simulation(asked, TINY_MILL, TINY_CONTACT, dem).run("compiling the kernels")
-        if not np.isfinite(np.concatenate(recording.samples)).all():
-            raise RuntimeError("the compiled kernels do not work on this machine")
+    with (
+        progress(count_kernels(with_threads), "compiling the kernels", "kernel") as bar,
+        event.install_listener("numba:compile", CompiledKernels(bar)),
+    ):
+        for threads in (1, 2) if with_threads else (1,):
+            asked = case.model_copy(update={"threads": threads})
+            recording = Simulation(asked, TINY_MILL, TINY_CONTACT, dem).run()
+            if not np.isfinite(np.concatenate(recording.samples)).all():
+                raise RuntimeError("the compiled kernels do not work on this machine")
+        # Some kernels are for other jars, and those of the cache were compiled before.
+        bar.update(bar.total - bar.n)
     return {
         "seconds": time.perf_counter() - begin,
         "digest": kernel_digest(),

@@ -120,13 +120,16 @@ class Simulation:
         return self.window_steps * self.step
 
     def run(
-        self, title: str, restart: str | Path | None = None, enough: Callable[[Recording], bool] | None = None
+        self,
+        title: str | None = None,
+        restart: str | Path | None = None,
+        enough: Callable[[Recording], bool] | None = None,
     ) -> Recording:
         """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
 
-        restart: a file that the state is written to from time to time, and that a run which was stopped goes on from;
-        enough: tells of a window that is over whether it is long enough; it is made longer by its own length until it
-        is, up to case.window_max_s.
+        title: of the progress bar, without which there is none; restart: a file that the state is written to from
+        time to time, and that a run which was stopped goes on from; enough: tells of a window that is over whether it
+        is long enough; it is made longer by its own length until it is, up to case.window_max_s.
         """
         recorder, table = self._recorder(), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
         recording = Recording(
@@ -137,7 +140,8 @@ class Simulation:
             self.counters[state.STEP] = -self.settle_steps
         self._restart, self._written = restart, time.monotonic()
         first_window = self.window_steps
-        with progress(self._steps_in_all, title, "s", unit_scale=self.step, bar_format=BAR) as bar:
+        options = {"unit_scale": self.step, "bar_format": BAR, "disable": title is None}
+        with progress(self._steps_in_all, title or "", "s", **options) as bar:
             bar.update(int(self.counters[state.STEP]) + self.settle_steps)
             self._drive_in(recording, bar)
             # A restarted run may be in a window that had been made longer.

@@ -70,7 +70,7 @@ def simulation_seconds(run: str | Path, duration_s: float) -> float:
     models = MillConfig(**parts["mill"]), ContactConfig(**parts["contact"]), DemConfig(**parts["dem"])
     # The first kernel call of a process loads the kernels.
     short = case.model_copy(update={"settle_s": 1e-4, "window_s": 1e-3})
-    Simulation(short, *models).run("load the kernels")
+    Simulation(short, *models).run()
     simulation = Simulation(case, *models)
     simulation.run(f"time {case.path}")
     steps = simulation.settle_steps + simulation.window_steps

@@ -1,0 +1,39 @@
+"""The bar that moves while the kernels are compiled: a mark a kernel, whatever its signatures."""
+
+import io
+
+import numba
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
+from tqdm import tqdm
+
+from millprint.dem import advance, threads
+from millprint.dem.compilation import CompiledKernels, count_kernels
+
+
+def made_up(module: str):
+    """A function that is not compiled yet, of a module that does not exist."""
+
+    @numba.njit
+    def half(x):
+        return x / 2
+
+    half.py_func.__module__ = module
+    return half
+
+
+def test_the_bar_moves_once_a_kernel_whatever_its_signatures():
+    ours, numbas = made_up("millprint.dem.made_up"), made_up("numba.np.made_up")
+    with tqdm(total=5, file=io.StringIO()) as bar, event.install_listener("numba:compile", CompiledKernels(bar)):
+        assert (ours(1), ours(3.0), ours(2), numbas(1)) == (0.5, 1.5, 1.0, 0.5)
+        assert len(ours.signatures) == 2
+        assert bar.n == 1
+
+
+def test_only_a_run_with_threads_counts_their_kernels():
+    def of(module) -> int:
+        found = [value for value in vars(module).values() if isinstance(value, Dispatcher)]
+        return sum(kernel.py_func.__module__ == module.__name__ for kernel in found)
+
+    assert count_kernels(True) - count_kernels(False) == of(threads) > 0
+    assert count_kernels(False) > of(advance) > 0
