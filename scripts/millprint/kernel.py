@@ -61,8 +61,8 @@ _OPTIONS = {
 
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
-# What only kernels call does without the wrapper for Python too, which takes as long to compile as all the rest. Python
-# itself must not call these: the process would end without a word.
+# What only kernels call does without the wrapper for Python as well: of a small function, both take as long to compile
+# as all the rest. Python itself must not call these: the process would end without a word.
 inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 
