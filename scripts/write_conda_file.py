@@ -1,22 +1,56 @@
 """Writes envs/millprint.yaml, for `snakemake --sdm conda`, from the lock file; run it by `make lock`."""
 
+import re
+import tomllib
+from importlib.metadata import requires
 from pathlib import Path
 
 import yaml
+from packaging.requirements import Requirement
 
 from millprint.files import whole_file
 
-ENVIRONMENTS = Path(__file__).parent.parent / "envs"
+ROOT = Path(__file__).parent.parent
+
+
+def _name(text: str) -> str:
+    """A package's name in the spelling that all others reduce to."""
+    return re.sub(r"[-_.]+", "-", text).lower()
+
+
+def locked() -> dict[str, str]:
+    """Package, in its common spelling, to its line of the lock file."""
+    lines = (ROOT / "envs" / "requirements.lock").read_text().splitlines()
+    return {_name(line.split("==")[0]): line for line in lines if line and not line.startswith("#")}
+
+
+def library_packages() -> list[str]:
+    """Lines of the lock file that the library needs, directly or through another package.
+
+    Snakemake and the tools of developers are not among them: a job of Snakemake needs neither.
+    """
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    known, waiting, found = locked(), [Requirement(text) for text in project["dependencies"]], set()
+    while waiting:
+        requirement = waiting.pop()
+        name = _name(requirement.name)
+        if name in found or name not in known:
+            continue
+        found.add(name)
+        for text in requires(requirement.name) or []:
+            inner = Requirement(text)
+            if inner.marker is None or inner.marker.evaluate({"extra": ""}):
+                waiting.append(inner)
+    return [known[name] for name in sorted(found)]
 
 
 def conda_text() -> str:
-    """The lock file as a conda environment: Python and pip from conda-forge, every package as locked."""
-    lines = (ENVIRONMENTS / "requirements.lock").read_text().splitlines()
-    packages = [line for line in lines if line and not line.startswith("#")]
-    content = {"channels": ["conda-forge"], "dependencies": ["python=3.11", "pip", {"pip": packages}]}
+    """The environment of every rule: Python and pip from conda-forge, the packages as locked."""
+    packages = ["python=3.11", "pip", {"pip": library_packages()}]
+    content = {"channels": ["conda-forge", "nodefaults"], "dependencies": packages}
     return f"# Written from requirements.lock by `make lock`.\n{yaml.safe_dump(content, sort_keys=False)}"
 
 
 if __name__ == "__main__":
-    with whole_file(ENVIRONMENTS / "millprint.yaml") as partial:
+    with whole_file(ROOT / "envs" / "millprint.yaml") as partial:
         partial.write_text(conda_text())

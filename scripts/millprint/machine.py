@@ -1,7 +1,6 @@
 """The process environment that every job inherits."""
 
 import os
-import sys
 from pathlib import Path
 
 # Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
@@ -10,14 +9,16 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 
 
 def prepare_environment() -> None:
-    """One thread a job for numerical libraries, and this Python's own programs first on the path.
+    """One thread a job for numerical libraries, and this library first on the path of the jobs.
 
     Snakemake runs one simulation or fit a core, so a library that starts threads of its own slows all of them; a
-    script that is given threads asks for them itself. The path lets the report's job find the running Snakemake
-    also where its environment is not activated.
+    script that is given threads asks for them itself. Where another copy of the library is installed too, jobs must
+    take the one that the Snakefile was read with.
     """
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
     # Threads that wait without spinning: beside another job, spinning doubles the time of a training step.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    folder = Path(__file__).parents[1]
+    if folder.name != "site-packages":
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))

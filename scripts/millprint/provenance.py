@@ -14,8 +14,11 @@ def package_versions() -> dict[str, str]:
     return {name: version(name) for name in PACKAGES}
 
 
-def commit(folder: str | Path = ".") -> str:
-    """The commit of a working tree, with a word where files differ from it; `unknown` outside a repository."""
+def commit(folder: str | Path = Path(__file__).parent) -> str:
+    """The commit of a working tree, by default the library's own, with a word where files differ from it.
+
+    `unknown` outside a repository, such as for an installed library.
+    """
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty= with changes", "--abbrev=40", "--exclude=*"]
     try:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,8 +1,10 @@
 """The environment is pinned, and written once."""
 
 import re
+import tomllib
 from pathlib import Path
 
+from packaging.requirements import Requirement
 from scripts.write_conda_file import conda_text
 
 ENVIRONMENTS = Path(__file__).parents[2] / "envs"
@@ -18,10 +20,23 @@ def test_every_package_has_one_version():
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines if not line.startswith("#"))
 
 
-def test_what_is_needed_is_locked():
-    names = {re.sub(r"[-_.]+", "-", name).lower() for name in locked()}
-    needed = (ENVIRONMENTS / "requirements.in").read_text().splitlines()
-    assert {line.split("==")[0].lower() for line in needed if not line.startswith("#")} <= names
+def needed() -> list[str]:
+    """What pyproject.toml asks for: by the library, by the workflow and by developers."""
+    project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
+    further = [name for names in project["optional-dependencies"].values() for name in names]
+    return [*project["dependencies"], *further]
+
+
+def test_what_is_needed_is_locked_in_a_version_that_will_do():
+    versions = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in locked().items()}
+    for requirement in map(Requirement, needed()):
+        assert versions[requirement.name.lower()] in requirement.specifier, requirement
+
+
+def test_jobs_need_neither_snakemake_nor_the_tools_of_developers():
+    text = (ENVIRONMENTS / "millprint.yaml").read_text()
+    assert "numba==" in text and "torch==" in text
+    assert not re.search(r"- (snakemake|pytest|ruff|mypy|snakefmt)", text)
 
 
 def test_torch_is_the_cpu_build():
