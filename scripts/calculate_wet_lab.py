@@ -18,6 +18,7 @@ from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_part
 from millprint.config.wet_lab import WetLabConfig
 from millprint.doe.readings import charge_table, solution_table, yield_table
+from millprint.doe.species import check_formulas
 from millprint.doe.wear import read_wear, wear_table
 from millprint.files import write_table
 
@@ -40,6 +41,7 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     with stop_on_bad_input():
         settings = read_part(options.config, "doe", WetLabConfig)
+        check_formulas(settings.chemistry, f"{options.config}: chemistry")
         if options.dry_gas:
             dry = settings.gas.model_copy(update={"saturated": False})
             settings = settings.model_copy(update={"gas": dry})

@@ -5,17 +5,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.distance import pdist
 
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.packing import capacity, inside, largest_fill, pack
+from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
 from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import aligned_step, rayleigh_time
-from millprint.errors import SimulationError
+from millprint.errors import ConfigError, SimulationError
+from millprint.mill.bodies import CHECK_RPM, build_bodies
+from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
+from millprint.preflight import check_room, checked_bodies
 
 CONFIG = Path(__file__).parents[2] / "config"
 VOLUME = 125e-6
@@ -47,6 +51,116 @@ def test_too_many_balls_are_refused_with_the_largest_fill():
     assert fill == pytest.approx(most * math.pi / 6 * 1e-6 / VOLUME, abs=0.011)
     with pytest.raises(SimulationError, match=f"largest fill ratio that does is {fill:g}"):
         pack(vessel, 0.010, most + 60, 0, VOLUME)
+
+
+# A drum of 550 mm with eight lifters, one and a bit balls of 22 mm wide, as validations of DEM codes simulate it.
+WIDTH_MM, BALL_MM, BALLS = 23.5, 22.0, 120
+
+
+def slice_mill(folder, turn=None) -> MillConfig:
+    """The drum of WIDTH_MM from a drawing, its axis along y, or turned by a matrix (3, 3)."""
+    # Seven corners on the wall and, 25 mm inwards, two of a lifter, an eighth of a turn after another.
+    degrees = np.add.outer(45 * np.arange(8), [0, 7, 14, 21, 28, 35, 39, 40, 44]).ravel()
+    radii = np.tile([275] * 7 + [250] * 2, 8)
+    outline = radii[:, None] * np.column_stack([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    count, half = len(outline), WIDTH_MM / 2
+    ring = np.arange(count)
+    after = (ring + 1) % count
+    ends = [np.column_stack([outline[:, 0], np.full(count, y), outline[:, 1]]) for y in (-half, half)]
+    vertices = np.concatenate([*ends, [[0, -half, 0], [0, half, 0]]])
+    middles = np.full(count, 2 * count), np.full(count, 2 * count + 1)
+    faces = np.concatenate(
+        [
+            np.column_stack([ring, after, middles[0]]),
+            np.column_stack([count + after, count + ring, middles[1]]),
+            np.column_stack([after, ring, count + ring]),
+            np.column_stack([after, count + ring, count + after]),
+        ]
+    )
+    jar = trimesh.Trimesh(vertices @ (np.eye(3) if turn is None else turn).T, faces, process=False)
+    trimesh.repair.fix_normals(jar)
+    assert jar.is_watertight
+    jar.export(folder / "drum.obj", digits=12)
+    axis = [0, 1, 0] if turn is None else turn[:, 1].tolist()
+    return MillConfig(
+        name="slice", title="slice", source="made for a test", volume_ml=round(jar.volume / 1e3, 1),
+        geometry={"kind": "stl", "path": "drum.obj", "unit": "mm"}, motion={"kind": "rotation", "axis": axis},
+    )  # fmt: skip
+
+
+def slice_case(fill: float) -> Case:
+    return Case(
+        mill="slice", contact="steel", ball_diameter_mm=BALL_MM, fill_ratio=fill, speed_rpm=40, seed=0,
+        settle_s=0.002, discard_s=0.0, window_s=0.002, snapshot_interval_s=0.001,
+    )  # fmt: skip
+
+
+def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
+    """Only a plane of balls that lies across its axis holds them: level planes have one row each in 19 mm of height."""
+    monkeypatch.chdir(tmp_path)
+    mill = slice_mill(tmp_path)
+    (body,) = checked_bodies({"slice": mill})["slice"]
+    volume, diameter = mill.volume_ml * 1e-6, BALL_MM / 1e3
+    fill = BALLS * math.pi / 6 * diameter**3 / volume
+    check_room([slice_case(fill)], {"slice": mill}, {"slice": [body]}, "test")
+    with pytest.raises(ConfigError, match=r"fill_ratios = 0.9: \d+ balls of 22 mm do not fit in mill slice; at most"):
+        check_room([slice_case(0.9)], {"slice": mill}, {"slice": [body]}, "test")
+    start, again, other = (pack(body.vessel, diameter, BALLS, seed, volume) for seed in (0, 0, 1))
+    assert start.shape == (BALLS, 3)
+    assert np.array_equal(start, again)
+    assert np.abs(start - other).max() > diameter / 10
+    assert pdist(start).min() >= diameter
+    assert signed_distance(body.vessel)(start)[0].max() <= -diameter / 2
+
+    contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
+    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002, skin_m=1e-3)
+    simulation = Simulation(slice_case(fill), mill, contact, dem)
+    assert simulation.count == BALLS
+    simulation.run("test")
+    # Under free fall and little else, for 4 ms: balls have begun to fall and are still inside.
+    assert simulation.counters[0] >= 400
+    now = simulation.counters[0] * simulation.step
+    at = simulation.bodies[0].to_body(simulation.balls.position, now)
+    assert signed_distance(body.vessel)(at)[0].max() < -0.98 * diameter / 2
+    assert simulation.balls.velocity[:, 2].mean() < -0.005
+
+
+def test_the_largest_fill_of_a_slice_is_that_of_one_plane(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mill = slice_mill(tmp_path)
+    vessel, diameter, volume = build_vessel(mill), BALL_MM / 1e3, mill.volume_ml * 1e-6
+    most = capacity(vessel, diameter)
+    # A plane of hexagonal close packing, less what its rim and the lifters take.
+    whole = math.pi * 275**2 / (math.sqrt(3) / 2 * BALL_MM**2)
+    assert 0.75 * whole < most < whole
+    assert len(pack(vessel, diameter, most, 3, volume)) == most
+    fill = largest_fill(vessel, diameter, volume)
+    assert fill == pytest.approx(most * math.pi / 6 * diameter**3 / volume, abs=0.011)
+
+
+def test_a_slice_may_lie_in_any_direction(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
+    mill = slice_mill(tmp_path, turn)
+    vessel, diameter = build_vessel(mill), BALL_MM / 1e3
+    assert abs(thin_direction(vessel) @ turn[:, 1]) == pytest.approx(1, abs=1e-9)
+    start = pack(vessel, diameter, BALLS, 0, mill.volume_ml * 1e-6)
+    assert pdist(start).min() >= diameter
+    assert inside(vessel, start, diameter / 2).all()
+
+
+@pytest.mark.parametrize(("room", "planes"), [(0.9, 0), (1.01, 1), (1.81, 1), (1.83, 2), (2.65, 3)])
+def test_planes_are_as_many_as_have_room_and_lie_in_the_middle(room, planes):
+    """Two planes of balls take d + sqrt(2/3) d: 1.816 diameters; here GAP adds a thousandth."""
+    box = {"kind": "box", "x_mm": 100, "y_mm": 10 * room, "z_mm": 100}
+    drawn = {"name": "box", "title": "box", "source": "test", "volume_ml": 100 * room, "motion": {"kind": "rest"}}
+    (body,) = build_bodies(MillConfig(**drawn, geometry=box), CHECK_RPM)
+    sites = laid_lattice(body.vessel, 0.01, 0.01 * 1.001, 0.3, np.array([0.2, 0.7]))
+    levels = np.unique(sites[:, 1].round(9))
+    assert len(levels) == planes
+    if planes:
+        assert levels.mean() == pytest.approx(0, abs=1e-12)
+        assert pdist(sites).min() >= 0.01
 
 
 def test_rayleigh_time_of_a_soft_steel_ball():

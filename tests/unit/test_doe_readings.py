@@ -6,13 +6,12 @@ import pytest
 import yaml
 
 import calculate_wet_lab
-from millprint.config.load import check_model
 from millprint.config.wet_lab import ChemistryConfig, WetLabConfig
 from millprint.doe.gas import gas_volume, gas_yield, vapour_pressure, yield_error
 from millprint.doe.half_life import half_life, share_lost
 from millprint.doe.powder import ball_mass, reactant_masses
 from millprint.doe.readings import charge_table, solution_table, yield_table
-from millprint.doe.species import molar_mass
+from millprint.doe.species import check_formulas, molar_mass
 from millprint.errors import ConfigError
 from millprint.files import read_table
 from tests.conftest import ROOT
@@ -100,9 +99,9 @@ def test_another_reaction_and_impure_powders_are_counted(tmp_path):
 
 @pytest.mark.parametrize("formula", ["nabo2", "", "Xx2", "NaBO2 and water"])
 def test_a_formula_that_is_none_is_refused_in_one_line(formula):
-    content = {**CHEMISTRY.model_dump(), "limiting": formula}
-    with pytest.raises(ConfigError, match="limiting: formula") as caught:
-        check_model(content, ChemistryConfig, "config.yaml")
+    chemistry = CHEMISTRY.model_copy(update={"limiting": formula})
+    with pytest.raises(ConfigError, match=r"config.yaml: doe.chemistry.limiting: formula .* NaBO2.4H2O") as caught:
+        check_formulas(chemistry, "config.yaml: doe.chemistry")
     assert "\n" not in str(caught.value)
 
 
@@ -208,6 +207,11 @@ def test_the_command_takes_a_file_of_its_own_and_dry_gas(tmp_path):
     [
         ("doe: 3\n", READING, "doe: a section"),
         ("doe:\n  gas: {temperature_k: 298, pressure_pa: 1e5}\n", READING, "chemistry: this key is missing"),
+        (
+            "chemistry: {limiting: nabo2, reductant: MgH2, stoichiometric_ratio: 6, gas_per_mole: 4}\n",
+            READING,
+            "lab.yaml: chemistry.limiting: formula 'nabo2'",
+        ),
         (None, {**READING, "gas_volume_ml": 1141}, "yield of 140 %"),
         (None, {"case": "a"}, "gas_volume_ml is missing"),
     ],

@@ -1,7 +1,11 @@
-"""Starting positions: a jittered hexagonal packing, turned and shifted by the seed, thinned to the balls wanted."""
+"""Starting positions: a jittered hexagonal packing, turned and shifted by the seed, thinned to the balls wanted.
+
+Its planes lie level. Where that does not hold the balls, as in a slice of a drum that is little wider than a ball, they
+are laid across the vessel's thinnest direction instead, as many planes as have room there and in its middle.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -10,7 +14,7 @@ from millprint.errors import SimulationError
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
 
-# Packings that are tried before it is said that the balls do not fit.
+# Packings that are tried of each way to lay the planes, before it is said that the balls do not fit.
 TRIALS = 24
 
 # Neighbours start at least this fraction of a diameter apart.
@@ -47,36 +51,95 @@ def _inside_convex(vessel: Vessel, points: np.ndarray, clearance: float) -> np.n
     return fits
 
 
-def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> np.ndarray:
-    """Sites (n, 3) [m] of a hexagonal close packing over the vessel's bounding box.
+# Distance of the planes of a close packing, over that of its sites.
+PLANES = math.sqrt(2 / 3)
 
-    angle: turn about the vertical [rad]; shift: (3,) in units of the spacing.
+
+def _close_packed(half: np.ndarray, planes: np.ndarray, turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Sites (n, 3) of a hexagonal close packing about the origin, in units of the spacing, before they are turned.
+
+    half: half the sizes (3,) of the box that they cover once they are turned; planes: the numbers (l,) of the planes
+    one above the other; turn: rotation (3, 3) about the third axis; shift: (3,).
     """
-    low, high = vessel.bounds
-    middle, half = (low + high) / 2, (high - low) / 2 / spacing
-    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
-    # Rows over the turned box in plan, two spacings more for stagger and shift, each through all layers.
+    # Rows over the turned box in plan, two spacings more for stagger and shift, each through all planes.
     across = math.hypot(half[0], half[1])
     rows = (np.arange(-n, n + 1) for n in (math.ceil(across) + 2, math.ceil(across / math.sqrt(3 / 4)) + 2))
     i, j = (index.reshape(-1, 1) for index in np.meshgrid(*rows, indexing="ij"))
     plan = np.hstack([i + j % 2 / 2, math.sqrt(3) / 2 * j]) @ turn[:2, :2].T
     i, j = (index[(np.abs(plan) <= half[:2] + 2).all(axis=1)] for index in (i, j))
-    layers = math.ceil(half[2] / math.sqrt(2 / 3)) + 2
-    k = np.arange(-layers, layers + 1)
-    x = i + ((j + k) % 2) / 2
-    y = math.sqrt(3) / 2 * (j + (k % 2) / 3)
-    z = math.sqrt(2 / 3) * k
-    sites = np.stack(np.broadcast_arrays(x, y, z), axis=-1).reshape(-1, 3) + shift
-    return spacing * sites @ turn.T + middle
+    x = i + ((j + planes) % 2) / 2
+    y = math.sqrt(3) / 2 * (j + (planes % 2) / 3)
+    z = PLANES * planes
+    return np.stack(np.broadcast_arrays(x, y, z), axis=-1).reshape(-1, 3) + shift
+
+
+def _turn(angle: float) -> np.ndarray:
+    return np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+
+
+def lattice(vessel: Vessel, spacing: float, angle: float, shift: np.ndarray) -> np.ndarray:
+    """Sites (n, 3) [m] of a hexagonal close packing of level planes over the vessel's bounding box.
+
+    angle: turn about the vertical [rad]; shift: (3,) in units of the spacing.
+    """
+    low, high = vessel.bounds
+    middle, half = (low + high) / 2, (high - low) / 2 / spacing
+    layers = math.ceil(half[2] / PLANES) + 2
+    turn = _turn(angle)
+    return spacing * _close_packed(half, np.arange(-layers, layers + 1), turn, shift) @ turn.T + middle
+
+
+def thin_direction(vessel: Vessel) -> np.ndarray:
+    """The unit vector (3,) along which the vessel is thinnest: an axis of its frame, or across its largest facet."""
+    largest = max(vessel.facets, key=lambda facet: facet.area)
+    directions = np.vstack([np.eye(3), largest.normal])
+    # The facet counts only where it is across none of the axes, and the vessel thinner along it by more than rounding.
+    widths = np.ptp(vessel.vertices @ directions.T, axis=0) * [1, 1, 1, 1 + 1e-9]
+    return directions[np.argmin(widths)]
+
+
+def laid_lattice(vessel: Vessel, diameter: float, spacing: float, angle: float, shift: np.ndarray) -> np.ndarray:
+    """Sites (n, 3) [m] of a hexagonal close packing whose planes lie across the vessel's thinnest direction.
+
+    There are as many planes as balls of a diameter [m] have room for, in the middle of that direction.
+    angle: turn about that direction [rad]; shift: (2,) within the planes, in units of the spacing.
+    """
+    normal = thin_direction(vessel)
+    first = np.eye(3)[np.argmin(np.abs(normal))]
+    first = np.cross(first, normal) / np.linalg.norm(np.cross(first, normal))
+    frame = np.array([first, np.cross(normal, first), normal])
+    ends = vessel.vertices @ frame.T
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    room = high[2] - low[2] - diameter * (1 + GAP)
+    planes = np.arange(math.floor(room / (PLANES * spacing) + 1e-9) + 1 if room >= 0 else 0)
+    turn, upwards = _turn(angle), -PLANES * (len(planes) - 1) / 2
+    sites = _close_packed((high - low) / 2 / spacing, planes, turn, np.array([*shift, upwards]))
+    return (spacing * sites @ turn.T + (low + high) / 2) @ frame
+
+
+# Sites (n, 3) [m] that balls of a diameter [m] have a place at, of a packing of a spacing [m] that a generator draws.
+Sites = Callable[[Vessel, float, float, np.random.Generator, Sequence[Vessel]], np.ndarray]
+
+
+def _kept(points: np.ndarray, vessel: Vessel, diameter: float, inserts: Sequence[Vessel]) -> np.ndarray:
+    """Those of the points (n, 3) [m] that a ball has a place at."""
+    low, high = vessel.bounds + np.array([[diameter / 2], [-diameter / 2]])
+    points = points[((points >= low) & (points <= high)).all(axis=1)]
+    return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
 
 
 def _sites(
     vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
 ) -> np.ndarray:
     points = lattice(vessel, spacing, rng.uniform(0, math.pi / 3), rng.uniform(0, 1, 3))
-    low, high = vessel.bounds + np.array([[diameter / 2], [-diameter / 2]])
-    points = points[((points >= low) & (points <= high)).all(axis=1)]
-    return points[inside(vessel, points, diameter / 2 * (1 + GAP), inserts)]
+    return _kept(points, vessel, diameter, inserts)
+
+
+def _laid_sites(
+    vessel: Vessel, diameter: float, spacing: float, rng: np.random.Generator, inserts: Sequence[Vessel]
+) -> np.ndarray:
+    points = laid_lattice(vessel, diameter, spacing, rng.uniform(0, math.pi / 3), rng.uniform(0, 1, 2))
+    return _kept(points, vessel, diameter, inserts)
 
 
 def capacity(
@@ -86,15 +149,17 @@ def capacity(
     inserts: Sequence[Vessel] = (),
     enough: int | None = None,
 ) -> int:
-    """How many balls of a diameter [m] the start can place: the best of some hexagonal packings.
+    """How many balls of a diameter [m] the start can place: the best of some hexagonal packings, level and laid.
 
     enough: a number that settles the question; packings are tried up to the first that holds as many.
     """
-    rng, most = np.random.default_rng(0), 0
-    for _ in range(trials):
-        most = max(most, len(_sites(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
-        if enough is not None and most >= enough:
-            break
+    most = 0
+    for sites_of in (_sites, _laid_sites):
+        rng = np.random.default_rng(0)
+        for _ in range(trials):
+            most = max(most, len(sites_of(vessel, diameter_m, diameter_m * (1 + GAP), rng, inserts)))
+            if enough is not None and most >= enough:
+                return most
     return most
 
 
@@ -117,6 +182,16 @@ def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
     return points[np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0]))]
 
 
+def _tries(seed: int) -> Iterator[tuple[Sites, np.random.Generator]]:
+    """The packings that are tried for a start, one after another: level ones first, then those laid.
+
+    After some packings of the seed's own come all those by which the capacity is judged: what it allows must fit.
+    """
+    for sites_of in (_sites, _laid_sites):
+        own, judged = np.random.default_rng(seed), np.random.default_rng(0)
+        yield from [(sites_of, own)] * (TRIALS // 2) + [(sites_of, judged)] * TRIALS
+
+
 def pack(
     vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: float, inserts: Sequence[Vessel] = ()
 ) -> np.ndarray:
@@ -126,25 +201,28 @@ def pack(
     The packing is as loose as holds that many sites, each ball then moves at random within its share of the gap.
     Raises SimulationError if they do not fit, with the largest fill ratio that does.
     """
-    # After some packings of the seed's own come all those by which the capacity is judged: what it allows must fit.
-    own, judged = np.random.default_rng(seed), np.random.default_rng(0)
-    for trial, rng in enumerate([own] * (TRIALS // 2) + [judged] * TRIALS):
+    for trial, (sites_of, rng) in enumerate(_tries(seed)):
         spacing = diameter_m * (1 + GAP)
-        sites = _sites(vessel, diameter_m, spacing, rng, inserts)
+        sites = sites_of(vessel, diameter_m, spacing, rng, inserts)
         if len(sites) < count:
             continue
         state = rng.bit_generator.state
         best = sites
         for wider in np.linspace(1.05, 2.0, 20):
             rng.bit_generator.state = state
-            looser = _sites(vessel, diameter_m, diameter_m * wider, rng, inserts)
+            looser = sites_of(vessel, diameter_m, diameter_m * wider, rng, inserts)
             if len(looser) < count:
                 break
             best, spacing = looser, diameter_m * wider
         draw = np.random.default_rng([seed, trial])
         chosen = best[draw.permutation(len(best))[:count]]
         room = (spacing - diameter_m) / 2 * 0.99
-        moved = chosen + draw.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
+        move = draw.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
+        if sites_of is _laid_sites:
+            # Across its planes there may be no room at all: within them every ball moves.
+            normal = thin_direction(vessel)
+            move -= np.outer(move @ normal, normal)
+        moved = chosen + move
         fits = inside(vessel, moved, diameter_m / 2, inserts)
         return by_cell(np.where(fits[:, None], moved, chosen), spacing)
     fill = largest_fill(vessel, diameter_m, volume_m3, inserts)

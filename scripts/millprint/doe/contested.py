@@ -97,12 +97,16 @@ def _choices(config: AnalysisConfig) -> list[list[str]]:
     return choices
 
 
+# One minus the leverage of a run, below which it is zero but for rounding.
+LEAST_SPARE_LEVERAGE = 1e-9
+
+
 def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The model of the analysis, and each in which an interaction gives way to one that it is confounded with.
 
     AICc = N ln(RSS / N) + 2 k + 2 k (k + 1) / (N - k - 1), k parameters and a variance; r2_leave_one_out predicts each
-    run from the others. Models that the runs cannot tell apart from others of their own terms are left out, and so
-    are all but the first MOST_MODELS.
+    run from the others, and is not a number where a single run fixes a parameter. Models that the runs cannot tell
+    apart from others of their own terms are left out, and so are all but the first MOST_MODELS.
     """
     models, runs_left = _Projector(config, runs), len(runs)
     total = float(((models.response - models.response.mean()) ** 2).sum())
@@ -113,7 +117,12 @@ def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFra
         if rank < columns.shape[1] or rank >= runs_left:
             continue
         hat = columns @ np.linalg.pinv(columns)
-        left_out = (models.response - hat @ models.response) / (1 - np.diag(hat))
+        spare_leverage = 1 - np.diag(hat)
+        # A run that its model fits whatever its yield is cannot be predicted from the others.
+        r2_left_out = np.nan
+        if spare_leverage.min() > LEAST_SPARE_LEVERAGE:
+            left_out = (models.response - hat @ models.response) / spare_leverage
+            r2_left_out = 1 - float(left_out @ left_out) / total
         parameters, spare = rank + 1, runs_left - rank - 2
         rows.append(
             {
@@ -122,7 +131,7 @@ def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFra
                 "residual_sum_of_squares": rest,
                 "r2": 1 - rest / total,
                 "r2_adjusted": 1 - rest / total * (runs_left - 1) / (runs_left - rank),
-                "r2_leave_one_out": 1 - float(left_out @ left_out) / total,
+                "r2_leave_one_out": r2_left_out,
                 "aicc": runs_left * log(rest / runs_left)
                 + 2 * parameters
                 + (2 * parameters * (parameters + 1) / spare if spare > 0 else np.inf),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from millprint.config.design import DesignConfig, Factor
+from millprint.config.design import Factor
 from millprint.doe.bounds import CASE, check_bounds, check_cases
 from millprint.errors import ConfigError
 from millprint.files import read_table
@@ -43,15 +43,15 @@ def _check_order(frame: pd.DataFrame, path: str) -> None:
         )
 
 
-def read_runs(path: str, config: DesignConfig, positive: Sequence[str] = ()) -> pd.DataFrame:
+def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()) -> pd.DataFrame:
     """Read the runs as they were done: columns case (text), the settings, yield_percent, and a level code a factor.
 
     Columns `treatment` and `run_order` are kept where there are any; `positive` names further columns that must hold
     numbers above 0. Raises ConfigError, in one line, for a missing column, a text in a numeric column, a case that
     appears twice, a setting that is no level, and a yield outside 0 to 100 %.
     """
-    numeric = [*(factor.column for factor in config.factors if factor.numeric), *positive, YIELD]
-    names = [factor.column for factor in config.factors if not factor.numeric]
+    numeric = [*(factor.column for factor in factors if factor.numeric), *positive, YIELD]
+    names = [factor.column for factor in factors if not factor.numeric]
     frame = read_table(path, numeric=list(dict.fromkeys(numeric)), text=[CASE, *names])
     if RUN_ORDER in frame:
         frame = read_table(path, numeric=list(dict.fromkeys([*numeric, RUN_ORDER])), text=[CASE, *names])
@@ -61,9 +61,9 @@ def read_runs(path: str, config: DesignConfig, positive: Sequence[str] = ()) -> 
     check_bounds(frame, path, YIELD, 0, 100)
     for column in positive:
         check_bounds(frame, path, column, 0, above=True)
-    for factor in config.factors:
+    for factor in factors:
         frame[factor.symbol] = _codes(frame, factor, path)
     if "treatment" in frame:
         # A code such as 0011 may have been read as the number 11.
-        frame["treatment"] = frame["treatment"].astype(str).str.zfill(len(config.factors))
+        frame["treatment"] = frame["treatment"].astype(str).str.zfill(len(factors))
     return frame

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.config.doe import DoeConfig
+from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.doe.gas import gas_volume, gas_yield
 from millprint.doe.half_life import half_life, share_lost
 from millprint.doe.powder import powder_mass
@@ -10,9 +10,8 @@ from millprint.doe.readings import GRAM, HOUR, MILLILITRE, weighed_in
 from millprint.doe.runs import YIELD
 
 
-def half_life_table(config: DoeConfig) -> pd.DataFrame:
+def half_life_table(own: HalfLifeConfig) -> pd.DataFrame:
     """Half-life of the solution (thesis Eq. 2.7) as configured, around it in pH, and at an exact 25 degC."""
-    own = config.half_life
     conditions = [
         (own.ph, own.temperature_k, "as configured"),
         (own.ph, 298.15, "25 degC, not rounded"),
@@ -26,19 +25,18 @@ def half_life_table(config: DoeConfig) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["ph", "temperature_k", "half_life_h", "lost_in_an_hour_percent", "note"])
 
 
-def powder_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
+def powder_table(runs: pd.DataFrame, jar: PowderConfig, chemistry: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
     """Masses weighed in for each run, and the gas volume that its yield stands for at the configured conditions.
 
     The runs have the columns bpr and molar_ratio. yield_if_vapour_ignored_percent takes the moist gas for pure
     hydrogen. yield_per_ml_percent is the yield that 1 mL of gas is worth: the resolution of the method, finest where
     the ball-to-powder ratio is low and the powder much.
     """
-    gas = config.gas
     conditions = (gas.temperature_k, gas.pressure_pa)
-    powder = powder_mass(config.powder.ball_mass_g * GRAM, runs["bpr"])
-    charge = weighed_in(powder, runs["molar_ratio"], config.chemistry)
+    powder = powder_mass(jar.ball_mass_g * GRAM, runs["bpr"])
+    charge = weighed_in(powder, runs["molar_ratio"], chemistry)
     limiting = charge["limiting_mass_g"] * GRAM
-    full = gas_volume(1.0, *conditions, limiting, config.chemistry, gas.saturated)
+    full = gas_volume(1.0, *conditions, limiting, chemistry, gas.saturated)
     volume = runs[YIELD] / 100 * full
     return pd.DataFrame(
         {
@@ -50,7 +48,7 @@ def powder_table(config: DoeConfig, runs: pd.DataFrame) -> pd.DataFrame:
             "gas_volume_ml": volume / MILLILITRE,
             YIELD: runs[YIELD],
             "yield_if_vapour_ignored_percent": 100
-            * gas_yield(volume, *conditions, limiting, config.chemistry, saturated=False),
-            "yield_per_ml_percent": 100 * gas_yield(MILLILITRE, *conditions, limiting, config.chemistry, gas.saturated),
+            * gas_yield(volume, *conditions, limiting, chemistry, saturated=False),
+            "yield_per_ml_percent": 100 * gas_yield(MILLILITRE, *conditions, limiting, chemistry, gas.saturated),
         }
     )
