@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.intersect import self_intersection
 from millprint.mill.merge import merge_coplanar
-from millprint.mill.vessel import Vessel, build_vessel, shape_facets
+from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 
@@ -273,9 +273,15 @@ def test_the_volume_in_the_yaml_must_be_that_of_the_file():
     block(50, 50, 50).export("box.stl")
     content = load_named(MILLS, "emax", MillConfig, "mill").model_dump()
     content["geometry"] = {"kind": "stl", "path": "box.stl", "unit": "mm"}
-    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(125e-6)
+    vessel = build_vessel(MillConfig(**content))
+    assert vessel.volume_m3 == pytest.approx(125e-6)
+    check_volume(MillConfig(**content), vessel)
     content["volume_ml"] = 130
-    with pytest.raises(ConfigError, match=r"volume_ml = 130: box.stl in mm holds 125 mL"):
-        build_vessel(MillConfig(**content))
+    with pytest.raises(ConfigError, match=r"volume_ml = 130: box.stl in mm holds 125 mL; correct it, or the unit, or"):
+        check_volume(MillConfig(**content), vessel)
+    check_volume(MillConfig(**content, volume_tolerance=0.1), vessel)
     content["geometry"]["volume_tolerance"] = 0.1
-    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(125e-6)
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, MillConfig, "emax.yaml")
+    line = "emax.yaml: geometry.volume_tolerance = 0.1: unknown key; it belongs to the top level"
+    assert str(caught.value) == line

@@ -72,7 +72,7 @@ def test_a_drum_turns_counter_clockwise_about_its_axis():
     assert quarter @ [0, 0, 1] == pytest.approx([1, 0, 0], abs=1e-12)
 
 
-@pytest.mark.parametrize("ratio", [-2.2, -1.0, 0.0, 1.5])
+@pytest.mark.parametrize("ratio", [-2.2, -1.0, 0.1, 1.5])
 def test_a_planetary_jar_has_the_acceleration_of_its_two_rotations(ratio):
     """A point at angle phi0 of the jar's wall is accelerated towards the sun's axis and towards the jar's axis."""
     made, sun, point = motion("planetary", ratio=ratio), 0.07, np.array([0.02, 0.01, 0.03])

@@ -255,13 +255,22 @@ def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bo
 def build_vessel(mill: MillConfig) -> Vessel:
     """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
     place = f"config/mills/{mill.name}.yaml: geometry"
-    vessel = Vessel(shape_facets(mill.geometry, place, solid=False), place)
-    if isinstance(mill.geometry, StlGeometry):
-        volume, wanted = vessel.volume_m3 * 1e6, mill.volume_ml
-        if abs(volume - wanted) > mill.geometry.volume_tolerance * volume:
-            raise ConfigError(
-                f"config/mills/{mill.name}.yaml: volume_ml = {wanted:g}: {mill.geometry.path} in "
-                f"{mill.geometry.unit} holds {volume:.4g} mL; correct it, or the unit, or allow the difference by "
-                "geometry.volume_tolerance"
-            )
-    return vessel
+    return Vessel(shape_facets(mill.geometry, place, solid=False), place)
+
+
+def check_volume(mill: MillConfig, vessel: Vessel) -> None:
+    """Raise ConfigError where `volume_ml` is not the volume of the mill's vessel within `volume_tolerance`.
+
+    Inserts are not taken off, as fill ratios refer to the vessel without them.
+    """
+    volume, wanted, geometry = vessel.volume_m3 * 1e6, mill.volume_ml, mill.geometry
+    if abs(volume - wanted) <= mill.volume_tolerance * volume:
+        return
+    if isinstance(geometry, StlGeometry):
+        shape, sizes = f"{geometry.path} in {geometry.unit}", "the unit"
+    else:
+        shape, sizes = f"the {geometry.kind} of geometry", "its sizes"
+    raise ConfigError(
+        f"config/mills/{mill.name}.yaml: volume_ml = {wanted:g}: {shape} holds {volume:.4g} mL; correct it, or "
+        f"{sizes}, or allow the difference by volume_tolerance"
+    )

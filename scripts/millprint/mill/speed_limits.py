@@ -1,0 +1,149 @@
+"""How fast a mill may turn: accelerations and speeds of its walls against what machines reach.
+
+A speed with digits too many, or of another part of the machine, makes a run that is stable and wrong. So each body's
+fastest wall is held against two bounds: beyond `usual` a person is warned, and what is beyond `most` is no machine.
+Both are round numbers for their kind of machine, by what makers and the literature commonly state, not checked on data
+sheets.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from millprint.config.mill import MillConfig
+from millprint.config.motion import Motion as Law
+from millprint.mill.bodies import CHECK_RPM, Body
+from millprint.mill.motion import Motion, motion_from_law
+
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of a kind of body, of its walls' acceleration over gravity [-] or, with `by_speed`, their speed [m/s].
+
+    usual_words and most_words say what reaches the two, to end a sentence.
+    """
+
+    usual: float
+    usual_words: str
+    most: float
+    most_words: str
+    by_speed: bool = False
+
+
+# Retsch Emax: 17 mm at 2000 rpm are 76 g. Fritsch Pulverisette 7 premium line: 95 g for the jar's axis at 1100 rpm of
+# the sun wheel, to which the jar's own spin adds a third at its wall. SPEX 8000, mixer and vibratory mills stay below.
+SHAKEN = Bounds(
+    150,
+    "the strongest mills that shake their vessel reach some 100 g",
+    1000,
+    "no mill shakes its vessel by over 1000 g",
+)
+# A drum at its critical speed has 1 g at the wall, and 4 g at twice that speed. High-speed centrifuges for bottles of
+# some 50 mL end near 100,000 g; ultracentrifuges beyond take tubes without anything that mills.
+TURNED = Bounds(
+    4,
+    "beyond 1 g at the wall, the critical speed of a drum, balls stay on the wall and mill nothing",
+    100_000,
+    "no vessel of a mill turns at over 100,000 g",
+)
+# Tips of stirrers: 3 to 5 m/s in attritors, up to 25 m/s in stirred media mills, some 15 m/s in high-energy rotor ball
+# mills. Counter-rotating pin mills, without balls, are the fastest mills of all, near 250 m/s.
+STIRRED = Bounds(
+    25,
+    "stirrers of ball mills reach some 25 m/s at their tips",
+    250,
+    "no mill's stirrer is faster than 250 m/s at its tip",
+    by_speed=True,
+)
+
+# By the kind of motion: of a vessel and what moves with it, and of an insert with a motion of its own.
+VESSEL_BOUNDS = {
+    "circle": SHAKEN,
+    "lissajous": SHAKEN,
+    "planetary": SHAKEN,
+    "swing": SHAKEN,
+    "points": SHAKEN,
+    "rotation": TURNED,
+    "rest": SHAKEN,
+}
+INSERT_BOUNDS = {**VESSEL_BOUNDS, "rotation": STIRRED}
+
+# Samples of a turn of the fastest harmonic, which miss its peak by 0.02 %; their largest number, a prime, so that they
+# meet other phases in every turn of a faster one; and the step of differences.
+SAMPLES, SAMPLES_MAX, DIFFERENCE = 180, 3607, 1e-4
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How a body's fastest wall moves at one turn of the mill a second: speed [m/s] and acceleration [m/s2]."""
+
+    body: str
+    bounds: Bounds
+    speed: float
+    acceleration: float
+
+    def speed_at(self, bound: float) -> float:
+        """The mill's speed [rpm] at which the body comes to a bound of its kind; infinite for one that stands still."""
+        reached = self.speed if self.bounds.by_speed else self.acceleration / GRAVITY
+        if reached == 0:
+            return math.inf
+        return 60 * (bound / reached if self.bounds.by_speed else math.sqrt(bound / reached))
+
+    def words(self, speed_rpm: float) -> str:
+        """What the body's wall does at a speed of the mill [rpm]."""
+        turns = speed_rpm / 60
+        return (
+            f"the wall of {self.body} would have an acceleration of {_plain(self.acceleration * turns**2 / GRAVITY)} g "
+            f"and move at {_plain(self.speed * turns)} m/s"
+        )
+
+
+def _plain(value: float) -> str:
+    """A number of three digits, without an exponent below a million."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
+    """How the bodies of a mill move at one turn a second.
+
+    bodies: those of the mill at any speed; their motions are made here, so that a case's own amplitude counts.
+    """
+    own = [insert.motion for insert in mill.inserts]
+    laws = [mill.motion, *(law or mill.motion for law in own)]
+    bounds = [VESSEL_BOUNDS[mill.motion.kind]]
+    bounds += [INSERT_BOUNDS[law.kind] if law else bounds[0] for law in own]
+    return [_pace(body, law, bound) for body, law, bound in zip(bodies, laws, bounds, strict=True)]
+
+
+def _pace(body: Body, law: Law, bounds: Bounds) -> Pace:
+    motion = motion_from_law(law, CHECK_RPM)
+    fastest = _harmonic(motion)
+    samples, step = min(SAMPLES_MAX, SAMPLES * fastest), DIFFERENCE / fastest
+    # A turn that begins after the start, before which the mill stands still.
+    times = 0.5 + np.arange(samples) / samples
+    turned, placed = zip(
+        *((motion.rotation(t), motion.position(t)) for t in (times - step, times, times + step)), strict=True
+    )
+    rates = [(value[2] - value[0]) / (2 * step) for value in (turned, placed)]
+    curves = [(value[0] - 2 * value[1] + value[2]) / step**2 for value in (turned, placed)]
+    return Pace(body.name, bounds, *(_largest(body.vessel.vertices, *pair) for pair in (rates, curves)))
+
+
+def _largest(points: np.ndarray, turning: np.ndarray, moving: np.ndarray) -> float:
+    """The largest |turning x + moving| of points x (n, 3), for changes of the pose (t, 3, 3) and (t, 3) over time.
+
+    One time after another, for a vessel from a file has many points.
+    """
+    changes = zip(turning, moving, strict=True)
+    return max(float(np.linalg.norm(points @ matrix.T + shift, axis=1).max()) for matrix, shift in changes)
+
+
+def _harmonic(motion: Motion) -> int:
+    """The fastest turn or oscillation of a body over a turn of the mill, 1 at least; a curve has one for 8 pieces."""
+    angular = [abs(motion.rate), *motion.harmonics[:, 0], *motion.swing[:, 0]]
+    turns = max(angular) / (2 * math.pi) / (CHECK_RPM / 60)
+    return max(1, math.ceil(turns - 1e-9), len(motion.pieces) // 8)

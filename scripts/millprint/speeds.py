@@ -1,0 +1,110 @@
+"""The speeds that a configuration asks its mills for, held against what machines reach (mill.speed_limits)."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from millprint.config.mill import MillConfig
+from millprint.config.override import mill_of
+from millprint.config.sweep import Case
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.mill_cases import place_of_sweep
+from millprint.mill.bodies import Body
+from millprint.mill.speed_limits import Pace, paces
+
+# Units in which a mill's speed is given.
+PER_RPM = {"rpm": 1.0, "Hz": 1 / 60}
+
+
+@dataclass(frozen=True)
+class SpeedSetting:
+    """A speed [rpm] of a mill, with the YAML file and key that it stands in, and that key's unit, rpm or Hz."""
+
+    place: str
+    unit: str
+    mill: MillConfig
+    speed_rpm: float
+
+    @property
+    def line(self) -> str:
+        """File, key and value, with which a message begins."""
+        return f"{self.place} = {self.speed_rpm * PER_RPM[self.unit]:g}"
+
+    def up_to(self, speed_rpm: float) -> str:
+        """A bound [rpm] in the unit of the key, rounded down to three digits, so that what is told passes."""
+        bound = speed_rpm * PER_RPM[self.unit]
+        digit = 10.0 ** (math.floor(math.log10(bound)) - 2)
+        return f"{math.floor(bound / digit) * digit:g} {self.unit}"
+
+
+def speed_settings(
+    config: WorkflowConfig,
+    mills: Mapping[str, MillConfig],
+    own_sweeps: Mapping[str, Sequence[Case]],
+    cases: Mapping[str, Case],
+    source: str,
+) -> list[SpeedSetting]:
+    """Every speed of the sweeps, of the mills' own sweeps and of the large run, once for each key and mill.
+
+    own_sweeps: cases of each mill's own sweep; source: the file of the sweeps. Raises ConfigError for an amplitude
+    that a mill's motion lacks.
+    """
+    settings = [_of_sweeps(case, mills[case.mill], source) for case in cases.values()]
+    for name, own in own_sweeps.items():
+        sweep = mills[name].sweep
+        key, unit = ("speeds_hz", "Hz") if sweep and sweep.speeds_hz else ("speeds_rpm", "rpm")
+        place = f"{place_of_sweep(config, name, source)}: {key}"
+        settings += [SpeedSetting(place, unit, mills[name], case.speed_rpm) for case in own]
+    plan = config.mills.scale_up
+    if plan is not None:
+        place = f"{source}: mills.scale_up.speed_rpm"
+        settings.append(SpeedSetting(place, "rpm", mills[plan.mill], plan.speed_rpm))
+    return list({setting.line: setting for setting in settings}.values())
+
+
+def _of_sweeps(case: Case, mill: MillConfig, source: str) -> SpeedSetting:
+    try:
+        mill = mill_of(case, mill)
+    except ConfigError as error:
+        raise ConfigError(f"{source}: {error}") from None
+    amplitude = "" if case.amplitude_mm is None else f" with amplitudes_mm = {case.amplitude_mm:g}"
+    return SpeedSetting(f"{source}: sweeps: mill {case.mill}{amplitude}: speeds_rpm", "rpm", mill, case.speed_rpm)
+
+
+def with_paces(
+    settings: Sequence[SpeedSetting], bodies: Mapping[str, Sequence[Body]]
+) -> list[tuple[SpeedSetting, Pace]]:
+    """Each setting with the pace of each body of its mill; bodies: of every mill, by its name."""
+    known: dict[str, list[Pace]] = {}
+    pairs = []
+    for setting in settings:
+        # All speeds of one place are of one mill and one amplitude.
+        if setting.place not in known:
+            known[setting.place] = paces(setting.mill, bodies[setting.mill.name])
+        pairs += [(setting, pace) for pace in known[setting.place]]
+    return pairs
+
+
+def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
+    """Raise ConfigError, a line for each speed at which a wall would be faster than that of any machine."""
+    faults: dict[str, str] = {}
+    for setting, pace in speeds:
+        most = pace.speed_at(pace.bounds.most)
+        # One body that is too fast is enough to refuse a speed.
+        if setting.speed_rpm > most and setting.line not in faults:
+            limit = f"{pace.bounds.most_words}: at most {setting.up_to(most)}"
+            faults[setting.line] = f"{setting.line}: {pace.words(setting.speed_rpm)}; {limit}"
+    if faults:
+        raise ConfigError("\n".join(faults.values()))
+
+
+def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
+    """A line for each speed that is beyond what is usual for a mill of its kind."""
+    lines: dict[str, str] = {}
+    for setting, pace in speeds:
+        usual = pace.speed_at(pace.bounds.usual)
+        if setting.speed_rpm > usual and setting.line not in lines:
+            limit = f"{pace.bounds.usual_words}; usual are speeds up to {setting.up_to(usual)}"
+            lines[setting.line] = f"{setting.line}: {pace.words(setting.speed_rpm)}; {limit}"
+    return list(lines.values())
