@@ -30,7 +30,7 @@ def test_unknown_key_names_the_nearest_known_one():
 
 
 def test_missing_key():
-    assert fault({key: DEM[key] for key in list(DEM)[1:]}, DemConfig) == "file.yaml: time_step_s: this key is missing"
+    assert fault({key: SWEEP[key] for key in list(SWEEP)[1:]}, SweepConfig) == "file.yaml: name: this key is missing"
 
 
 def test_a_value_out_of_bounds_names_the_bound():
@@ -55,8 +55,22 @@ def test_a_sweep_over_the_step_varies_nothing_else():
     steps = {**SWEEP, "time_steps_s": [1e-6, 2e-6]}
     for other in ({"rayleigh_fraction": 0.1}, {"young_moduli_gpa": [2.0]}):
         assert f"time_steps_s and {next(iter(other))} cannot both be given" in fault({**steps, **other}, SweepConfig)
-    assert "at least 2" in fault({**SWEEP, "time_steps_s": [1e-6]}, SweepConfig)
+    assert "at least 1" in fault({**SWEEP, "time_steps_s": []}, SweepConfig)
     assert "a mill at rest" in fault({**steps, "speeds_rpm": [0]}, SweepConfig)
+
+
+def test_a_single_step_of_a_sweep_is_no_study_of_the_step():
+    one, several = ({**SWEEP, "time_steps_s": steps} for steps in ([1e-6], [1e-6, 2e-6]))
+    assert SweepConfig(**several).compares_steps
+    assert not SweepConfig(**SWEEP).compares_steps
+    assert not SweepConfig(**one).compares_steps
+    assert not SweepConfig(**one | {"time_steps_s": [1e-6, 1e-6]}).compares_steps
+    # So it may vary what a study may not, but cannot have two steps.
+    cases = expand_sweep(SweepConfig(**one, amplitudes_mm=[12, 17]), DemConfig(**DEM), "emax")
+    assert {case.time_step_s for case in cases} == {1e-6}
+    assert cases[0].name == "d10_f0.10_n600_a12_dt1e-06_s0"
+    line = fault({**one, "rayleigh_fraction": 0.1}, SweepConfig)
+    assert "time_steps_s and rayleigh_fraction cannot both be given" in line
 
 
 def test_steps_are_in_the_names_of_their_cases_and_bounds_go_with_them():

@@ -16,17 +16,19 @@ Structure = Literal["product", "mains_product", "time_product", "trend_product",
 class InputScales(Section):
     """The scales on which each input is tried."""
 
-    bpr: Scales = Field(description="ball-to-powder mass ratio")
-    molar_ratio: Scales = Field(description="mol of MgH2 to mol of NaBO2.4H2O")
-    time_h: Scales = Field(description="milling time")
-    power_per_ball_mW: Scales = Field(description="power that one ball dissipates")
-    tangential_share: Scales = Field(description="tangential over total energy of a collision")
+    bpr: Scales = Field(default=["linear", "log"], description="ball-to-powder mass ratio")
+    molar_ratio: Scales = Field(default=["linear"], description="mol of MgH2 to mol of NaBO2.4H2O")
+    time_h: Scales = Field(default=["linear", "log"], description="milling time")
+    power_per_ball_mW: Scales = Field(default=["log"], description="power that one ball dissipates")
+    tangential_share: Scales = Field(default=["linear"], description="tangential over total energy of a collision")
 
 
 class SmallestSpread(Section):
     """Spreads below which an input counts as hardly varied."""
 
-    tangential_share: NonNegative = Field(description="smallest standard deviation that it is scaled by [-]")
+    tangential_share: NonNegative = Field(
+        default=0.05, description="smallest standard deviation that it is scaled by [-]"
+    )
 
 
 class LogNormal(Section):
@@ -39,18 +41,34 @@ class LogNormal(Section):
 class Priors(Section):
     """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance."""
 
-    length_scale: LogNormal = Field(description="length scales [standard deviations of an input]")
-    variance: LogNormal = Field(description="variance of a term [variance of the target]")
-    noise: LogNormal = Field(description="variance of the noise [variance of the target]")
+    length_scale: LogNormal = Field(
+        default=LogNormal(median=2.5, log_deviation=0.7),
+        description="length scales [standard deviations of an input]",
+    )
+    variance: LogNormal = Field(
+        default=LogNormal(median=0.5, log_deviation=1.5), description="variance of a term [variance of the target]"
+    )
+    noise: LogNormal = Field(
+        default=LogNormal(median=0.03, log_deviation=1.5), description="variance of the noise [variance of the target]"
+    )
 
 
 class AveragingConfig(Section):
     """The library of the averaged Gaussian process: every combination of link, scales and structure."""
 
-    links: Annotated[list[LinkName], Field(min_length=1)] = Field(description="scales of the yield")
-    structures: Annotated[list[Structure], Field(min_length=1)] = Field(description="sums of products of kernels")
-    scales: InputScales
-    smallest_spread: SmallestSpread
-    priors: Priors
-    margin: Fraction = Field(description="distance of a conversion from 0 and 1 under a bounded link [-]")
-    smallest_weight: Fraction = Field(description="weight below which a member of the library is dropped [-]")
+    links: Annotated[list[LinkName], Field(min_length=1)] = Field(
+        default=["identity", "logit", "avrami"], description="scales of the yield"
+    )
+    structures: Annotated[list[Structure], Field(min_length=1)] = Field(
+        default=["product", "mains_product", "time_product", "trend_product", "mains_pairs"],
+        description="sums of products of kernels",
+    )
+    scales: InputScales = InputScales()
+    smallest_spread: SmallestSpread = SmallestSpread()
+    priors: Priors = Priors()
+    margin: Fraction = Field(
+        default=0.005, description="distance of a conversion from 0 and 1 under a bounded link [-]"
+    )
+    smallest_weight: Fraction = Field(
+        default=0.002, description="weight below which a member of the library is dropped [-]"
+    )

@@ -16,7 +16,9 @@ class DropTestConfig(Section):
 
     ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
     heights_mm: list[Positive] = Field(
-        min_length=FEWEST_DROPS, description="heights that simulated balls fall from, over the floor [mm]"
+        default=[10.0, 20.0, 40.0],
+        min_length=FEWEST_DROPS,
+        description="heights that simulated balls fall from, over the floor [mm]",
     )
     measured: ProjectFile | None = Field(
         default=None,
@@ -26,11 +28,12 @@ class DropTestConfig(Section):
 
 
 class ReleaseConfig(Section):
-    """The jar lies on its side or stands on edge, and a ball is let go at its wall."""
+    """The jar lies on its side or stands on edge, and a ball is let go at its wall. By default its z axis is level."""
 
-    down: Vector = Field(description="direction of gravity in the jar's own axes [-]")
+    down: Vector = Field(default=(-1.0, 0.0, 0.0), description="direction of gravity in the jar's own axes [-]")
     across: Vector = Field(
-        description="direction, square to `down`, from the jar's middle to where the ball starts [-]"
+        default=(0.0, 1.0, 0.0),
+        description="direction, square to `down`, from the jar's middle to where the ball starts [-]",
     )
     height_fraction: Fraction = Field(
         default=0.5, description="height of the ball's centre at the start over that of the jar as it lies [-]"
@@ -72,26 +75,33 @@ class ExperimentConfig(Section):
             raise ValueError("track and track_mill cannot both be given: a measured track is not simulated")
         return self
 
+    def mills(self, run_mill: str) -> dict[str, str]:
+        """Names of the mill in which the pair is fitted and of that in which a simulated track is made."""
+        mill = self.mill or run_mill
+        return {"mill": mill, "track_mill": self.track_mill or mill}
 
-class OscillationConfig(Section):
-    """A ball swings along the jar's wall until it rests; its track gives both friction coefficients (Fig. 3.3)."""
 
-    experiments: list[ExperimentConfig] = Field(min_length=1, description="tracks to fit")
-    release: ReleaseConfig
-    time_step_s: Positive = Field(description="integration step; shortened where the Rayleigh time asks for it [s]")
-    duration_s: Positive = Field(description="length of a simulated track [s]")
+class SwingConfig(Section):
+    """How a ball is let go and followed, and how the friction pair of its track is searched, in every experiment."""
+
+    release: ReleaseConfig = ReleaseConfig()
+    time_step_s: Positive = Field(
+        default=5e-6, description="integration step; shortened where the Rayleigh time asks for it [s]"
+    )
+    duration_s: Positive = Field(default=3.0, description="length of a simulated track [s]")
     frames_per_second: Annotated[float, Field(ge=10, le=1000)] = Field(
-        description="frames of a simulated track in a second [1/s]"
+        default=60.0, description="frames of a simulated track in a second [1/s]"
     )
     noise_mm: NonNegative = Field(
-        description="standard deviation of the error that is added to a simulated track, in both directions [mm]"
+        default=0.3,
+        description="standard deviation of the error that is added to a simulated track, in both directions [mm]",
     )
-    seed: Seed = Field(description="seed of that error")
+    seed: Seed = Field(default=0, description="seed of that error")
     release_uncertainty_s: NonNegative = Field(
         default=0.02, description="how far the release may lie from time 0 of a track; 0 to take it as known [s]"
     )
-    static_friction: Bounds = Field(description="bounds of the static friction coefficient [-]")
-    rolling_friction: Bounds = Field(description="bounds of the rolling friction coefficient [-]")
+    static_friction: Bounds = Field(default=(0.05, 2.0), description="bounds of the static friction coefficient [-]")
+    rolling_friction: Bounds = Field(default=(0.002, 0.2), description="bounds of the rolling friction coefficient [-]")
     search_simulations: Annotated[int, Field(ge=20, le=5000)] = Field(
         default=400,
         description="simulations of the search, half of them in the whole range, half around what that finds [-]",
@@ -100,15 +110,25 @@ class OscillationConfig(Section):
         default=4, description="values on either side of the estimate at which its profile is computed [-]"
     )
     varied: list[tuple[Coefficient, Coefficient]] = Field(
-        description="further pairs (static, rolling) shown beside the fit, as in Fig. 3.3 [-]"
+        default=[], description="further pairs (static, rolling) shown beside the fit, as in Fig. 3.3 [-]"
     )
 
     @model_validator(mode="after")
-    def _holds_together(self) -> "OscillationConfig":
+    def _bounds_rise(self) -> "SwingConfig":
         for key in ("static_friction", "rolling_friction"):
             low, high = getattr(self, key)
             if low >= high:
                 raise ValueError(f"{key} = [{low:g}, {high:g}]: the first must be below the second")
+        return self
+
+
+class OscillationConfig(SwingConfig):
+    """A ball swings along the jar's wall until it rests; its track gives both friction coefficients (Fig. 3.3)."""
+
+    experiments: list[ExperimentConfig] = Field(min_length=1, description="tracks to fit")
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> "OscillationConfig":
         names = [experiment.name for experiment in self.experiments]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice:
@@ -120,5 +140,5 @@ class CalibrationConfig(Section):
     """Settings of the calibration stage."""
 
     interval: Fraction = Field(default=0.95, description="probability of every confidence interval [-]")
-    drop_test: DropTestConfig
+    drop_test: DropTestConfig = DropTestConfig()
     oscillation: OscillationConfig

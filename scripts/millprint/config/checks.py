@@ -3,17 +3,21 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
+from millprint.config.calibration import ExperimentConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.paths import check_paths
+from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 
-MILL_FOLDER = Path("config/mills")
-CONTACT_FOLDER = Path("config/contacts")
+MILL_FOLDER = "config/mills"
+CONTACT_FOLDER = "config/contacts"
+# What a fault names where no file is at fault: the configuration of a module, written in a Snakefile.
+CONFIGURATION = "configuration"
 
 
 @contextmanager
@@ -28,34 +32,47 @@ def stop_on_bad_input() -> Iterator[None]:
 
 
 def load_workflow(
-    content: dict, files: Sequence[str]
+    content: dict, files: Sequence[str], sources: Sources = WORKING_FOLDER
 ) -> tuple[WorkflowConfig, dict[str, MillConfig], dict[str, ContactConfig], dict[str, Case]]:
-    """Validate the configuration merged from `files` and every file that it names.
+    """Validate the configuration merged from `files` and every file that it names, which `sources` finds.
 
-    Returns the configuration, the mills and contact sets by name, and the cases by path.
+    Returns the configuration, the mills and contact sets by name, and the cases by path. The run's mill has the `sweep`
+    of the configuration, where that gives one.
     Raises ConfigError, a line for each fault.
     """
+    source = files[-1] if files else CONFIGURATION
     config = check_model(content, WorkflowConfig, files)
-    mills = {name: load_named(MILL_FOLDER, name, MillConfig, "mill") for name in _mill_names(config)}
-    contacts = {name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set") for name in _contact_names(config)}
+    check_paths(config, source)
+    config = sources.resolve(config)
+    mills = {name: load_named(MILL_FOLDER, name, MillConfig, "mill", sources) for name in _mill_names(config)}
+    if config.sweep:
+        mills[config.mill] = mills[config.mill].model_copy(update={"sweep": config.sweep})
+    contacts = {
+        name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set", sources) for name in _contact_names(config)
+    }
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
-    return config, mills, contacts, _collect_cases(config, files[-1])
+    return config, mills, contacts, collect_cases(config, source)
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
-    tracked = [name for test in config.calibration.oscillation.experiments for name in (test.mill, test.track_mill)]
+    tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
     return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *config.mills.named]))
 
 
 def _contact_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.contacts]
-    tracked = [test.contact for test in config.calibration.oscillation.experiments]
-    return list(dict.fromkeys([*config.contacts, *named, *tracked, config.mills.contact]))
+    tracked = [test.contact for test in _experiments(config)]
+    return list(dict.fromkeys([*config.contacts, *named, *tracked, config.mills.contact_set]))
 
 
-def _collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:
+def _experiments(config: WorkflowConfig) -> list[ExperimentConfig]:
+    return config.calibration.oscillation.experiments if config.calibration else []
+
+
+def collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:
+    """The cases of every sweep by their path; raises ConfigError for one that two sweeps want in different ways."""
     cases: dict[str, Case] = {}
     origin: dict[str, str] = {}
     for sweep in config.sweeps:

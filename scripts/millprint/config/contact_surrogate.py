@@ -14,12 +14,14 @@ class CoarseConfig(Section):
     """The coarse step, and how pairs are solved in it."""
 
     rayleigh_multiple: Positive = Field(
+        default=0.96,
         description="longest coarse step over the Rayleigh time of the balls; the same for all balls, so that all "
-        "contacts take as many steps [-]"
+        "contacts take as many steps [-]",
     )
-    substeps: Count = Field(description="substeps of each pair's own problem in a coarse step [-]")
+    substeps: Count = Field(default=4, description="substeps of each pair's own problem in a coarse step [-]")
     warm_up_s: NonNegative = Field(
-        description="recorded states before the start that are gone through to know the springs of open contacts [s]"
+        default=0.002,
+        description="recorded states before the start that are gone through to know the springs of open contacts [s]",
     )
 
 
@@ -46,47 +48,60 @@ class TraceConfig(Section):
 class JudgeConfig(Section):
     """Roll-outs that tell when training is good enough: of the first trace's case, after what is learned from."""
 
-    starts: Count = Field(description="roll-outs [-]")
-    length_s: Positive = Field(description="length of each [s]")
-    position_s: Positive = Field(description="time after which positions are compared [s]")
+    starts: Count = Field(default=12, description="roll-outs [-]")
+    length_s: Positive = Field(default=0.2, description="length of each [s]")
+    position_s: Positive = Field(default=0.05, description="time after which positions are compared [s]")
 
 
 class PredictorConfig(Section):
     """Size of the network that expects what contacts will do."""
 
-    width: Annotated[int, Field(ge=1, le=WIDTH_MAX)] = Field(description="neurons of each of two hidden layers [-]")
-    rounds: Count = Field(description="rounds of messages between contacts of one ball [-]")
+    width: Annotated[int, Field(ge=1, le=WIDTH_MAX)] = Field(
+        default=24, description="neurons of each of two hidden layers [-]"
+    )
+    rounds: Count = Field(default=1, description="rounds of messages between contacts of one ball [-]")
 
 
 class ContactTrainingConfig(Section):
     """Optimiser, budget and early stopping, for each member of the ensemble."""
 
-    epochs: Count = Field(description="epochs over which the learning rate decays [-]")
-    steps_per_epoch: Count = Field(description="batches in an epoch [-]")
-    batch_size: Count = Field(description="states in a batch, each with all its contacts [-]")
-    learning_rate: Positive = Field(description="of Adam at the first step [-]")
-    final_learning_rate: Positive = Field(description="of Adam at the last step, reached exponentially [-]")
-    push_forward_after: Annotated[int, Field(ge=0)] = Field(
-        description="epochs after which states that the surrogate itself has reached are learned from too [-]"
+    epochs: Count = Field(default=24, description="epochs over which the learning rate decays [-]")
+    steps_per_epoch: Count = Field(default=200, description="batches in an epoch [-]")
+    batch_size: Count = Field(default=48, description="states in a batch, each with all its contacts [-]")
+    learning_rate: Positive = Field(default=4e-3, description="of Adam at the first step [-]")
+    final_learning_rate: Positive = Field(
+        default=1e-4, description="of Adam at the last step, reached exponentially [-]"
     )
-    push_forward_steps: Count = Field(description="own coarse steps from a state of the DEM to such a state [-]")
-    push_forward_states: Count = Field(description="such states, each followed for one coarse step by the DEM [-]")
-    patience: Count = Field(description="epochs without a better roll-out after which training stops [-]")
-    wall_time_max_s: Positive = Field(description="training of a member stops here even if epochs are left [s]")
-    checkpoint_every_s: Positive = Field(description="time between checkpoints, from which a killed job goes on [s]")
+    push_forward_after: Annotated[int, Field(ge=0)] = Field(
+        default=14,
+        description="epochs after which states that the surrogate itself has reached are learned from too [-]",
+    )
+    push_forward_steps: Count = Field(
+        default=20, description="own coarse steps from a state of the DEM to such a state [-]"
+    )
+    push_forward_states: Count = Field(
+        default=1500, description="such states, each followed for one coarse step by the DEM [-]"
+    )
+    patience: Count = Field(default=8, description="epochs without a better roll-out after which training stops [-]")
+    wall_time_max_s: Positive = Field(
+        default=240.0, description="training of a member stops here even if epochs are left [s]"
+    )
+    checkpoint_every_s: Positive = Field(
+        default=30.0, description="time between checkpoints, from which a killed job goes on [s]"
+    )
     threads: Count = Field(default=1, description="threads of the job; small networks run fastest on one [-]")
-    seed: Annotated[int, Field(ge=0)] = Field(description="of the first member; the others follow")
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the first member; the others follow")
 
 
 class ContactSurrogateConfig(Section):
     """Everything of the surrogate that learns contacts."""
 
-    coarse: CoarseConfig
+    coarse: CoarseConfig = CoarseConfig()
     traces: list[TraceConfig] = Field(min_length=1, description="simulations to learn from; never of a test's mill")
-    judge: JudgeConfig
-    network: PredictorConfig
-    training: ContactTrainingConfig
-    members: Count = Field(description="networks in the ensemble; the first one is rolled out [-]")
+    judge: JudgeConfig = JudgeConfig()
+    network: PredictorConfig = PredictorConfig()
+    training: ContactTrainingConfig = ContactTrainingConfig()
+    members: Count = Field(default=3, description="networks in the ensemble; the first one is rolled out [-]")
 
 
 class ContactRecipe(Section):

@@ -99,7 +99,7 @@ class DesignConfig(Section):
     replicates: Annotated[int, Field(ge=1, le=10_000)] = Field(
         default=1, description="how often each treatment is run [-]"
     )
-    order_seed: Seed = Field(description="seed of the randomised order of the runs")
+    order_seed: Seed = Field(default=2, description="seed of the randomised order of the runs")
 
     @property
     def symbols(self) -> list[str]:

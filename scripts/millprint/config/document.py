@@ -22,11 +22,21 @@ MODELS: dict[str, type[BaseModel]] = {
     "bench": BenchConfig,
 }
 FILES = {
-    "config": "config/config.yaml and config/smoke.yaml",
+    "config": "config/config.yaml, config/smoke.yaml and your own",
     "mill": "config/mills/NAME.yaml",
     "contact": "config/contacts/NAME.yaml",
     "bench": "config/bench.yaml",
 }
+
+HEAD = """# Every key
+
+Made by `make reference` from the models in `scripts/millprint/config`; do not edit. [README.md](README.md) says how to
+write a configuration of your own. The column `default` says what holds where a key is left out:
+
+- `required`: the key must be given if its section is.
+- see the section: every key of that section has a default of its own, in the section's table.
+- left out: there is no value, and the meaning says what follows.
+"""
 
 _BOUNDS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
 
@@ -38,11 +48,11 @@ def schema_text(name: str) -> str:
 
 def reference_text() -> str:
     """Markdown: a table for every section of every YAML file, with each key's meaning, unit, bounds and default."""
-    lines: list[str] = []
+    lines = [HEAD]
     for name, model in MODELS.items():
-        lines += [f"### {FILES[name]}", ""]
+        lines += [f"## {FILES[name]}", ""]
         for title, section in sections(model):
-            lines += [f"#### `{title}`" if title else "#### top level", "", _summary(section), ""]
+            lines += [f"### `{title}`" if title else "### top level", "", _summary(section), ""]
             lines += ["| key | meaning | bounds | default |", "|---|---|---|---|"]
             lines += [_row(key, field) for key, field in section.model_fields.items()]
             lines.append("")
@@ -71,9 +81,34 @@ def _row(key: str, field: FieldInfo) -> str:
 
 
 def _default(field: FieldInfo) -> str:
-    if field.default is not PydanticUndefined:
-        return "left out" if field.default is None else f"`{field.default}`"
-    return "see the section"
+    """The value as a YAML file has it; a section whose keys all have their own defaults is told by its own table."""
+    value = field.default
+    if value is PydanticUndefined or _is_empty_section(value):
+        return "see the section"
+    return "left out" if value is None else f"`{_in_yaml(value)}`"
+
+
+def _is_empty_section(value: Any) -> bool:
+    if not isinstance(value, BaseModel) or any(field.is_required() for field in type(value).model_fields.values()):
+        return False
+    return value == type(value)()
+
+
+def _in_yaml(value: Any) -> str:
+    """A value in one line of YAML: numbers as people write them, sections without what they have by default."""
+    if isinstance(value, BaseModel):
+        value = value.model_dump(mode="json", exclude_defaults=True)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_in_yaml(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_in_yaml, value)) + "]"
+    if isinstance(value, float):
+        # Without a point YAML takes 2e-6 for a text.
+        digits, letter, power = f"{value:.15g}".partition("e")
+        return digits + (f"{'' if '.' in digits else '.0'}e{int(power)}" if letter else "")
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value)
 
 
 def _bounds(field: FieldInfo) -> str:

@@ -17,4 +17,4 @@ class DoeConfig(AnalysisConfig):
     chemistry: ChemistryConfig
     half_life: HalfLifeConfig
     powder: PowderConfig
-    gas: GasConfig
+    gas: GasConfig = GasConfig()

@@ -102,13 +102,17 @@ class MapsConfig(Section):
 
 
 class FingerprintConfig(Section):
-    """Settings of the fingerprint stage."""
+    """Settings of the fingerprint stage. The last three serve the chapters of the thesis alone."""
 
-    counting_rule: RuleName = Field(description="what counts as one collision: the name of one of dem.counting_rules")
+    counting_rule: RuleName = Field(
+        default="gap_2ms", description="what counts as one collision: the name of one of dem.counting_rules"
+    )
     interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
     smooth_points: Annotated[int, Field(ge=20, le=100_000)] = Field(
         default=200, description="points of the fitted curves between the smallest and the largest fill ratio"
     )
-    cycle_fill_ratio: Fraction = Field(description="fill ratio at which revolutions are compared (Table 3.5) [-]")
-    maps: MapsConfig = Field(description="simulations shown as heat maps (Figs 3.9, 3.10)")
-    inverse: InverseConfig = Field(description="inverse mode (Sec. 3.3.4)")
+    cycle_fill_ratio: Fraction | None = Field(
+        default=None, description="fill ratio at which revolutions are compared (Table 3.5) [-]"
+    )
+    maps: MapsConfig | None = Field(default=None, description="simulations shown as heat maps (Figs 3.9, 3.10)")
+    inverse: InverseConfig | None = Field(default=None, description="inverse mode (Sec. 3.3.4)")

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from millprint.config.counting import RuleName
+from millprint.config.counting import DEFAULT_RULES, RuleName
 from millprint.config.section import Name, NonNegative, Positive, Section
 
 # Published values are named quantity_fFILL or quantity_dDIAMETER_nSPEED, such as Pn_f0.06 and normal_d10_n1200.
@@ -48,30 +48,43 @@ class StageConfig(Section):
 
     jars: Count = Field(description="jars that are simulated, or kept from the stage before")
     revolutions: Annotated[int, Field(ge=2)] = Field(description="revolutions of the mill that are recorded")
-    seeds: Count = Field(description="starting positions of each, common to all jars: 0 and on")
+    seeds: Count = Field(default=1, description="starting positions of each, common to all jars: 0 and on")
 
 
-class FitConfig(Section):
-    """A fit of a mill, its geometry a stadium, to values of data.published."""
+class TrialConfig(Section):
+    """What a jar is held against, and how it is simulated for that."""
 
-    mill: Name = Field(description="the mill that is fitted; a run of another mill fits nothing")
     contact: Name = Field(description="contact set of the published values")
     fitted: list[ValueName] = Field(
         min_length=1, description="values that are fitted, at most half of each kind; all others are held back"
     )
     counting_rules: list[RuleName] = Field(
-        min_length=1, description="rules of dem.counting_rules without a threshold to choose from"
+        default=[rule.name for rule in DEFAULT_RULES],
+        min_length=1,
+        description="rules of dem.counting_rules without a threshold to choose from",
     )
     shape: ShapeConfig
     ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that curves average over [mm]")
     speeds_rpm: list[Positive] = Field(
         min_length=1, description="speeds that curves average over; fewer than the sweeps have, to be quick [rpm]"
     )
-    time_step_s: Positive = Field(description="integration step of the search [s]")
-    settle_s: Positive = Field(description="time for the balls to come to rest [s]")
-    discard_revolutions: Annotated[int, Field(ge=0)] = Field(description="first revolutions, left out")
+    time_step_s: Positive = Field(default=4e-6, description="integration step of the search [s]")
+    settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest [s]")
+    discard_revolutions: Annotated[int, Field(ge=0)] = Field(default=6, description="first revolutions, left out")
     closure_max: Positive = Field(default=0.02, description="in place of dem.closure_max, for the coarse step [-]")
-    screening: StageConfig = Field(description="jars all over the ranges, by a Sobol sequence")
-    refining: StageConfig = Field(description="the best of them again, then steps from the best of all")
-    rounds: Count = Field(description="rounds of steps up and down in every parameter, while one is better")
-    seed: Annotated[int, Field(ge=0)] = Field(description="of the Sobol sequence")
+    refining: StageConfig = Field(
+        default=StageConfig(jars=5, revolutions=12),
+        description="the best jars of screening again, then steps from the best of all; also of the sensitivity",
+    )
+
+
+class FitConfig(TrialConfig):
+    """A fit of a mill, its geometry a stadium, to values of data.published."""
+
+    mill: Name = Field(description="the mill that is fitted; a run of another mill fits nothing")
+    screening: StageConfig = Field(
+        default=StageConfig(jars=48, revolutions=10),
+        description="jars all over the ranges, by a Sobol sequence",
+    )
+    rounds: Count = Field(default=2, description="rounds of steps up and down in every parameter, while one is better")
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the Sobol sequence")

@@ -131,9 +131,6 @@ class StlGeometry(Section):
     scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
         default=1.0, description="factor on the file's coordinates, to make a mill of another size [-]"
     )
-    volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
-        default=0.02, description="how far volume_ml may be from the vessel's volume in the file, as a share of it [-]"
-    )
 
     @field_validator("path")
     @classmethod

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from millprint.config.section import TRUTH, NamedSection, kind_of, nested_models
+from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 
@@ -46,8 +47,22 @@ def _known_keys(model: type[BaseModel] | None) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()] if model else []
 
 
+def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:
+    """A hint for a key that a section does not know, but one further out does; nothing if none does."""
+    for depth in reversed(range(len(place) - 1)):
+        section, outer = _follow(model, place[:depth])
+        if place[-1] in _known_keys(section):
+            return f"; it belongs {'into ' + '.'.join(map(str, outer)) if outer else 'to the top level'}"
+    return ""
+
+
 def file_of_key(files: Sequence[str], place: tuple) -> str:
-    """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path."""
+    """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path.
+
+    A fault of the whole, whose path is empty, is told of the last file.
+    """
+    if not place and files:
+        return files[-1]
     best, depth = "--config", 0
     for file in files:
         content: Any = read_yaml(file)
@@ -73,7 +88,7 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
     key = ".".join(str(step) for step in place) or "(top level)"
     if error["type"] == "extra_forbidden":
         close = difflib.get_close_matches(str(place[-1]), _known_keys(section), n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
+        hint = f"; did you mean {close[0]}?" if close else _where_it_belongs(model, error["loc"])
         return f"{source}: {key} = {error['input']!r}: unknown key{hint}"
     if error["type"] == "missing":
         return f"{source}: {key}: this key is missing"
@@ -136,15 +151,17 @@ def check_names_differ(folder: str | Path, names: Sequence[str], what: str) -> N
             )
 
 
-def load_named(folder: str | Path, name: str, model: type[Named], what: str) -> Named:
+def load_named(
+    folder: str | Path, name: str, model: type[Named], what: str, sources: Sources = WORKING_FOLDER
+) -> Named:
     """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
-    path = Path(folder) / f"{name}.yaml"
-    known = sorted(file.stem for file in Path(folder).glob("*.yaml"))
-    if name not in known:
+    path = sources.find(f"{folder}/{name}.yaml")
+    if not Path(path).is_file():
+        known = sources.names(folder)
         close = difflib.get_close_matches(name, known, n=1)
         hint = f"; did you mean {close[0]}?" if close else ""
         raise ConfigError(f"{path}: unknown {what} {name!r}; known: {', '.join(known)}{hint}")
-    loaded = check_model(read_yaml(path), model, str(path))
+    loaded = check_model(read_yaml(path), model, path)
     if loaded.name != name:
         raise ConfigError(f"{path}: name = {loaded.name!r}: must equal the file's name, {name!r}")
     return loaded

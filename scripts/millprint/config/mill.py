@@ -31,6 +31,12 @@ class MillConfig(NamedSection):
     volume_ml: Annotated[float, Field(ge=0.01, le=1e7)] = Field(
         description="nominal inner volume, to which fill ratios refer [mL]"
     )
+    # It only says what is accepted, so that it is no part of what a simulation is told and records.
+    volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.02,
+        exclude=True,
+        description="how far volume_ml may be from the volume of the geometry without inserts, as a share of it [-]",
+    )
     geometry: VesselGeometry
     motion: Motion
     inserts: list[InsertConfig] = Field(default=[], description="solid bodies inside the vessel; none if left out")

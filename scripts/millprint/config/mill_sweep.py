@@ -5,24 +5,28 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.fingerprint import Range
-from millprint.config.section import Fraction, Name, Positive, Section
+from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Section, Seed
 
 Turns = Annotated[float, Field(ge=1, le=10_000)]
 Several = Annotated[list[Positive], Field(min_length=1, max_length=12)]
+Speeds = Annotated[list[PositiveSpeed], Field(min_length=1, max_length=12)]
 
 
 class MillSweepConfig(Section):
     """Speeds, balls and fill ratios that suit a mill.
 
     Simulated are the first speed with every ball size, and the first ball size with every speed, each at every fill
-    ratio.
+    ratio and with every seed.
     """
 
-    speeds_rpm: Several | None = Field(default=None, description="speeds of a mill that is set in turns a minute [rpm]")
-    speeds_hz: Several | None = Field(default=None, description="speeds of a mill that is set in cycles a second [Hz]")
+    speeds_rpm: Speeds | None = Field(default=None, description="speeds of a mill that is set in turns a minute [rpm]")
+    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in cycles a second [Hz]")
     ball_diameters_mm: Several = Field(description="ball diameters [mm]")
     fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
         description="ball volume over the nominal volume [-]"
+    )
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = Field(
+        default=[0], description="seeds of the starting positions: each condition is simulated with every one"
     )
     discard_turns: Turns | None = Field(
         default=None, description="turns of the mill left out of every average; at least 0.25 s if left out [-]"
@@ -35,7 +39,7 @@ class MillSweepConfig(Section):
     def _one_list_of_speeds(self) -> "MillSweepConfig":
         if (self.speeds_rpm is None) == (self.speeds_hz is None):
             raise ValueError("speeds: either speeds_rpm or speeds_hz is wanted")
-        for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", "fill_ratios"):
+        for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", "fill_ratios", "seeds"):
             values = getattr(self, key) or []
             if len(set(values)) < len(values):
                 raise ValueError(f"{key} = {values}: a value appears twice")
@@ -74,18 +78,24 @@ class ScaleUpConfig(Section):
     volume_l: Annotated[float, Field(gt=0, le=10_000)] = Field(description="nominal volume of the large mill [L]")
     ball_diameter_mm: Positive = Field(description="balls of the small mill [mm]")
     fill_ratio: Fraction = Field(description="fill ratio of both [-]")
-    speed_rpm: Positive = Field(description="speed of the small mill [rpm]")
-    revolutions: Turns = Field(default=5, description="turns of the large mill after its start, for the costs [-]")
+    speed_rpm: PositiveSpeed = Field(description="speed of the small mill [rpm]")
+    revolutions: Turns = Field(default=10.0, description="turns of the large mill after its start, for the costs [-]")
     cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
-    run_turns: Turns = Field(default=1, description="turns of the large run, of which the last half counts [-]")
+    run_turns: Turns = Field(default=1.0, description="turns of the large run, of which the last half counts [-]")
     run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
 
 
 class MillsConfig(Section):
     """Settings of results/mills: the fingerprints of any mills, by their own sweeps."""
 
-    box: Annotated[list[Name], Field(min_length=1)] = Field(description="mills of the target `mills`")
-    contact: Name = Field(description="contact set of their balls: a file in config/contacts")
+    box: Annotated[list[Name], Field(min_length=1)] = Field(
+        default=["emax", "planetary", "spex", "mixer", "vibratory", "attritor", "drum"],
+        description="mills of the target `mills`",
+    )
+    contact: Name | None = Field(
+        default=None,
+        description="contact set of their balls: a file in config/contacts; the first of `contacts` if left out",
+    )
     rayleigh_fraction: Fraction = Field(
         default=0.024, description="step over each case's own Rayleigh time; 0.024 is 2e-6 s for 5 mm balls [-]"
     )
@@ -96,10 +106,20 @@ class MillsConfig(Section):
     collapse_max: Fraction = Field(
         default=0.2, description="spread of scaled power, in logarithms, up to which curves are said to collapse [-]"
     )
-    match: MatchMillsConfig
-    scale_up: ScaleUpConfig
+    match: MatchMillsConfig | None = Field(
+        default=None, description="conditions of one mill that come nearest to one of another; none if left out"
+    )
+    scale_up: ScaleUpConfig | None = Field(default=None, description="a large mill; none if left out")
+
+    @property
+    def contact_set(self) -> str:
+        """The contact set of the balls. Raises ValueError for a section without one that is no part of a whole."""
+        if self.contact is None:
+            raise ValueError("mills.contact: is left out, and there are no `contacts` to take the first of")
+        return self.contact
 
     @property
     def named(self) -> list[str]:
         """Every mill that the section names."""
-        return [*self.box, self.match.mill, self.match.like_mill, self.scale_up.mill]
+        matched = [self.match.mill, self.match.like_mill] if self.match else []
+        return [*self.box, *matched, *([self.scale_up.mill] if self.scale_up else [])]

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from millprint.config.section import Place, PlaceVector, Section, Size, Vector, inside_the_project
 
@@ -56,12 +56,25 @@ class PlanetaryMotion(Section):
     The ratio is the jar's speed about its own axis, measured from the turning sun wheel, over the sun wheel's speed:
     what makers print as 1 : -2 is ratio -2. Seen from the laboratory the jar spins at (1 + ratio) w, and at -1 it
     does not spin at all. It is the ratio whose critical value is sqrt(R / l) - 1 for balls at a distance l from the
-    jar's axis (Mio, Kano, Saito, Mater. Sci. Eng. A 332, 2002, 75).
+    jar's axis (Mio, Kano, Saito, Mater. Sci. Eng. A 332, 2002, 75). At 0 the jar would be fixed to the sun wheel, a
+    centrifuge and no planetary mill: that is a rotation about the wheel's axis.
     """
 
     kind: Literal["planetary"]
     sun_radius_mm: Size = Field(description="distance of the jar's axis from the sun wheel's axis [mm]")
-    ratio: Ratio = Field(description="jar's speed relative to the sun wheel over the wheel's speed [-]; < 0 is counter")
+    ratio: Ratio = Field(
+        description="jar's speed relative to the sun wheel over the wheel's speed, not 0 [-]; < 0 is counter"
+    )
+
+    @model_validator(mode="after")
+    def _spins(self) -> "PlanetaryMotion":
+        if self.ratio == 0:
+            raise ValueError(
+                "ratio = 0: the jar would be fixed to the sun wheel without a spin of its own, as in a centrifuge; "
+                "give the jar's speed over the wheel's, such as -2, or for a centrifuge the motion {kind: rotation, "
+                f"axis: [0, 0, 1], pivot_mm: [-{self.sun_radius_mm:g}, 0, 0]}}"
+            )
+        return self
 
 
 class SwingMotion(Section):

@@ -12,12 +12,21 @@ from millprint.errors import ConfigError
 def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[MillConfig, ContactConfig]:
     """The mill and the contact set as a case runs them, its own values in place of theirs.
 
+    Raises ConfigError as `mill_of`.
+    """
+    given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
+    changed = contact.model_copy(update={name: value for name, value in given.items() if value is not None})
+    return mill_of(case, mill), changed
+
+
+def mill_of(case: Case, mill: MillConfig) -> MillConfig:
+    """The mill as a case runs it, with the case's own amplitude if it has one.
+
     Raises ConfigError for an amplitude of a mill whose motion has no radius A of a circle, or one out of bounds.
     """
-    if case.amplitude_mm is not None:
-        mill = mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
-    given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
-    return mill, contact.model_copy(update={name: value for name, value in given.items() if value is not None})
+    if case.amplitude_mm is None:
+        return mill
+    return mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
 
 
 def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> CircleMotion | PlanetaryMotion:

@@ -10,7 +10,8 @@ from millprint.config.section import InProject, Section
 from millprint.errors import ConfigError
 
 
-def _is_marked(field: FieldInfo) -> bool:
+def is_marked(field: FieldInfo) -> bool:
+    """Whether a field holds the path of a file inside the project."""
     marks = [*field.metadata, *(mark for item in get_args(field.annotation) for mark in get_args(item))]
     return any(isinstance(mark, InProject) for mark in marks)
 
@@ -19,7 +20,7 @@ def named_files(section: Section, place: str = "") -> Iterator[tuple[str, str]]:
     """Dotted key and value of every path in a section and in those nested in it."""
     for name, field in type(section).model_fields.items():
         value, key = getattr(section, name), f"{place}.{name}".lstrip(".")
-        if isinstance(value, str) and _is_marked(field):
+        if isinstance(value, str) and is_marked(field):
             yield key, value
         for index, item in enumerate(value if isinstance(value, list) else [value]):
             if isinstance(item, Section):

@@ -26,26 +26,33 @@ class RegionConfig(Section):
 class ProposalConfig(Section):
     """The next experiments."""
 
-    runs: Count = Field(description="experiments to propose for each purpose, done as one batch")
+    runs: Count = Field(default=4, description="experiments to propose for each purpose, done as one batch")
     curves: Literal["published", "fingerprint"] = Field(
-        description="master curves behind the descriptors: those of data.regimes, or those that were simulated"
+        default="published",
+        description="master curves behind the descriptors: those of data.regimes, or those that were simulated",
     )
-    regimes: bool = Field(description="whether the cases of data.regimes train the model too")
-    level: Fraction = Field(description="level of the predictive intervals [-]")
-    shortlist: Count = Field(description="conditions that are compared jointly, half by merit and half at random")
-    draws: Count = Field(description="joint draws from the model behind the expected improvement")
-    seed: Seed = Field(description="of the shortlist and the draws")
+    regimes: bool = Field(default=True, description="whether the cases of data.regimes train the model too")
+    level: Fraction = Field(default=0.95, description="level of the predictive intervals [-]")
+    shortlist: Count = Field(
+        default=400, description="conditions that are compared jointly, half by merit and half at random"
+    )
+    draws: Count = Field(default=2000, description="joint draws from the model behind the expected improvement")
+    seed: Seed = Field(default=42, description="of the shortlist and the draws")
     region: RegionConfig
 
 
 class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
-    start_runs: Annotated[int, Field(ge=3, le=100_000)] = Field(description="runs known at the start")
-    starts: Count = Field(description="random starts, none of which holds the best run")
-    seed: Seed = Field(description="of the starts")
-    links: Annotated[list[LinkName], Field(min_length=1)] = Field(description="scales of the yield that are averaged")
-    structures: Annotated[list[Structure], Field(min_length=1)] = Field(description="kernels that are averaged")
+    start_runs: Annotated[int, Field(ge=3, le=100_000)] = Field(default=8, description="runs known at the start")
+    starts: Count = Field(default=60, description="random starts, none of which holds the best run")
+    seed: Seed = Field(default=42, description="of the starts")
+    links: Annotated[list[LinkName], Field(min_length=1)] = Field(
+        default=["identity", "logit", "avrami"], description="scales of the yield that are averaged"
+    )
+    structures: Annotated[list[Structure], Field(min_length=1)] = Field(
+        default=["product"], description="kernels that are averaged"
+    )
 
 
 class PredictionConfig(Section):
@@ -53,12 +60,16 @@ class PredictionConfig(Section):
 
     conditions: ProjectFile = Field(description="table of conditions: case and the six conditions")
     model: str = Field(
+        default="averaged_gpr_final",
         pattern=r"^(linear_primary|(gpr|rf|svr|xgb)_(primary|two_step)|averaged_gpr_(primary|final))$",
         description="stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs",
     )
-    tolerance: NonNegative = Field(description="distance beyond the trained range that is still answered [ranges]")
+    tolerance: NonNegative = Field(
+        default=0.01, description="distance beyond the trained range that is still answered [ranges]"
+    )
     share_tolerance: NonNegative = Field(
-        description="distance of the tangential share beyond the trained ones that is still answered [-]"
+        default=0.02,
+        description="distance of the tangential share beyond the trained ones that is still answered [-]",
     )
 
     @model_validator(mode="after")

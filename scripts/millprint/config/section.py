@@ -27,6 +27,10 @@ class Section(BaseModel):
                 raise PydanticCustomError(TRUTH, words, {"key": name, "value": value})
         return content
 
+    def part(self, base: type["Section"]) -> dict[str, Any]:
+        """The keys that this section has from `base`, a section that it extends, as plain values."""
+        return self.model_dump(mode="json", include=set(base.model_fields))
+
 
 def _holds_truth(value: Any) -> bool:
     return isinstance(value, bool) or (isinstance(value, list | tuple) and any(map(_holds_truth, value)))
@@ -47,8 +51,10 @@ PlaceVector = tuple[Place, Place, Place]
 Count = Annotated[int, Field(ge=1, le=10_000_000)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
-# Faster than any machine turns, by far [rpm].
-Speed = Annotated[float, Field(ge=0, le=100_000)]
+# Set speeds [rpm, Hz], in bounds that no number overflows in; what a mill can do is told by mill.speed_limits.
+FASTEST = 10_000_000
+Speed = Annotated[float, Field(ge=0, le=FASTEST)]
+PositiveSpeed = Annotated[float, Field(gt=0, le=FASTEST)]
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,10 @@ class SnapshotConfig(Section):
 class GraphConfig(Section):
     """What the network is given and asked for (thesis Table 6.2)."""
 
-    window: Count = Field(description="snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]")
+    window: Count = Field(default=7, description="snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]")
     acceleration: Literal["finite_difference", "net_force"] = Field(
-        description="target: (v[n+1] - v[n]) / dt, or the net force of the instant over the mass"
+        default="finite_difference",
+        description="target: (v[n+1] - v[n]) / dt, or the net force of the instant over the mass",
     )
 
 
@@ -46,42 +47,56 @@ class EdgeConfig(Section):
     """Which balls are joined by edges, and to the wall (thesis Sec. 6.2.2)."""
 
     training: Literal["contacts", "thresholds"] = Field(
-        description="edges while training: the contacts that the DEM reports, or the thresholds of the roll-out"
+        default="contacts",
+        description="edges while training: the contacts that the DEM reports, or the thresholds of the roll-out",
     )
     wall_threshold_m: float = Field(lt=0, description="phi_pw: a signed distance above it makes a wall edge [m]")
     ball_threshold_m: Positive = Field(description="r_c: two balls nearer than this are joined [m]")
     ball_threshold_reading: Literal["surface_gap", "centre_distance"] = Field(
-        description="what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)"
+        default="surface_gap",
+        description="what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)",
     )
 
 
 class NetworkConfig(Section):
     """Size of the network (thesis Table 6.3)."""
 
-    width: Count = Field(description="neurons of each hidden layer and of the embeddings [-]")
+    width: Count = Field(default=256, description="neurons of each hidden layer and of the embeddings [-]")
     mlp_layers: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        description="linear layers of each multi-layer perceptron [-]"
+        default=4, description="linear layers of each multi-layer perceptron [-]"
     )
-    interaction_layers: Count = Field(description="rounds of message passing L_p [-]")
+    interaction_layers: Count = Field(default=1, description="rounds of message passing L_p [-]")
 
 
 class TrainingConfig(Section):
     """Loss, optimiser and budget (thesis Eqs 6.28 to 6.30 and Sec. 6.2.2)."""
 
-    huber_delta: Positive = Field(description="threshold delta of the Huber loss, Eq. 6.30 [-]")
-    acceleration_weight: NonNegative = Field(description="alpha, weight of the acceleration loss, Eq. 6.28 [-]")
-    dissipation_weight: NonNegative = Field(description="weight of the dissipation loss, 1 in Eq. 6.28 [-]")
-    velocity_noise: NonNegative = Field(description="standard deviation of noise on normalised velocities [-]")
-    epochs: Count = Field(description="epochs over which the learning rate decays [-]")
-    snapshots_per_epoch: Count = Field(description="snapshots drawn in an epoch; all of them where there are fewer [-]")
-    batch_size: Count = Field(description="snapshots in a batch [-]")
-    learning_rate: Positive = Field(description="of Adam at the first step [-]")
-    final_learning_rate: Positive = Field(description="of Adam at the last step, reached exponentially [-]")
-    wall_time_max_s: Positive = Field(description="training stops here even if epochs are left [s]")
+    huber_delta: Positive = Field(default=2.0, description="threshold delta of the Huber loss, Eq. 6.30 [-]")
+    acceleration_weight: NonNegative = Field(
+        default=3.0, description="alpha, weight of the acceleration loss, Eq. 6.28 [-]"
+    )
+    dissipation_weight: NonNegative = Field(
+        default=1.0, description="weight of the dissipation loss, 1 in Eq. 6.28 [-]"
+    )
+    velocity_noise: NonNegative = Field(
+        default=0.005, description="standard deviation of noise on normalised velocities [-]"
+    )
+    epochs: Count = Field(default=40, description="epochs over which the learning rate decays [-]")
+    snapshots_per_epoch: Count = Field(
+        default=4500, description="snapshots drawn in an epoch; all of them where there are fewer [-]"
+    )
+    batch_size: Count = Field(default=32, description="snapshots in a batch [-]")
+    learning_rate: Positive = Field(default=1e-3, description="of Adam at the first step [-]")
+    final_learning_rate: Positive = Field(
+        default=1e-5, description="of Adam at the last step, reached exponentially [-]"
+    )
+    wall_time_max_s: Positive = Field(default=1500.0, description="training stops here even if epochs are left [s]")
     threads: Count = Field(default=1, description="threads of the job, as far as there are cores [-]")
-    checkpoint_every_s: Positive = Field(description="time between checkpoints, from which a killed job goes on [s]")
-    validation_snapshots: Count = Field(description="snapshots in the validation loss [-]")
-    seed: Seed = Field(description="of the weights, the order of snapshots and the noise")
+    checkpoint_every_s: Positive = Field(
+        default=30.0, description="time between checkpoints, from which a killed job goes on [s]"
+    )
+    validation_snapshots: Count = Field(default=512, description="snapshots in the validation loss [-]")
+    seed: Seed = Field(default=0, description="of the weights, the order of snapshots and the noise")
 
 
 class RollOutConfig(Section):
@@ -90,8 +105,8 @@ class RollOutConfig(Section):
     snap_back_m: Annotated[float, Field(lt=0)] | None = Field(
         description="phi_sb: a ball with a signed distance above it is put back to it; never, if null [m]"
     )
-    length_s: Positive = Field(description="physical time of a roll-out [s]")
-    frame_interval_s: Positive = Field(description="time between the states that are kept [s]")
+    length_s: Positive = Field(default=15.0, description="physical time of a roll-out [s]")
+    frame_interval_s: Positive = Field(default=0.001, description="time between the states that are kept [s]")
 
 
 class ScenarioConfig(Section):
@@ -129,18 +144,22 @@ class TimingConfig(Section):
     """How the wall clock of a roll-out is measured, and that of our DEM beside it in the same job."""
 
     cases: list[str] = Field(min_length=1, description="DEM cases with snapshots to start from, as MILL/CONTACT/NAME")
-    start_s: NonNegative = Field(description="time of motion that the timed roll-outs start from [s]")
-    steps: Count = Field(description="steps that are timed, after as many again up to 50 to warm up [-]")
-    batches: list[Count] = Field(min_length=1, description="numbers of trajectories in a batch [-]")
-    dem_s: Positive = Field(description="time of motion over which our DEM is timed [s]")
+    start_s: NonNegative = Field(default=0.2, description="time of motion that the timed roll-outs start from [s]")
+    steps: Count = Field(
+        default=10_000, description="steps that are timed, after as many again up to 50 to warm up [-]"
+    )
+    batches: list[Count] = Field(default=[1, 32], min_length=1, description="numbers of trajectories in a batch [-]")
+    dem_s: Positive = Field(default=1.0, description="time of motion over which our DEM is timed [s]")
 
 
 class MovieConfig(Section):
     """Animations of a roll-out beside the simulation, from its start."""
 
-    length_s: Positive = Field(description="time of motion that is shown, as far as the roll-out goes [s]")
-    frame_interval_s: Positive = Field(description="time of motion between two frames [s]")
-    frames_per_second: Annotated[int, Field(ge=1, le=50)] = Field(description="frames shown in a second [1/s]")
+    length_s: Positive = Field(default=0.4, description="time of motion that is shown, as far as the roll-out goes [s]")
+    frame_interval_s: Positive = Field(default=0.008, description="time of motion between two frames [s]")
+    frames_per_second: Annotated[int, Field(ge=1, le=50)] = Field(
+        default=15, description="frames shown in a second [1/s]"
+    )
 
 
 class VariantConfig(Section):
@@ -195,10 +214,10 @@ class SurrogateConfig(Section):
     """Settings of the surrogate stage."""
 
     snapshots: SnapshotConfig
-    graph: GraphConfig
+    graph: GraphConfig = GraphConfig()
     edges: EdgeConfig
-    network: NetworkConfig
-    training: TrainingConfig
+    network: NetworkConfig = NetworkConfig()
+    training: TrainingConfig = TrainingConfig()
     rollout: RollOutConfig
     contact: ContactSurrogateConfig
     variants: dict[Name, VariantConfig] = Field(
@@ -215,7 +234,7 @@ class SurrogateConfig(Section):
     )
     trained_test: Name = Field(description="the test on the motion of the training: what ablations and timings use")
     timing: TimingConfig
-    movie: MovieConfig
+    movie: MovieConfig = MovieConfig()
 
     @field_validator("tests", "variants", "ablations", mode="before")
     @classmethod

@@ -17,13 +17,15 @@ Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 class DemConfig(Section):
     """Settings of every simulation unless a sweep overrides them."""
 
-    time_step_s: Positive = Field(description="integration step [s]")
+    time_step_s: Positive = Field(default=2e-6, description="integration step [s]")
     rayleigh_fraction_max: Fraction = Field(
         default=0.2, description="largest step allowed, as a fraction of the Rayleigh time [-]"
     )
-    settle_s: Positive = Field(description="time for the balls to come to rest before the mill starts [s]")
-    discard_s: NonNegative = Field(description="time of motion left out of every average [s]")
-    window_s: Positive = Field(description="time of motion that is recorded [s]")
+    settle_s: Positive = Field(
+        default=0.25, description="time for the balls to come to rest before the mill starts [s]"
+    )
+    discard_s: NonNegative = Field(default=0.5, description="time of motion left out of every average [s]")
+    window_s: Positive = Field(default=1.0, description="time of motion that is recorded [s]")
     ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = Field(
         default=20, description="samples of the energy ledger in each revolution"
     )
@@ -74,7 +76,9 @@ class SweepConfig(Section):
         default=None, description="densities of the balls in place of the contact set's [kg/m3]"
     )
     time_steps_s: list[Positive] | None = Field(
-        default=None, min_length=2, description="integration steps in place of dem.time_step_s, to compare them [s]"
+        default=None,
+        min_length=1,
+        description="integration steps in place of dem.time_step_s; several are compared, one alone is simulated [s]",
     )
     rayleigh_fraction: Fraction | None = Field(
         default=None, description="step as a fraction of each case's own Rayleigh time, in place of dem.time_step_s [-]"
@@ -105,16 +109,24 @@ class SweepConfig(Section):
 
     @model_validator(mode="after")
     def _a_study_of_convergence_varies_one_thing(self) -> "SweepConfig":
-        for study in ("time_steps_s", "young_moduli_gpa"):
+        if self.time_steps_s and self.rayleigh_fraction:
+            raise ValueError("time_steps_s and rayleigh_fraction cannot both be given in one sweep")
+        studies = [*(["time_steps_s"] if self.compares_steps else []), "young_moduli_gpa"]
+        for study in studies:
             for other in ("rayleigh_fraction", "young_moduli_gpa", "amplitudes_mm", "densities_kg_m3"):
                 # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
                 if other == study or (study, other) == ("young_moduli_gpa", "rayleigh_fraction"):
                     continue
                 if getattr(self, study) and getattr(self, other):
                     raise ValueError(f"{study} and {other} cannot both be given in one sweep")
-        if (self.time_steps_s or self.young_moduli_gpa) and 0 in self.speeds_rpm:
+        if (self.compares_steps or self.young_moduli_gpa) and 0 in self.speeds_rpm:
             raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
         return self
+
+    @property
+    def compares_steps(self) -> bool:
+        """Whether the sweep is a study of the time step, which takes more than one."""
+        return len(set(self.time_steps_s or [])) > 1
 
 
 class Case(Section):

@@ -1,15 +1,19 @@
 """The root of config/config.yaml."""
 
-from pydantic import Field, model_validator
+from typing import Any
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
+from millprint.config.chapters import ChapterSections
 from millprint.config.convergence import ConvergenceConfig
+from millprint.config.data import DataConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.fit import FitConfig
-from millprint.config.mill_sweep import MillsConfig
+from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.partition import PartitionConfig
-from millprint.config.section import Name, ProjectFile, Section
+from millprint.config.section import Name, Section
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
@@ -19,37 +23,48 @@ from millprint.config.yields import YieldConfig
 SOURCES = ("config", "envs", "scripts", "tests", "workflow")
 
 
-class DataConfig(Section):
-    """Measured tables, as paths from the project's root."""
-
-    screening: ProjectFile = Field(description="the screening runs with their yields")
-    wear: ProjectFile = Field(description="mass of the balls before and after milling")
-    regimes: ProjectFile = Field(description="the five cases of chapter 4")
-    split: ProjectFile = Field(description="the locked train-test split of the screening runs")
-    claims: ProjectFile = Field(description="every number the thesis states, with a tolerance")
-    published: ProjectFile = Field(description="published values shown as marks in figures")
-
-
 class WorkflowConfig(Section):
-    """Everything that a run of the pipeline can be told."""
+    """Everything that a run of the pipeline can be told. Only `mill` must be."""
 
-    name: Name = Field(description="name of the run, shown in the report")
-    results: str = Field(pattern=r"^[\w-]+(/[\w-]+)*$", description="folder that everything is written to")
+    name: Name = Field(default="run", description="name of the run, shown in the report")
+    results: str = Field(
+        default="results", pattern=r"^[\w-]+(/[\w-]+)*$", description="folder that everything is written to"
+    )
     mill: Name = Field(description="the mill of the run: a file in config/mills")
-    contacts: list[Name] = Field(min_length=1, description="contact sets of the run: files in config/contacts")
-    data: DataConfig
-    doe: DoeConfig
-    dem: DemConfig
-    sweeps: list[SweepConfig] = Field(min_length=1, description="blocks of simulations")
+    contacts: list[Name] = Field(
+        default=["calibrated"],
+        min_length=1,
+        description="contact sets of the run: files in config/contacts; mills have the first",
+    )
+    sweep: MillSweepConfig | None = Field(
+        default=None, description="conditions that make the mill's fingerprint; if left out, those of the mill's file"
+    )
+    data: DataConfig | None = Field(default=None, description="measured tables; for the chapters of the thesis")
+    doe: DoeConfig | None = Field(default=None, description="chapter 2; for the chapters of the thesis")
+    dem: DemConfig = DemConfig()
+    sweeps: list[SweepConfig] = Field(default=[], description="blocks of further simulations, which chapters read")
     convergence: ConvergenceConfig = ConvergenceConfig()
-    view: ViewConfig
-    calibration: CalibrationConfig
-    fingerprint: FingerprintConfig
-    mills: MillsConfig
+    view: ViewConfig = ViewConfig()
+    calibration: CalibrationConfig | None = Field(
+        default=None, description="virtual calibration (Sec. 3.2.2); for the chapters of the thesis"
+    )
+    fingerprint: FingerprintConfig = FingerprintConfig()
+    # As if it were given, so that its contact set is filled in.
+    mills: MillsConfig = Field(
+        default=MillsConfig(), validate_default=True, description="fingerprints of any mills, a match, a large mill"
+    )
     fit: FitConfig | None = Field(default=None, description="what was fitted to published values; none if left out")
-    partition: PartitionConfig
-    yields: YieldConfig
-    surrogate: SurrogateConfig
+    partition: PartitionConfig | None = Field(default=None, description="chapter 4; for the chapters of the thesis")
+    yields: YieldConfig | None = Field(default=None, description="chapter 5; for the chapters of the thesis")
+    surrogate: SurrogateConfig | None = Field(default=None, description="chapter 6; for the chapters of the thesis")
+
+    @field_validator("mills")
+    @classmethod
+    def _balls_of_the_run(cls, mills: MillsConfig, info: ValidationInfo) -> MillsConfig:
+        contacts = info.data.get("contacts")
+        if mills.contact is not None or not contacts:
+            return mills
+        return mills.model_copy(update={"contact": contacts[0]})
 
     @model_validator(mode="after")
     def _nothing_twice_and_nothing_overwritten(self) -> "WorkflowConfig":
@@ -60,3 +75,34 @@ class WorkflowConfig(Section):
         if self.results.split("/")[0] in SOURCES:
             raise ValueError(f"results = {self.results!r}: {self.results.split('/')[0]}/ holds the project's own files")
         return self
+
+    @model_validator(mode="after")
+    def _chapters_have_all_their_sections(self) -> "WorkflowConfig":
+        parts = self._chapter_parts()
+        missing = [key for key, part in parts.items() if part is None]
+        # What was fitted is held against a table of `data`, in chapter 3.
+        if missing and (len(missing) < len(parts) or self.fit):
+            given = [key for key in parts if key not in missing] + (["fit"] if self.fit else [])
+            raise ValueError(
+                f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing: the chapters of the thesis need "
+                f"all of their sections, or none of them (given: {', '.join(given)})"
+            )
+        return self
+
+    def _chapter_parts(self) -> dict[str, Any]:
+        """What the chapters need, by its key; None for what is left out."""
+        own = ("data", "doe", "calibration", "partition", "yields", "surrogate")
+        further = ("cycle_fill_ratio", "maps", "inverse")
+        parts = {key: getattr(self, key) for key in own}
+        return parts | {f"fingerprint.{key}": getattr(self.fingerprint, key) for key in further}
+
+    @property
+    def chapters(self) -> ChapterSections | None:
+        """What the chapters of the thesis are told; None for a configuration without them."""
+        parts = {key.split(".")[-1]: part for key, part in self._chapter_parts().items()}
+        return None if any(part is None for part in parts.values()) else ChapterSections(**parts)
+
+    @property
+    def has_chapter_sections(self) -> bool:
+        """Whether the sections that the chapters of the thesis need are given: all of them are, or none."""
+        return self.chapters is not None

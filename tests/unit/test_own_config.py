@@ -1,0 +1,174 @@
+"""A user's own configuration of twenty lines: what it means, what it may leave out, and how faults in it are told."""
+
+import copy
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from millprint.config.checks import load_workflow
+from millprint.config.load import check_model
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.mill_cases import mill_cases
+from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
+from millprint.preflight import check_before_running
+from tests.conftest import ROOT
+
+TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", (ROOT / "config/README.md").read_text(), re.M | re.S)[1]
+FILE = "my.yaml"
+CHAPTER_SECTIONS = ("data", "doe", "calibration", "partition", "yields", "surrogate")
+CHAPTER_KEYS = ("cycle_fill_ratio", "maps", "inverse")
+
+
+@pytest.fixture(autouse=True)
+def in_a_project(tmp_path, monkeypatch):
+    """A folder with the mills and contact sets of the project, and the user's own file."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    (tmp_path / FILE).write_text(TWENTY_LINES)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def own() -> dict:
+    return yaml.safe_load(TWENTY_LINES)
+
+
+@pytest.fixture
+def thesis() -> dict:
+    return yaml.safe_load((ROOT / "config/config.yaml").read_text())
+
+
+def fault(content: dict) -> str:
+    with pytest.raises(ConfigError) as caught:
+        load_workflow(content, [FILE])
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+def test_the_handbooks_twenty_lines_are_whole_and_have_no_chapters(own):
+    assert len(TWENTY_LINES.splitlines()) <= 20
+    config, mills, contacts, cases = load_workflow(own, [FILE])
+    assert not config.has_chapter_sections and not has_chapters(config, cases) and cases == {}
+    assert list(contacts) == ["calibrated"]
+    paths = [case.path for case in mill_cases(mills["planetary"], config.mills)]
+    assert paths == [
+        f"planetary/calibrated/d10_f{fill}_n{speed}_s{seed}"
+        for speed in (300, 500)
+        for fill in ("0.10", "0.20", "0.30")
+        for seed in (0, 1)
+    ]
+    assert fingerprint_faults(config, cases, FILE) == []
+
+
+def test_the_twenty_lines_pass_every_check_before_the_first_job(own):
+    # One mill in the box, since each one's balls are packed by the check.
+    own["mills"]["box"] = ["planetary"]
+    check_before_running(*load_workflow(own, [FILE]), FILE)
+
+
+def test_the_mill_alone_is_a_configuration():
+    config, mills, _, cases = load_workflow({"mill": "spex"}, [FILE])
+    assert (config.name, config.results, config.contacts, config.sweeps) == ("run", "results", ["calibrated"], [])
+    assert config.mills.named == config.mills.box and config.mills.contact == "calibrated"
+    # Without a sweep in the configuration the mill keeps its own.
+    assert mills["spex"].sweep == load_workflow({"mill": "emax"}, [FILE])[1]["spex"].sweep
+    assert fingerprint_faults(config, cases, FILE) == []
+    assert fault({}).endswith("mill: this key is missing")
+
+
+def test_balls_are_those_of_the_first_contact_set_unless_told_otherwise(own):
+    assert load_workflow({**own, "contacts": ["steel", "calibrated"]}, [FILE])[0].mills.contact == "steel"
+    own["mills"]["contact"] = "steel"
+    config, mills, contacts, _ = load_workflow(own, [FILE])
+    assert list(contacts) == ["calibrated", "steel"]
+    assert {case.contact for case in mill_cases(mills["planetary"], config.mills)} == {"steel"}
+
+
+@pytest.mark.parametrize(
+    ("change", "parts"),
+    [
+        ({"swep": {}}, ["swep", "unknown key; did you mean sweep?"]),
+        ({"sweep": {"speeds_rpm": [300], "fill_ratios": [0.1, 0.2, 0.3]}}, ["sweep.ball_diameters_mm", "missing"]),
+        ({"contacts": ["calibratd"]}, ["calibratd", "unknown contact set", "did you mean calibrated?"]),
+        ({"results": "config/mine"}, ["results = 'config/mine'", "own files"]),
+        ({"contacts": []}, ["contacts", "at least 1"]),
+    ],
+)
+def test_a_fault_in_the_own_file_is_one_line(own, change, parts):
+    content = {**own, **change}
+    assert all(part in fault(content) for part in parts)
+
+
+def test_a_seed_given_twice_is_refused(own):
+    own["sweep"]["seeds"] = [1, 1]
+    assert "sweep: seeds = [1, 1]: a value appears twice" in fault(own)
+
+
+def test_a_fill_that_has_no_room_is_told_of_the_file_that_asks_for_it(own):
+    own["sweep"]["fill_ratios"] = [0.1, 0.2, 0.95]
+    own["mills"] = {"box": ["planetary"]}
+    with pytest.raises(ConfigError, match=rf"^{FILE}: sweep: fill_ratios = 0.95: .* do not fit in mill planetary"):
+        check_before_running(*load_workflow(own, [FILE]), FILE)
+
+
+def without(content: dict, key: str) -> dict:
+    """The configuration without one thing that the chapters need."""
+    content = copy.deepcopy(content)
+    (content["fingerprint"] if key in CHAPTER_KEYS else content).pop(key)
+    return content
+
+
+@pytest.mark.parametrize("key", [*CHAPTER_SECTIONS, *CHAPTER_KEYS])
+def test_chapters_without_one_of_their_sections_are_refused_in_one_line(thesis, key):
+    named = f"fingerprint.{key}" if key in CHAPTER_KEYS else key
+    line = fault(without(thesis, key))
+    assert line.startswith(f"{FILE}: ")
+    assert f"{named} is missing: the chapters of the thesis need all of their sections, or none of them" in line
+
+
+def test_one_section_of_the_chapters_names_all_the_others(own, thesis):
+    line = fault({**own, "partition": thesis["partition"]})
+    assert "data, doe, calibration, yields, surrogate, fingerprint.cycle_fill_ratio, fingerprint.maps" in line
+    assert line.endswith("(given: partition)")
+    assert fault({**own, "fit": thesis["fit"]}).endswith("(given: fit)")
+
+
+def test_a_thesis_without_its_chapters_has_simulations_and_no_more(thesis):
+    for key in CHAPTER_SECTIONS:
+        thesis = without(thesis, key)
+    for key in CHAPTER_KEYS:
+        thesis = without(thesis, key)
+    del thesis["fit"]
+    config, _, _, cases = load_workflow(thesis, [FILE])
+    assert cases and not has_chapters(config, cases)
+    assert fingerprint_faults(config, cases, FILE) == []
+
+
+def test_chapters_need_simulations_of_their_mill(thesis):
+    thesis["sweeps"] = []
+    config, _, _, cases = load_workflow(thesis, [FILE])
+    assert config.has_chapter_sections and not has_chapters(config, cases)
+
+
+def test_a_whole_thesis_hands_its_chapters_what_they_need(thesis):
+    config = check_model(thesis, WorkflowConfig, FILE)
+    assert config.chapters.doe is config.doe and config.chapters.inverse is config.fingerprint.inverse
+
+
+def test_reading_a_configuration_needs_no_scientific_library():
+    """The Snakefile reads it, in an environment that has Snakemake and pydantic."""
+    heavy = ("numpy", "pandas", "scipy", "numba", "molmass", "trimesh", "sklearn", "torch")
+    names = [path.stem for path in (ROOT / "scripts/millprint/config").glob("*.py")]
+    program = (
+        "import importlib, sys\n"
+        f"for name in {sorted(names)}: importlib.import_module(f'millprint.config.{{name}}')\n"
+        f"print(*[name for name in {heavy} if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT / "scripts", capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []
