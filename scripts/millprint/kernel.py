@@ -1,7 +1,8 @@
 """How the numerical kernels are compiled: no Python, one thread but where a run asks for more, machine code kept.
 
 Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
-calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one.
+calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one. The name
+also holds the processor's type: the nodes of a cluster that share a folder keep their code apart.
 """
 
 import hashlib
@@ -12,9 +13,26 @@ from functools import partial
 from pathlib import Path
 
 import numba
+from llvmlite import binding
 
 PACKAGE = Path(__file__).parent
-CACHE_ROOT = PACKAGE.parent.parent / ".numba_cache"
+
+
+def cache_root() -> Path:
+    """Where machine code is kept: in a checkout of the project, or in the user's cache for an installed library."""
+    project = PACKAGE.parents[1]
+    if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
+        return project / ".numba_cache"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "millprint"
+
+
+CACHE_ROOT = cache_root()
+
+
+def processor_type() -> str:
+    """The processor's name and a short hash of its instruction sets: machine code runs on its own type alone."""
+    features = binding.get_host_cpu_features().flatten()
+    return f"{binding.get_host_cpu_name()}-{hashlib.sha256(features.encode()).hexdigest()[:6]}"
 
 
 def kernel_files() -> list[Path]:
@@ -35,18 +53,19 @@ def kernel_digest() -> str:
 
 
 def cache_folder() -> Path:
-    """The folder of this version's machine code."""
-    return CACHE_ROOT / kernel_digest()
+    """The folder of this version's machine code for this type of processor."""
+    return CACHE_ROOT / f"{kernel_digest()}-{processor_type()}"
 
 
 def drop_old_caches() -> None:
-    """Remove the machine code of earlier versions of the kernels."""
+    """Remove the machine code of earlier versions of the kernels for this type of processor."""
     for folder in CACHE_ROOT.glob("*"):
-        if folder.is_dir() and folder != cache_folder():
+        of_another = "-" in folder.name and not folder.name.endswith(f"-{processor_type()}")
+        if folder.is_dir() and folder != cache_folder() and not of_another:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-if "NUMBA_CACHE_DIR" not in os.environ and os.access(CACHE_ROOT.parent, os.W_OK):
+if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(cache_folder())
 
 # No nnan or ninf: a lost ball must show up as a number that is not one. Division by zero is left to IEEE. C never calls

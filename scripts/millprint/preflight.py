@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable
 
 from millprint.calibration.preflight import calibration_faults
+from millprint.config.chapters import ChapterSections
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.override import overridden
-from millprint.config.paths import check_paths
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count
 from millprint.config.workflow import WorkflowConfig
@@ -16,16 +16,19 @@ from millprint.dem.packing import capacity
 from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
+from millprint.doe.species import check_formulas
 from millprint.doe.wear import read_wear
 from millprint.errors import ConfigError
-from millprint.fingerprint.mill_cases import mill_cases
-from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
+from millprint.fingerprint.chosen_cases import has_chapters
+from millprint.fingerprint.mill_cases import mill_cases, place_of_sweep
+from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.regimes import read_regimes
 from millprint.fit.preflight import fit_faults
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
-from millprint.mill.vessel import Vessel
+from millprint.mill.vessel import Vessel, check_volume
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables
+from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 
 
 def check_before_running(
@@ -34,12 +37,16 @@ def check_before_running(
     contacts: dict[str, ContactConfig],
     cases: dict[str, Case],
     source: str,
-) -> None:
-    """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail."""
-    check_paths(config, source)
+) -> list[str]:
+    """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail.
+
+    Returns warnings, a line each, of what is unusual but may be meant.
+    """
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
-    groups = [(f"config/mills/{name}.yaml: sweep", own) for name, own in swept.items()]
+    speeds = with_paces(speed_settings(config, mills, swept, cases, source), bodies)
+    check_speeds(speeds)
+    groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
     for place, group in groups:
         for name, diameter in fills_of_media(group):
@@ -56,13 +63,15 @@ def check_before_running(
         check_room(group, mills, bodies, place)
     check_movie(config, source)
     faults = fingerprint_faults(config, cases, source)
+    chapters = config.chapters
     # The chapters are about the mill of the sweeps; a run of another mill has none.
-    if has_chapters(config, cases):
-        check_tables(config, source)
-        check_surrogate_cases(config.surrogate, cases, source)
+    if chapters and has_chapters(config, cases):
+        check_tables(chapters, source)
+        check_surrogate_cases(chapters.surrogate, cases, source)
         faults += [*calibration_faults(config, mills, contacts), *fit_faults(config, mills, source)]
     if faults:
         raise ConfigError("\n".join(faults))
+    return speed_warnings(speeds)
 
 
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
@@ -89,11 +98,12 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
 
 
 def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
-    """The bodies of every mill. Raises ConfigError, a line for each mill whose geometry does not hold."""
+    """The bodies of every mill. Raises ConfigError, a line for each mill whose geometry or volume does not hold."""
     bodies, faults = {}, []
     for name, mill in mills.items():
         try:
             bodies[name] = build_bodies(mill, CHECK_RPM)
+            check_volume(mill, bodies[name][0].vessel)
             check_inserts(mill, bodies[name])
         except ConfigError as error:
             faults.append(str(error))
@@ -102,9 +112,10 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
     return bodies
 
 
-def check_tables(config: WorkflowConfig, source: str) -> None:
-    """Read every measured table once."""
-    read_runs(config.data.screening, config.doe, positive=["bpr", "molar_ratio"])
+def check_tables(config: ChapterSections, source: str) -> None:
+    """Read every measured table once, and the formulas of the reaction."""
+    check_formulas(config.doe.chemistry, f"{source}: doe.chemistry")
+    read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
     read_literature(config.doe.literature)
     read_reported_yields(config.doe.literature_yields)

@@ -1,12 +1,14 @@
 """Faults between the fingerprint and partition sections, the sweeps and the data are told before a run."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 import yaml
 
 from millprint.config.checks import load_workflow
-from millprint.fingerprint.preflight import described_cases, fingerprint_faults, mapped_cases
+from millprint.fingerprint.chosen_cases import described_cases, mapped_cases
+from millprint.fingerprint.preflight import fingerprint_faults
 
 ROOT = Path(__file__).parents[2]
 
@@ -107,11 +109,9 @@ def test_a_fault_is_one_line_with_file_key_and_value(change, message):
     assert all(line.startswith(("config.yaml: ", "config/data/")) and "\n" not in line for line in found)
 
 
-def test_a_case_outside_the_curves_names_its_row(tmp_path):
-    path = tmp_path / "regimes.tsv"
-    path.write_text((ROOT / "config/data/regimes.tsv").read_text().replace("\t0.17\t41", "\t0.55\t132", 1))
-
-    def change(content):
-        content["data"]["regimes"] = str(path)
-
-    assert any("column fill_ratio, row 3 = 0.55" in line for line in faults(change))
+def test_a_case_outside_the_curves_names_its_row(tmp_path, monkeypatch):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
+    table = tmp_path / "config/data/regimes.tsv"
+    table.write_text(table.read_text().replace("\t0.17\t41", "\t0.55\t132", 1))
+    assert any("column fill_ratio, row 3 = 0.55" in line for line in faults(lambda content: None))

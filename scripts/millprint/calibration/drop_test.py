@@ -6,7 +6,6 @@ from scipy.special import stdtrit
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.sweep import DemConfig
 from millprint.dem.timestep import resolved_step
 from millprint.dem.world import World
 from millprint.doe.bounds import check_bounds
@@ -42,14 +41,17 @@ def bounce_height(clearance: np.ndarray) -> float:
     return float(after[: falling[0] + 1].max())
 
 
-def simulate_drops(contact: ContactConfig, dem: DemConfig, diameter: float, heights: list[float]) -> pd.DataFrame:
+def simulate_drops(
+    contact: ContactConfig, step_s: float, rayleigh_fraction_max: float, diameter: float, heights: list[float]
+) -> pd.DataFrame:
     """Drop one ball of a diameter [m] from each of `heights` [m]; e = (h_bounce / h_drop)^(1/2) (Eq. 3.19).
 
+    step_s: integration step [s], shortened to a fraction of the ball's Rayleigh time where it exceeds it.
     One row a height: contact, drop_height_mm, bounce_height_mm, restitution_given, restitution.
     Raises SimulationError.
     """
     rows = []
-    step = resolved_step(contact, dem, diameter / 2)
+    step = resolved_step(contact, diameter / 2, step_s, rayleigh_fraction_max)
     for height in heights:
         start = [0.0, 0.0, diameter / 2 + height]
         world = World(

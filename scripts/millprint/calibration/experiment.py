@@ -6,10 +6,9 @@ import pandas as pd
 from millprint.calibration.friction_fit import PARAMETERS, Fit, fit_friction
 from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, simulate_track
 from millprint.calibration.track import read_track
-from millprint.config.calibration import CalibrationConfig, ExperimentConfig
+from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import DemConfig
 from millprint.job import progress
 
 FITTED, VARIED = "fit", "varied"
@@ -21,23 +20,26 @@ def fit_experiment(
     experiment: ExperimentConfig,
     mills: dict[str, MillConfig],
     contact: ContactConfig,
-    dem: DemConfig,
-    settings: CalibrationConfig,
+    rayleigh_fraction_max: float,
+    settings: SwingConfig,
+    interval: float,
 ) -> dict[str, pd.DataFrame]:
     """Fit the friction pair of one experiment; mills: by the keys `mill` and `track_mill` of the experiment.
 
-    Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied pairs) and swings
-    (what those look like in numbers). Raises ConfigError and SimulationError.
+    rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]; interval: probability of the confidence
+    intervals [-]. Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied
+    pairs) and swings (what those look like in numbers). Raises ConfigError and SimulationError.
     """
-    oscillation, diameter = settings.oscillation, experiment.ball_diameter_mm * 1e-3
-    swing = make_swing(mills["mill"], contact, dem, diameter, oscillation)
+    diameter = experiment.ball_diameter_mm * 1e-3
+    swing = make_swing(mills["mill"], contact, rayleigh_fraction_max, diameter, settings)
     if experiment.track:
         track = read_track(experiment.track)
     else:
-        track = simulate_track(make_swing(mills["track_mill"], contact, dem, diameter, oscillation), oscillation)
+        released = make_swing(mills["track_mill"], contact, rayleigh_fraction_max, diameter, settings)
+        track = simulate_track(released, settings)
     with progress(None, f"fitting {experiment.name}", " simulations") as bar:
-        fit = fit_friction(track, swing.positions, oscillation, settings.interval, bar.update)
-    pairs = [tuple(fit.pair), *oscillation.varied]
+        fit = fit_friction(track, swing.positions, settings, interval, bar.update)
+    pairs = [tuple(fit.pair), *settings.varied]
     duration = float(track["time_s"].iloc[-1])
     return {
         "track": track,

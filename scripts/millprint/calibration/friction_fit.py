@@ -27,7 +27,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import direct, least_squares, minimize_scalar
 
 from millprint.calibration.oscillation import PLACES
-from millprint.config.calibration import OscillationConfig
+from millprint.config.calibration import SwingConfig
 
 PARAMETERS = ("static_friction", "rolling_friction")
 STEP = 0.004  # of finite differences, in the logarithm
@@ -153,7 +153,7 @@ class _Error(NamedTuple):
 def fit_friction(
     track: pd.DataFrame,
     simulate: Simulate,
-    settings: OscillationConfig,
+    settings: SwingConfig,
     probability: float,
     tick: Callable[[int], object] = lambda count: None,
 ) -> Fit:

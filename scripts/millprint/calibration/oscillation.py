@@ -14,10 +14,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from millprint.calibration.drop_test import GRAVITY
-from millprint.config.calibration import OscillationConfig
+from millprint.config.calibration import SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import DemConfig
 from millprint.dem.timestep import resolved_step
 from millprint.dem.world import World, walls_for
 from millprint.errors import ConfigError
@@ -66,11 +65,12 @@ class Swing:
 
 
 def make_swing(
-    mill: MillConfig, contact: ContactConfig, dem: DemConfig, diameter: float, settings: OscillationConfig
+    mill: MillConfig, contact: ContactConfig, rayleigh_fraction_max: float, diameter: float, settings: SwingConfig
 ) -> Swing:
     """The jar of a mill at rest, turned, and a ball of a diameter [m] that just touches its wall.
 
-    Raises ConfigError if no such place is in the jar.
+    rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]. Raises ConfigError if no such place is
+    in the jar.
     """
     vessel, radius, release = build_vessel(mill), diameter / 2, settings.release
     axes = np.array([release.across, [-component for component in release.down]], dtype=float)
@@ -92,12 +92,12 @@ def make_swing(
     way = brentq(clearance, 0.0, np.ptp(across), xtol=1e-9)
     return Swing(
         vessel, contact, radius,
-        resolved_step(contact, dem, radius, settings.time_step_s),
+        resolved_step(contact, radius, settings.time_step_s, rayleigh_fraction_max),
         start=begin + way * axes[0], axes=axes, origin=np.array([middle @ axes[0], heights.min() + radius]),
     )  # fmt: skip
 
 
-def simulate_track(swing: Swing, settings: OscillationConfig) -> pd.DataFrame:
+def simulate_track(swing: Swing, settings: SwingConfig) -> pd.DataFrame:
     """A track as a camera would take it: time_s, across_mm, height_mm, each place with a normal error.
 
     Raises SimulationError.

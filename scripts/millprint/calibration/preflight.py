@@ -5,24 +5,19 @@ from collections.abc import Iterator
 from millprint.calibration.drop_test import read_heights
 from millprint.calibration.oscillation import make_swing
 from millprint.calibration.track import read_track
-from millprint.config.calibration import ExperimentConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 
 
-def experiment_mills(config: WorkflowConfig, experiment: ExperimentConfig) -> dict[str, str]:
-    """Names of the mill in which an experiment is fitted and of that in which a simulated track is made."""
-    mill = experiment.mill or config.mill
-    return {"mill": mill, "track_mill": experiment.track_mill or mill}
-
-
 def calibration_faults(
     config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
 ) -> Iterator[str]:
-    """A line for each fault; none if all holds."""
-    settings = config.calibration
+    """A line for each fault; none if all holds, or if nothing is calibrated."""
+    settings, fraction = config.calibration, config.dem.rayleigh_fraction_max
+    if settings is None:
+        return
     checks = [(read_heights, settings.drop_test.measured)] if settings.drop_test.measured else []
     checks += [(read_track, test.track) for test in settings.oscillation.experiments if test.track]
     for read, path in checks:
@@ -31,9 +26,9 @@ def calibration_faults(
         except ConfigError as error:
             yield str(error)
     for test in settings.oscillation.experiments:
-        for name in dict.fromkeys(experiment_mills(config, test).values()):
+        for name in dict.fromkeys(test.mills(config.mill).values()):
             diameter = test.ball_diameter_mm * 1e-3
             try:
-                make_swing(mills[name], contacts[test.contact], config.dem, diameter, settings.oscillation)
+                make_swing(mills[name], contacts[test.contact], fraction, diameter, settings.oscillation)
             except ConfigError as error:
                 yield str(error)

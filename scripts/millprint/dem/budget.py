@@ -4,37 +4,24 @@ import math
 
 import numpy as np
 
-from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
+from millprint.dem.resources import BALL_STEP_S, SNAPSHOT_COLUMNS
 from millprint.dem.timestep import aligned_step
 from millprint.mill.vessel import Vessel
 
-# A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv); a day has 86,400 s.
-BALL_STEP_S = 1e-7
 MOST_DAYS = 60
 # Of energies, snapshots and the grid of occupancy, which are held in memory until the end.
 MOST_BYTES = 32e9
+# Numbers in a row of the energy ledger, and in a cell of the grid of occupancy.
+LEDGER_COLUMNS, OCCUPANCY_COLUMNS = 16, 5
 # Places that balls are laid out on at the start.
 MOST_SITES = 5e6
-LEDGER_COLUMNS, SNAPSHOT_COLUMNS, OCCUPANCY_COLUMNS = 16, 12, 5
 
 
 def sites_of(vessel: Vessel, diameter_m: float) -> float:
     """About how many balls a hexagonal close packing over the vessel's bounding box has: sqrt(2) V / d^3."""
     low, high = vessel.bounds
     return math.sqrt(2) * float(np.prod((high - low) / diameter_m))
-
-
-# Time that a cluster gives a simulation beside its estimate, to start and to write [min], and how often the estimate.
-START_MIN, MARGIN = 10, 3
-
-
-def minutes_on_cluster(case: Case, dem: DemConfig, mill: MillConfig) -> int:
-    """Time to ask a cluster for [min]: MARGIN times balls x steps x BALL_STEP_S, and START_MIN."""
-    balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
-    times = case.settle_s + case.discard_s + max(case.window_s, case.window_max_s or 0.0)
-    steps = times / (case.time_step_s or dem.time_step_s)
-    return START_MIN + math.ceil(MARGIN * balls * steps * BALL_STEP_S / 60)
 
 
 def cost(

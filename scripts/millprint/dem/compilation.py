@@ -17,7 +17,7 @@ from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, Stadiu
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
 from millprint.job import progress
-from millprint.kernel import drop_old_caches, kernel_digest
+from millprint.kernel import drop_old_caches, kernel_digest, processor_type
 
 TINY_MILL = MillConfig(
     name="tiny",
@@ -66,17 +66,17 @@ class CompiledKernels(event.Listener):
             self._bar.update()
 
 
-def count_kernels(with_threads: bool) -> int:
-    """Kernels of the modules that a simulation imports, most of which it calls."""
+def count_kernels() -> int:
+    """Kernels of the modules that a simulation on one core imports, most of which it calls."""
     modules = [module for name, module in sys.modules.items() if name.startswith(("millprint.dem.", "millprint.mill."))]
     kernels = {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}
-    return sum(with_threads or kernel.py_func.__module__ != "millprint.dem.threads" for kernel in kernels)
+    return sum(kernel.py_func.__module__ != "millprint.dem.threads" for kernel in kernels)
 
 
-def compile_kernels(with_threads: bool = False) -> dict:
-    """Compile what is not in the cache yet; returns seconds, versions and the digest of the kernels' source.
+def compile_kernels() -> dict:
+    """Compile what is not in the cache yet; returns seconds, versions, processor and the digest of the kernels' source.
 
-    with_threads: also the step loop with threads, which takes as long again and few runs ask for.
+    Not the step loop with threads, which takes as long again: the few simulations that have threads compile it.
     """
     drop_old_caches()
     begin = time.perf_counter()
@@ -94,19 +94,18 @@ def compile_kernels(with_threads: bool = False) -> dict:
         snapshot_interval_s=1e-3,
     )
     with (
-        progress(count_kernels(with_threads), "compiling the kernels", "kernel") as bar,
+        progress(count_kernels(), "compiling the kernels", "kernel") as bar,
         event.install_listener("numba:compile", CompiledKernels(bar)),
     ):
-        for threads in (1, 2) if with_threads else (1,):
-            asked = case.model_copy(update={"threads": threads})
-            recording = Simulation(asked, TINY_MILL, TINY_CONTACT, dem).run()
-            if not np.isfinite(np.concatenate(recording.samples)).all():
-                raise RuntimeError("the compiled kernels do not work on this machine")
+        recording = Simulation(case, TINY_MILL, TINY_CONTACT, dem).run()
+        if not np.isfinite(np.concatenate(recording.samples)).all():
+            raise RuntimeError("the compiled kernels do not work on this machine")
         # Some kernels are for other jars, and those of the cache were compiled before.
         bar.update(bar.total - bar.n)
     return {
         "seconds": time.perf_counter() - begin,
         "digest": kernel_digest(),
+        "processor": processor_type(),
         "versions": {
             "numba": numba.__version__,
             "llvmlite": llvmlite.__version__,

@@ -35,7 +35,7 @@ def largest_fraction(case: Case, dem: DemConfig) -> float:
     return case.rayleigh_fraction_max or dem.rayleigh_fraction_max
 
 
-def resolved_step(contact: ContactConfig, dem: DemConfig, radius_m: float, wanted_s: float | None = None) -> float:
-    """The wanted step [s], or that of `dem`; a shorter one where the Rayleigh time of a ball asks for it."""
+def resolved_step(contact: ContactConfig, radius_m: float, wanted_s: float, rayleigh_fraction_max: float) -> float:
+    """The wanted step [s]; a shorter one where the Rayleigh time of a ball asks for it."""
     rayleigh = rayleigh_time(radius_m, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio)
-    return min(wanted_s or dem.time_step_s, dem.rayleigh_fraction_max * rayleigh)
+    return min(wanted_s, rayleigh_fraction_max * rayleigh)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.config.fit import FitConfig
+from millprint.config.fit import TrialConfig
 from millprint.errors import ConfigError
 from millprint.fit.published import NAMING
 from millprint.fit.search import Trial, neighbours
@@ -22,7 +22,7 @@ def parameter_rows(parameters: dict[str, float], end_radius_mm: float, rule: str
     return pd.DataFrame([*rows, {"record": "parameter", "parameter": "counting_rule", "counting_rule": rule}])
 
 
-def sensitivity_rows(jar: dict[str, float], settings: FitConfig, trial: Trial) -> pd.DataFrame:
+def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial) -> pd.DataFrame:
     """Records `sensitivity`: every value that the search simulates, for a step down and up in each parameter.
 
     change_percent is against the unchanged jar under the same short windows, those of refining; its standard error is

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact import ContactConfig
-from millprint.config.fit import FitConfig, StageConfig
+from millprint.config.fit import StageConfig, TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.collisions import collision_table
@@ -21,7 +21,7 @@ from millprint.fit.published import FITTED, computed_values, misfit, published_v
 from millprint.fit.shape import shaped
 
 
-def trial_cases(mill: str, values: pd.DataFrame, settings: FitConfig, stage: StageConfig) -> list[Case]:
+def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: StageConfig) -> list[Case]:
     """The cases that give every fitted value: fill ratios, ball sizes and speeds as the value or the settings have."""
     places = set()
     for row in values[values["role"] == FITTED].to_dict("records"):
@@ -58,7 +58,7 @@ def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
 
 
 def trial_of(
-    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig, published_path: str
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_path: str
 ) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
     """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
 

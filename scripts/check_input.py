@@ -1,0 +1,28 @@
+"""Check a configuration, given as JSON on the standard input: geometry, balls that fit, time steps, speeds, tables.
+
+The Snakefile calls it as a run starts (millprint.input_check). Exit status: 1 where something is refused, a line each.
+"""
+
+import json
+import sys
+
+from millprint.config.checks import collect_cases, stop_on_bad_input
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.preflight import check_before_running
+
+
+def main(content: dict) -> None:
+    """Raise ConfigError, a line for each fault; print a line for each warning."""
+    config = WorkflowConfig(**content["config"])
+    mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
+    contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}
+    cases = collect_cases(config, content["source"])
+    for line in check_before_running(config, mills, contacts, cases, content["source"]):
+        print(f"warning: {line}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    with stop_on_bad_input():
+        main(json.load(sys.stdin))

@@ -1,0 +1,12 @@
+"""Derive the conditions that suit a mill whose file names none."""
+
+from millprint.config.mill import MillConfig
+from millprint.files import write_json
+from millprint.job import job
+from millprint.mill.default_sweep import default_sweep
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], f"derive the sweep of {snakemake.params.mill['name']}") as log:
+        sweep = default_sweep(MillConfig(**snakemake.params.mill)).model_dump(mode="json")
+        log.info("%s", sweep)
+        write_json(sweep, snakemake.output.sweep)

@@ -1,0 +1,13 @@
+"""Which mill the fit is about. The Snakefile asks: nothing heavy is imported here."""
+
+from millprint.config.geometry import StadiumGeometry
+from millprint.config.mill import MillConfig
+from millprint.config.workflow import WorkflowConfig
+
+
+def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillConfig | None:
+    """The mill that the fit is about; None in a run of another mill, or where its jar is no stadium any more."""
+    if config.fit is None or config.fit.mill != config.mill:
+        return None
+    mill = mills[config.mill]
+    return mill if isinstance(mill.geometry, StadiumGeometry) else None

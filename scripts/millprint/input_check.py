@@ -1,0 +1,77 @@
+"""Checks what needs geometry or physics before the first job: by a process of its own, which imports the libraries.
+
+The Snakefile calls it when a run starts. So reading the Snakefile stays light, and a check that has passed is not
+repeated: a file named after the digest of all that it read says so.
+"""
+
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.paths import named_files
+from millprint.config.workflow import WorkflowConfig
+from millprint.digest import library_digest
+
+# In the folder that Snakemake works in.
+PASSED = Path(".snakemake/millprint/checked")
+
+
+def check_once(
+    config: WorkflowConfig,
+    mills: Mapping[str, MillConfig],
+    contacts: Mapping[str, ContactConfig],
+    source: str,
+    script: str,
+) -> None:
+    """Run `script` (scripts/check_input.py) on a configuration, unless the same has passed before.
+
+    source: the file that refusals name where no other is at fault. Ends the program with status 1 where the check
+    refuses; its lines have been printed then. Without numpy, as where environments are made for jobs alone, nothing is
+    checked but by the jobs themselves, and a line says so.
+    """
+    if find_spec("numpy") is None:
+        print("note: geometry is checked by the jobs, for numpy is not installed beside Snakemake", file=sys.stderr)
+        return
+    content = json.dumps(
+        {
+            "config": config.model_dump(mode="json"),
+            # No simulation records what volume is accepted, so it is no part of a mill's plain values.
+            "mills": {
+                name: {**mill.model_dump(mode="json"), "volume_tolerance": mill.volume_tolerance}
+                for name, mill in mills.items()
+            },
+            "contacts": {name: contact.model_dump(mode="json") for name, contact in contacts.items()},
+            "source": source,
+        },
+        sort_keys=True,
+    )
+    passed = PASSED / _digest(content, [*_tables(config), *_shapes(mills)], script)
+    if passed.exists():
+        return
+    print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
+    if subprocess.run([sys.executable, script], input=content, text=True).returncode:
+        raise SystemExit(1)
+    passed.parent.mkdir(parents=True, exist_ok=True)
+    passed.touch()
+
+
+def _tables(config: WorkflowConfig) -> list[str]:
+    return [path for _, path in named_files(config)]
+
+
+def _shapes(mills: Mapping[str, MillConfig]) -> list[str]:
+    return [file for mill in mills.values() for file in mill.source_files]
+
+
+def _digest(content: str, files: list[str], script: str) -> str:
+    """A digest of a configuration, of the files that it names and of the library that checks it."""
+    total = hashlib.sha256(content.encode() + library_digest(script).encode())
+    for file in sorted(set(files)):
+        total.update(Path(file).read_bytes() if Path(file).is_file() else b"not there")
+    return total.hexdigest()[:16]
