@@ -1,4 +1,9 @@
-"""Files that are whole or absent: tables, JSON and any other output, written beside their name and renamed."""
+"""Files that are whole or absent: tables, JSON and any other output, written beside their name and renamed.
+
+Snakemake imports this module as it reads the Snakefile, so pandas is imported only where it is used.
+"""
+
+from __future__ import annotations
 
 import glob
 import json
@@ -7,11 +12,14 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pandas as pd
 import psutil
 
 from millprint.errors import ConfigError, DamagedFile
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Every file that this process has written whole, for the record of its job.
 written: list[Path] = []
@@ -57,6 +65,8 @@ def read_table(path: str | Path, numeric: Sequence[str] = (), text: Sequence[str
 
     Raises ConfigError, in one line, for a missing file or column and for a text in a numeric column.
     """
+    import pandas as pd
+
     try:
         with warnings.catch_warnings():
             # A row with more columns than the header: pandas would leave out the last, or take the first as names.
@@ -88,6 +98,8 @@ def read_table(path: str | Path, numeric: Sequence[str] = (), text: Sequence[str
 
 def _numbers(column: pd.Series) -> pd.Series:
     """The numbers of a column, not a number where there is none."""
+    import pandas as pd
+
     try:
         return pd.to_numeric(column, errors="coerce")
     except OverflowError:

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from millprint import files
 from millprint.errors import MillprintError
 from millprint.liveness import end_with_run, wait_for_turn
-from millprint.records import read_record, record_path, write_record
+from millprint.records import record_path, write_record
 
 logger = logging.getLogger("millprint")
 
@@ -28,7 +28,7 @@ FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota
 
 @contextmanager
 def job(log_path: str, title: str) -> Iterator[logging.Logger]:
-    """Log one job to `log_path`; an error of the user's ends the job with one line instead of a traceback.
+    """Log one job to `log_path`; an error of the user's ends the job with a line for each fault, and no traceback.
 
     The files that it writes are recorded beside the log. It ends with the run that started it, and waits until an
     earlier attempt at it has ended.
@@ -43,7 +43,7 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     assert stream is not None, "a handler that has not been told to wait opens its file at once"
     wait_for_turn(stream)
     stream.truncate(0)
-    record, before = record_path(log_path), read_record(record_path(log_path))
+    record = record_path(log_path)
     record.unlink(missing_ok=True)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%Y-%m-%d %H:%M:%S"))
     logger.addHandler(handler)
@@ -56,10 +56,11 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     files.written.clear()
     try:
         yield logger
-        write_record(record, files.written, before)
+        write_record(record, files.written)
     except MillprintError as error:
         logger.error("%s", error)
-        print(f"error: {title}: {error}", file=sys.stderr)
+        for line in str(error).split("\n"):
+            print(f"error: {title}: {line}", file=sys.stderr)
         raise SystemExit(1) from None
     except OSError as error:
         if not (reason := _full(error)):

@@ -1,5 +1,6 @@
-"""Which processes of a run are alive: runs hold a lock, jobs end with the run that started them, one at a time."""
+"""Which processes are alive: a run holds a file of its own, its jobs end with it, attempts at a job take turns."""
 
+import atexit
 import fcntl
 import logging
 import os
@@ -8,7 +9,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 import psutil
 
@@ -16,43 +17,101 @@ from millprint import RUN_VARIABLE
 
 logger = logging.getLogger("millprint")
 
+# In the folder that Snakemake works in: a file HOST-PID for each run that has begun jobs.
+RUNS = Path(".snakemake/millprint/runs")
+
+LIVING, DEAD, UNKNOWN = "living", "dead", "unknown"
+
 POLL_S = 0.5
 # Files whose locks this process holds until it ends, however it ends: the kernel lets go of them.
-_held: list[TextIO] = []
+_held: dict[Path, TextIO] = {}
 _watching = False
 
 
-def claim(path: str | Path) -> bool:
-    """Hold a lock for the lifetime of this process; returns whether no other living process on it holds one.
+class Run(NamedTuple):
+    """A run of Snakemake that began jobs, and whether its process is LIVING or DEAD; UNKNOWN where nothing tells."""
 
-    Any number of runs may hold it, so that one which looks (a dry run) does not stop one which works. False where the
-    file system knows no locks, or where the last to hold it was another machine, of whose processes nothing is known.
+    path: Path
+    host: str
+    pid: int
+    state: str
+
+    @property
+    def is_here(self) -> bool:
+        """Whether it was started on this machine."""
+        return self.host == socket.gethostname()
+
+
+def hold(folder: str | Path = RUNS) -> None:
+    """Hold a file HOST-PID in `folder` for the lifetime of this process, under a lock of the system's own.
+
+    Snakemake's own lock does not tell whether the run that left it is alive; this one does, for the kernel lets go of
+    it however the process ends. At a normal end the file is removed. Files of other runs are left as they are.
     """
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    file = open(path, "a+")  # noqa: SIM115 (open as long as the process lives)
-    _held.append(file)
-    alone, host = False, socket.gethostname()
+    path = Path(folder).absolute() / f"{socket.gethostname()}-{os.getpid()}"
+    if path in _held:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # To append: a file of that name which an earlier process left is taken over, and nothing in it is lost.
+    _held[path] = open(path, "a+")  # noqa: SIM115 (open as long as the process lives)
+    os.utime(path)
     try:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            alone = True
-        except BlockingIOError:
-            pass
-        if alone:
-            file.seek(0)
-            alone = file.read().strip() in ("", host)
-            file.truncate(0)
-            file.write(host)
-            file.flush()
-        fcntl.flock(file, fcntl.LOCK_SH)
+        fcntl.flock(_held[path], fcntl.LOCK_SH)
     except OSError:
-        return False
-    return alone
+        # A file system without locks: others see the file, and that nothing is known of its run.
+        logger.debug("%s: no locks here", path)
+    atexit.register(_let_go, path, os.getpid())
+
+
+def _let_go(path: Path, pid: int) -> None:
+    """Remove the file of this run; a process forked from it leaves it alone."""
+    if os.getpid() == pid:
+        path.unlink(missing_ok=True)
+
+
+def runs_of(folder: str | Path = RUNS) -> list[Run]:
+    """Every run that has a file in `folder`, sorted by name, each LIVING, DEAD or UNKNOWN."""
+    found = []
+    for path in sorted(Path(folder).glob("*-*")):
+        host, _, number = path.name.rpartition("-")
+        if number.isdecimal() and (state := _state(path, host, int(number))):
+            found.append(Run(path, host, int(number), state))
+    return found
+
+
+def _state(path: Path, host: str, pid: int) -> str | None:
+    """Of the run with this file; None if it has ended, and its file is gone, meanwhile."""
+    # Where locks are local to a machine, a file of another one looks as if nobody held it.
+    if host != socket.gethostname():
+        return UNKNOWN
+    try:
+        with open(path, "r+") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        held_since = path.stat().st_mtime
+    except BlockingIOError:
+        return LIVING
+    except FileNotFoundError:
+        return None
+    except OSError:
+        return UNKNOWN
+    # Some file systems grant every lock. A process of that number that is younger than the file is another one.
+    return LIVING if _lives(pid, before=held_since + 1) else DEAD
 
 
 def announce() -> None:
-    """Tell every process that this one starts, through the environment, whose it is."""
+    """Tell every process that this one starts, through the environment, whose it is.
+
+    Snakemake has nothing of the kind: its jobs are processes of their own, and outlive a Snakemake that was killed.
+    """
     os.environ[RUN_VARIABLE] = f"{socket.gethostname()} {os.getpid()} {psutil.Process().create_time()}"
+
+
+def outlive_run() -> None:
+    """Belong to no run, with every process that this one starts: a job of a cluster's queue, whose Snakemake may end.
+
+    Its node can be the machine that it was submitted from, so that the machine's name does not tell.
+    """
+    os.environ.pop(RUN_VARIABLE, None)
 
 
 def is_within_run() -> bool:
@@ -60,10 +119,11 @@ def is_within_run() -> bool:
     return RUN_VARIABLE in os.environ
 
 
-def _lives(pid: int, started: float) -> bool:
+def _lives(pid: int, before: float, after: float = 0.0) -> bool:
+    """Whether a process of that number lives that was started between two times [s since 1970]."""
     try:
         process = psutil.Process(pid)
-        return abs(process.create_time() - started) < 1 and process.status() != psutil.STATUS_ZOMBIE
+        return after < process.create_time() < before and process.status() != psutil.STATUS_ZOMBIE
     except psutil.Error:
         return False
 
@@ -81,7 +141,7 @@ def end_with_run() -> None:
     pid, started = int(words[1]), float(words[2])
 
     def watch() -> None:
-        while _lives(pid, started):
+        while _lives(pid, before=started + 1, after=started - 1):
             time.sleep(POLL_S)
         print(f"error: the run of process {pid} has ended, and with it this job of it", file=sys.stderr, flush=True)
         # Not sys.exit: it would only end this thread.

@@ -1,32 +1,30 @@
-"""What every job wrote, file by file, so that a file damaged afterwards is found before anything reads it.
+"""What every job wrote, file by file, so that a file damaged afterwards is found.
 
-A job's record is a JSON file beside its log: for each file the bytes, the SHA-256 digest and the date.
+Snakemake records digests of what a job reads, not of what it writes: it sees that a file is younger, not that it is
+broken. A job's record is a JSON file beside its log: for each file the bytes, the SHA-256 digest and the date.
 """
 
 import hashlib
 import json
 import os
+import sys
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from millprint.files import whole_file
 
-DAMAGED = ".damaged"
-
 
 class Damage(NamedTuple):
-    """A file that is not what a job wrote."""
+    """A file that is not what a job wrote: its path, what is wrong with it, and the record of the job."""
 
     path: str
-    found_bytes: int
-    written_bytes: int
+    what: str
     record: Path
 
     def __str__(self) -> str:
-        if self.found_bytes < self.written_bytes:
-            return f"{self.path}: truncated, {self.found_bytes} bytes of {self.written_bytes}"
-        return f"{self.path}: changed since it was written"
+        return f"{self.path}: {self.what}"
 
 
 def digest(path: str | Path) -> str:
@@ -44,51 +42,102 @@ def read_record(path: Path) -> dict[str, dict]:
     """File to bytes, digest and date; empty where there is no record or none that can be read."""
     try:
         content = json.loads(path.read_text())
-        return {name: dict(entry) for name, entry in content["files"].items()}
+        files = {name: dict(entry) for name, entry in content["files"].items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
+    return files if all({"bytes", "sha256", "date_ns"} <= set(entry) for entry in files.values()) else {}
 
 
-def write_record(path: Path, files: Iterable[str | Path], before: dict[str, dict]) -> None:
-    """Record the `files` that are there. One that is as `before`, bit for bit, gets back the date that it had.
+def entry_of(file: str | Path) -> dict:
+    """What is recorded of a file: bytes, digest and date [ns since 1970]."""
+    found = os.stat(file)
+    return {"sha256": digest(file), "bytes": found.st_size, "date_ns": found.st_mtime_ns}
 
-    So a file that was damaged and made again is no news to what was made from it.
-    """
-    entries = {}
-    for file in sorted(map(str, files)):
-        if not Path(file).is_file():
-            continue
-        entry = {"sha256": digest(file)}
-        if before.get(file, {}).get("sha256") == entry["sha256"]:
-            date = before[file]["date_ns"]
-            os.utime(file, ns=(date, date))
-        found = Path(file).stat()
-        entries[file] = {**entry, "bytes": found.st_size, "date_ns": found.st_mtime_ns}
+
+def write_record(path: Path, files: Iterable[str | Path]) -> None:
+    """Record those of the `files` that are there."""
+    replace_entries(path, {name: entry_of(name) for name in map(str, files) if Path(name).is_file()})
+
+
+def replace_entries(path: Path, entries: dict[str, dict]) -> None:
+    """Write a record: file to bytes, digest and date."""
     with whole_file(path) as partial:
         partial.write_text(json.dumps({"files": entries}, indent=1, sort_keys=True) + "\n")
 
 
-def damaged_files(logs: str | Path) -> Iterator[Damage]:
+def damaged_files(logs: str | Path) -> list[Damage]:
     """Every recorded file that is there with another content. Only files of another size or date are read."""
-    for record in sorted(Path(logs).rglob("*.json")):
-        for name, entry in read_record(record).items():
-            try:
-                found = os.stat(name)
-            except OSError:
-                continue
-            if (found.st_size, found.st_mtime_ns) == (entry["bytes"], entry["date_ns"]):
-                continue
-            if found.st_size != entry["bytes"] or digest(name) != entry["sha256"]:
-                yield Damage(name, found.st_size, entry["bytes"], record)
+    return [damage for record in _records(logs) for damage in _compare(record, read_record(record))]
 
 
-def set_aside(damage: Damage) -> None:
-    """Move a damaged file out of the way, under a name of its own."""
-    os.replace(damage.path, damage.path + DAMAGED)
+def report_damaged(logs: str | Path) -> None:
+    """Say on stderr, in a line each, which recorded files are damaged, before the jobs of a run begin.
+
+    Snakemake dates every output once more after its job, so that each has another date than its record says, and has to
+    be read. Those that are as recorded get their new date into the record: the next look at them is quick.
+    """
+    for record in _records(logs):
+        entries = read_record(record)
+        damages = list(_compare(record, entries))
+        for damage in damages:
+            print(f"found: {damage}; make verify tells more", file=sys.stderr, flush=True)
+        _renew_dates(record, entries, {damage.path for damage in damages})
 
 
-def put_back_dates(record: Path) -> None:
-    """Give every file of a record that is as recorded its recorded date: Snakemake dates what a job wrote anew."""
-    for name, entry in read_record(record).items():
-        if Path(name).is_file() and digest(name) == entry["sha256"]:
-            os.utime(name, ns=(entry["date_ns"], entry["date_ns"]))
+def _records(logs: str | Path) -> list[Path]:
+    return sorted(Path(logs).rglob("*.json"))
+
+
+def _compare(record: Path, entries: dict[str, dict]) -> Iterator[Damage]:
+    """The files of a record whose content is another."""
+    for name, entry in entries.items():
+        try:
+            found = os.stat(name)
+        except OSError:
+            # Not there: Snakemake makes it again where something needs it.
+            continue
+        if (found.st_size, found.st_mtime_ns) == (entry["bytes"], entry["date_ns"]):
+            continue
+        dated = time.strftime("dated %Y-%m-%d %H:%M", time.localtime(found.st_mtime))
+        if found.st_size < entry["bytes"]:
+            yield Damage(name, f"truncated, {found.st_size} bytes of {entry['bytes']} ({dated})", record)
+            continue
+        try:
+            same = found.st_size == entry["bytes"] and digest(name) == entry["sha256"]
+        except OSError as error:
+            yield Damage(name, f"cannot be read: {error.strerror} ({dated})", record)
+            continue
+        if not same:
+            yield Damage(name, f"changed since it was written ({dated})", record)
+
+
+def _renew_dates(record: Path, entries: dict[str, dict], damaged: set[str]) -> None:
+    """Write the present dates of all but the damaged files into a record, unless a job has changed it meanwhile."""
+    renewed = {}
+    for name, entry in entries.items():
+        there = name not in damaged and Path(name).is_file()
+        renewed[name] = {**entry, "date_ns": os.stat(name).st_mtime_ns} if there else entry
+    if renewed != entries and read_record(record) == entries:
+        replace_entries(record, renewed)
+
+
+def keep(damage: Damage) -> None:
+    """Record a file as it is now: from here on its content is the result."""
+    # Marked, for the job may run again for the sake of another of its files, and would write over this one.
+    entry = {**entry_of(damage.path), "kept": True}
+    replace_entries(damage.record, {**read_record(damage.record), damage.path: entry})
+
+
+def is_kept(entry: dict) -> bool:
+    """Whether a user has kept this file as it was changed."""
+    return bool(entry.get("kept"))
+
+
+def set_aside(path: str) -> Path:
+    """Move a file to NAME.damaged, or NAME.damaged.2 and so on where that is taken. Returns the new path."""
+    number, aside = 1, Path(f"{path}.damaged")
+    while aside.exists():
+        number += 1
+        aside = Path(f"{path}.damaged.{number}")
+    os.replace(path, aside)
+    return aside

@@ -1,10 +1,10 @@
-"""What a killed, damaged or disk-less run leaves: sealed checkpoints, records of results, locks of the dead."""
+"""What a killed, damaged or disk-less run leaves: sealed checkpoints, records of results, files of runs."""
 
 import json
 import os
+import socket
 import subprocess
 import sys
-import time
 
 import h5py
 import numpy as np
@@ -15,8 +15,8 @@ from millprint.errors import ConfigError, MillprintError
 from millprint.files import read_json, whole_file
 from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.job import job
-from millprint.liveness import claim
-from millprint.records import damaged_files, read_record, record_path
+from millprint.liveness import DEAD, LIVING, RUN_VARIABLE, UNKNOWN, outlive_run, runs_of
+from millprint.records import damaged_files, keep, read_record, record_path, report_damaged, set_aside
 from millprint.sealed import BLOCK, seal, unsealed
 from tests.conftest import ROOT
 
@@ -84,25 +84,88 @@ def test_what_jobs_wrote_is_recorded_and_damage_found(tmp_path):
             write(name, "content of " + name)
         (tmp_path / "gone.txt").unlink()
     assert sorted(read_record(record_path(log))) == names[:2]
-    assert list(damaged_files(tmp_path / "logs")) == []
+    assert damaged_files(tmp_path / "logs") == []
     os.utime(names[1])
-    assert list(damaged_files(tmp_path / "logs")) == []
+    assert damaged_files(tmp_path / "logs") == []
     os.truncate(names[0], 5)
     (found,) = damaged_files(tmp_path / "logs")
-    assert str(found) == f"{names[0]}: truncated, 5 bytes of {len('content of ' + names[0])}"
+    assert str(found).startswith(f"{names[0]}: truncated, 5 bytes of {len('content of ' + names[0])} (dated 20")
     with open(names[1], "r+") as file:
         file.write("C")
-    assert str(list(damaged_files(tmp_path / "logs"))[1]) == f"{names[1]}: changed since it was written"
+    assert str(damaged_files(tmp_path / "logs")[1]).startswith(f"{names[1]}: changed since it was written (dated 20")
 
 
-def test_a_file_made_again_bit_for_bit_gets_its_date_back(tmp_path):
-    log, path = str(tmp_path / "logs/a.log"), tmp_path / "one.txt"
-    for text, same in (("first", None), ("first", True), ("second", False)):
-        before = path.stat().st_mtime_ns if path.exists() else None
-        time.sleep(0.02)
-        with job(log, "a job"):
-            write(path, text)
-        assert same is None or (path.stat().st_mtime_ns == before) == same
+@pytest.fixture
+def recorded(tmp_path):
+    """The logs of a job that wrote one.txt and two.txt, and both files."""
+    paths = [tmp_path / "one.txt", tmp_path / "two.txt"]
+    with job(str(tmp_path / "logs/a.log"), "a job"):
+        for path in paths:
+            write(path, path.name)
+    return tmp_path / "logs", paths
+
+
+def test_a_run_reports_damage_in_a_line_a_file_and_changes_none(recorded, capsys):
+    logs, (one, two) = recorded
+    one.write_text("edited")
+    os.utime(two, ns=(1, 1))
+    report_damaged(logs)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"found: {one}: truncated, 6 bytes of 7 (dated ")
+    assert line.endswith("; make verify tells more")
+    assert one.read_text() == "edited"
+    # The damaged file is told of each time, and of the other one only the date is new.
+    entries = read_record(logs / "a.json")
+    assert entries[str(two)]["date_ns"] == 1
+    assert entries[str(one)]["bytes"] == 7
+    report_damaged(logs)
+    assert capsys.readouterr().err.splitlines() == [line]
+
+
+def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
+    logs, (one, _) = recorded
+    monkeypatch.setattr("millprint.records.digest", lambda path: pytest.fail(f"{path} was read"))
+    assert damaged_files(logs) == []
+    os.utime(one)
+    with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):
+        damaged_files(logs)
+
+
+def test_a_file_that_is_kept_is_a_result(recorded):
+    logs, (one, _) = recorded
+    one.write_text("edited on purpose")
+    (found,) = damaged_files(logs)
+    keep(found)
+    assert damaged_files(logs) == []
+    one.write_text("edited by accident")
+    assert [damage.path for damage in damaged_files(logs)] == [str(one)]
+
+
+def test_what_is_set_aside_replaces_nothing(tmp_path):
+    names = []
+    for text in ("first", "second", "third"):
+        (tmp_path / "a.txt").write_text(text)
+        names.append(set_aside(str(tmp_path / "a.txt")))
+    assert [path.name for path in names] == ["a.txt.damaged", "a.txt.damaged.2", "a.txt.damaged.3"]
+    assert [path.read_text() for path in names] == ["first", "second", "third"]
+
+
+def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
+    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), "a job"):
+        raise ConfigError("a.yaml: x = 1: too small\na.yaml: y = 2: too large")
+    assert capsys.readouterr().err.splitlines() == [
+        "error: a job: a.yaml: x = 1: too small",
+        "error: a job: a.yaml: y = 2: too large",
+    ]
+
+
+def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
+    code = """
+import millprint.liveness, millprint.records
+heavy = {"numpy", "pandas", "scipy", "numba", "h5py", "matplotlib", "torch"}
+print(sorted(heavy & set(sys.modules)))
+"""
+    assert python(code, stdout=subprocess.PIPE).communicate(timeout=60)[0] == "[]\n"
 
 
 def test_a_failed_job_leaves_no_record(tmp_path):
@@ -149,30 +212,74 @@ with job(sys.argv[1] + "/logs/a.log", "a job"):
     assert [path.name for path in (tmp_path / "logs").iterdir()] == ["a.log"]
 
 
-HOLD = "import time\nfrom millprint.liveness import claim\nprint(claim(sys.argv[1]), flush=True)\ntime.sleep(60)"
+HOLD = """
+import time
+from millprint.liveness import hold
+hold(sys.argv[1])
+hold(sys.argv[1])
+print("held", flush=True)
+sys.stdin.readline()
+"""
 
 
-def test_a_lock_is_held_by_the_living_only(tmp_path):
-    lock = str(tmp_path / "lock")
-    first = python(HOLD, lock, stdout=subprocess.PIPE)
-    assert first.stdout.readline() == "True\n"
-    second = python(HOLD, lock, stdout=subprocess.PIPE)
-    assert second.stdout.readline() == "False\n"
+def holding(folder) -> subprocess.Popen:
+    """A process that holds the file of a run until a line is written to it."""
+    process = python(HOLD, str(folder), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert process.stdout.readline() == "held\n"
+    return process
+
+
+def states(folder) -> dict[str, str]:
+    return {run.path.name: run.state for run in runs_of(folder)}
+
+
+def test_a_run_is_alive_until_its_process_ends_and_leaves_no_file_at_a_normal_end(tmp_path):
+    host = socket.gethostname()
+    assert states(tmp_path / "none") == {}
+    first, second = holding(tmp_path), holding(tmp_path)
+    names = [f"{host}-{process.pid}" for process in (first, second)]
+    assert states(tmp_path) == dict.fromkeys(names, LIVING)
     first.kill()
     first.wait()
-    assert not claim(lock)
-    second.kill()
-    second.wait()
-    third = python(HOLD, str(tmp_path / "other"), stdout=subprocess.PIPE)
-    assert third.stdout.readline() == "True\n"
-    third.kill()
-    third.wait()
-    assert claim(str(tmp_path / "other"))
+    assert states(tmp_path) == {names[0]: DEAD, names[1]: LIVING}
+    second.communicate("\n", timeout=60)
+    assert states(tmp_path) == {names[0]: DEAD}
 
 
-def test_the_lock_of_another_machine_is_left_alone(tmp_path):
-    (tmp_path / "lock").write_text("another-host")
-    assert not claim(tmp_path / "lock")
+def test_of_another_machine_nothing_is_known_and_its_file_is_left_alone(tmp_path):
+    other = tmp_path / "other-host-7"
+    other.write_text("theirs")
+    process = holding(tmp_path)
+    (found,) = [run for run in runs_of(tmp_path) if run.path == other]
+    assert (found.host, found.pid, found.state, found.is_here) == ("other-host", 7, UNKNOWN, False)
+    process.communicate("\n", timeout=60)
+    assert other.read_text() == "theirs"
+    assert states(tmp_path) == {"other-host-7": UNKNOWN}
+
+
+def test_where_a_file_system_knows_no_locks_nothing_is_known(tmp_path, monkeypatch):
+    def no_locks(file, how):
+        raise OSError(95, "Operation not supported")
+
+    (tmp_path / f"{socket.gethostname()}-{os.getpid()}").touch()
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    assert list(states(tmp_path).values()) == [UNKNOWN]
+
+
+def test_a_living_process_is_alive_even_where_every_lock_is_granted(tmp_path):
+    """The file of this very process, which holds no lock on it; then one older than this process, so another's."""
+    path = tmp_path / f"{socket.gethostname()}-{os.getpid()}"
+    path.touch()
+    assert list(states(tmp_path).values()) == [LIVING]
+    os.utime(path, (0, 0))
+    assert list(states(tmp_path).values()) == [DEAD]
+
+
+def test_a_job_of_a_queue_belongs_to_no_run(monkeypatch):
+    monkeypatch.setenv(RUN_VARIABLE, f"{socket.gethostname()} 1 0.0")
+    outlive_run()
+    outlive_run()
+    assert RUN_VARIABLE not in os.environ
 
 
 def test_a_job_ends_with_the_run_that_started_it(tmp_path):

@@ -1,0 +1,87 @@
+"""Makes damaged files again, and nothing else."""
+
+import os
+import shutil
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
+
+from millprint.records import Damage, is_kept, read_record, replace_entries, set_aside
+from millprint.verify.runner import Snakemake, say
+
+BEFORE = ".before"
+
+
+def jobs_of(damages: Iterable[Damage]) -> list[list[Damage]]:
+    """Damages job by job: a job writes all of its files, so they share one decision."""
+
+    def record(damage: Damage) -> Path:
+        return damage.record
+
+    return [list(own) for _, own in groupby(sorted(damages, key=record), key=record)]
+
+
+def make_again(jobs: Sequence[Sequence[Damage]], snakemake: Snakemake) -> bool:
+    """Move damaged files aside and make exactly them again; whether all of them were. The others are put back.
+
+    A run of Snakemake for each job: in a single run it would also redo all that lies between two of them, and all that
+    follows. What was made from a file needs no job where the file is made again bit for bit: Snakemake compares digests
+    (max-checksum-file-size in profiles/default/config.yaml).
+    """
+    repairs, done = [], True
+    try:
+        # All are moved before the first is made: a file may be made from another of them.
+        for own in jobs:
+            repairs.append(Repair(own))
+        for repair in repairs:
+            missing = repair.missing()
+            done = (not missing or snakemake.run("--", *missing)) and done
+    finally:
+        whole = [repair.finish() for repair in repairs]
+    return done and all(whole)
+
+
+class Repair:
+    """One job whose damaged files have been moved aside, and what is needed to put its files back."""
+
+    def __init__(self, damages: Sequence[Damage]) -> None:
+        self.record = damages[0].record
+        self.entries = read_record(self.record)
+        damaged = [damage.path for damage in damages]
+        # The job writes its other files too, and not all of them the same: a summary says how long the job took.
+        self.others = [name for name in self.entries if name not in damaged and Path(name).is_file()]
+        for name in self.others:
+            shutil.copy2(name, name + BEFORE)
+        self.moved = {name: set_aside(name) for name in damaged}
+        for name, aside in self.moved.items():
+            say(f"moved: {name} to {aside}")
+
+    def missing(self) -> list[str]:
+        """The damaged files that have not been made again."""
+        return [name for name in self.moved if not Path(name).exists()]
+
+    def finish(self) -> bool:
+        """Put back what was not damaged, or everything where the job failed; whether it did not."""
+        lost = self.missing()
+        for name in lost:
+            os.replace(self.moved[name], name)
+            say(f"not made again, see above: {name} is as it was found")
+        new = read_record(self.record)
+        changed = [name for name in self.moved if new.get(name, {}).get("sha256") != self.entries[name]["sha256"]]
+        for name in self.others:
+            # Files that belong to others than before are no longer of use, unless the user has kept them.
+            if changed and not lost and not is_kept(self.entries[name]):
+                os.unlink(name + BEFORE)
+            else:
+                os.replace(name + BEFORE, name)
+                new[name] = self.entries[name]
+        # A job that failed has removed its record.
+        replace_entries(self.record, self.entries if lost else new)
+        for name in self.moved:
+            if name in lost:
+                continue
+            if name in changed:
+                say(f"made again: {name}, with another content: the next run makes what follows from it")
+            else:
+                say(f"made again: {name}, bit for bit as it was written")
+        return not lost

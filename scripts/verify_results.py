@@ -1,0 +1,76 @@
+"""Checks what earlier runs left behind, in plain words, and mends it.
+
+    python scripts/verify_results.py [RESULTS] [--repair | --keep] [-- SNAKEMAKE ARGUMENTS]
+
+Locks of a run that was killed are removed, by `snakemake --unlock`; never where another run is alive, or where nothing
+is known of it. Files below RESULTS (results) that are not what their jobs wrote are named. On a terminal you are asked
+what to do with them. Elsewhere nothing is changed without an option:
+
+    --repair  moves them to NAME.damaged and makes them again, and nothing else
+    --keep    records them as they are: from here on they are results
+
+The Snakemake arguments are those of your runs, such as --cores 2 --configfile config/smoke.yaml, without targets. Exit
+status: 0 if all is well or mended, else 1.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from millprint.liveness import LIVING, runs_of
+from millprint.records import damaged_files
+from millprint.verify.decide import KEEP, MAKE_AGAIN, mend_files
+from millprint.verify.locks import mend_locks
+from millprint.verify.runner import Snakemake, say
+
+
+def read_arguments(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Own options, and the arguments for Snakemake behind `--`."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, usage=argparse.SUPPRESS, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("results", nargs="?", default="results", help=argparse.SUPPRESS)
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--repair", dest="choice", action="store_const", const=MAKE_AGAIN, help=argparse.SUPPRESS)
+    either.add_argument("--keep", dest="choice", action="store_const", const=KEEP, help=argparse.SUPPRESS)
+    cut = words.index("--") if "--" in words else len(words)
+    arguments = words[cut + 1 :]
+    if "--" in arguments:
+        parser.error("Snakemake's arguments must have no targets: what is made again is what is damaged")
+    return parser.parse_args(words[:cut]), arguments
+
+
+def verify(results: str, choice: str | None, snakemake: Snakemake, command: list[str]) -> bool:
+    """Check locks and recorded files in the present folder, mend what is asked for; whether all is well then."""
+    runs, logs = runs_of(), Path(results) / "logs"
+    unlocked = mend_locks(runs, snakemake)
+    damages = damaged_files(logs)
+    for damage in damages:
+        say(f"found: {damage}")
+    if not unlocked:
+        return False
+    if not damages:
+        say(f"checked: each file below {results} that a job has recorded in {logs} is as it was written")
+        return True
+    if choice and any(run.state == LIVING for run in runs):
+        say("nothing was changed: wait for the end of the run that is alive")
+        return False
+    return mend_files(damages, choice, snakemake, command)
+
+
+def main(words: list[str]) -> int:
+    options, arguments = read_arguments(words)
+    python = os.path.relpath(sys.executable) if sys.prefix != sys.base_prefix else "python"
+    command = [python, sys.argv[0], *(word for word in words if word not in ("--repair", "--keep"))]
+    snakemake = Snakemake(arguments)
+    os.chdir(snakemake.folder)
+    try:
+        return 0 if verify(options.results, options.choice, snakemake, command) else 1
+    except OSError as error:
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

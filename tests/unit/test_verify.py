@@ -1,0 +1,168 @@
+"""The command that mends what earlier runs left: whose locks it removes, which files it moves, keeps and puts back."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from millprint.files import whole_file
+from millprint.job import job
+from millprint.liveness import DEAD, LIVING, UNKNOWN, Run
+from millprint.records import damaged_files, keep
+from millprint.verify import decide
+from millprint.verify.decide import KEEP, MAKE_AGAIN, STOP, mend_files
+from millprint.verify.locks import mend_locks
+from millprint.verify.runner import Snakemake
+
+COMMAND = ["python", "scripts/verify_results.py", "results", "--", "--cores", "2"]
+
+
+class Pretended(Snakemake):
+    """In place of Snakemake: runs a function for the files that it is asked for, and notes what it was asked."""
+
+    def __init__(self, make=lambda: True):
+        super().__init__(["--cores", "2"])
+        self.make, self.asked = make, []
+
+    def run(self, *more, quiet=False):
+        self.asked.append(more)
+        return self.make()
+
+
+def runs(folder: Path, **states: str) -> list[Run]:
+    """A file in `folder` and a run for each name and state."""
+    found = []
+    for number, (host, state) in enumerate(states.items()):
+        path = folder / f"{host}-{number}"
+        path.touch()
+        found.append(Run(path, host, number, state))
+    return found
+
+
+def test_locks_of_the_dead_are_removed_by_snakemake(tmp_path, capsys):
+    snakemake = Pretended()
+    assert mend_locks(runs(tmp_path, a=DEAD, b=DEAD), snakemake)
+    assert snakemake.asked == [("--unlock",)]
+    assert list(tmp_path.iterdir()) == []
+    assert "its locks are removed: snakemake --cores 2 --unlock" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("other", [LIVING, UNKNOWN])
+def test_no_lock_is_removed_where_a_run_may_be_alive(tmp_path, capsys, other):
+    snakemake = Pretended()
+    assert mend_locks(runs(tmp_path, a=DEAD, b=other), snakemake)
+    assert snakemake.asked == []
+    assert len(list(tmp_path.iterdir())) == 2
+    said = capsys.readouterr().out
+    assert "its locks stay" in said
+    assert "snakemake --unlock" in said
+    assert ("a run that is alive: process 1" in said) == (other == LIVING)
+
+
+def test_a_dead_run_is_remembered_where_snakemake_cannot_unlock(tmp_path, capsys):
+    assert not mend_locks(runs(tmp_path, a=DEAD), Pretended(lambda: False))
+    assert len(list(tmp_path.iterdir())) == 1
+    assert "error: its locks could not be removed" in capsys.readouterr().out
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder whose job wrote a.txt, b.txt and, with the time that it took, clock.txt; and a.txt is damaged."""
+    monkeypatch.chdir(tmp_path)
+    run_job(1)
+    Path("a.txt").write_text("damaged")
+    with open(os.devnull) as nobody, monkeypatch.context() as patch:
+        patch.setattr("sys.stdin", nobody)
+        yield
+
+
+def run_job(clock: int, a: str = "content of a") -> bool:
+    """What the job does: always the same but for the clock, and `a`."""
+    with job("logs/one.log", "one"):
+        for name, text in {"a.txt": a, "b.txt": "content of b", "clock.txt": f"{clock} s"}.items():
+            with whole_file(name) as partial:
+                partial.write_text(text)
+    return True
+
+
+def fail() -> bool:
+    """A job that fails: Snakemake removes its files before it and after it, and it has removed its record."""
+    for name in ("a.txt", "b.txt", "clock.txt", "logs/one.json"):
+        Path(name).unlink(missing_ok=True)
+    return False
+
+
+def content() -> dict[str, str]:
+    return {path.name: path.read_text() for path in sorted(Path().glob("*.txt*"))}
+
+
+def test_a_damaged_file_alone_is_made_again(place, capsys):
+    date, snakemake = Path("clock.txt").stat().st_mtime_ns, Pretended(lambda: run_job(2))
+    assert mend_files(damaged_files("logs"), MAKE_AGAIN, snakemake, COMMAND)
+    assert snakemake.asked == [("--", "a.txt")]
+    assert content() == {
+        "a.txt": "content of a",
+        "a.txt.damaged": "damaged",
+        "b.txt": "content of b",
+        "clock.txt": "1 s",
+    }
+    # As it was, with its date: no news to what was made from it.
+    assert Path("clock.txt").stat().st_mtime_ns == date
+    assert damaged_files("logs") == []
+    assert "made again: a.txt, bit for bit" in capsys.readouterr().out
+
+
+def test_where_a_file_is_made_with_another_content_so_are_those_beside_it(place, capsys):
+    keep_edited("b.txt")
+    assert mend_files(damaged_files("logs"), MAKE_AGAIN, Pretended(lambda: run_job(2, "better")), COMMAND)
+    # But for what the user has kept.
+    assert content() == {"a.txt": "better", "a.txt.damaged": "damaged", "b.txt": "edited", "clock.txt": "2 s"}
+    assert damaged_files("logs") == []
+    assert "made again: a.txt, with another content" in capsys.readouterr().out
+
+
+def keep_edited(name: str) -> None:
+    Path(name).write_text("edited")
+    (found,) = [damage for damage in damaged_files("logs") if damage.path == name]
+    keep(found)
+
+
+def test_a_job_that_fails_leaves_everything_as_it_was(place, capsys):
+    before, found = content(), damaged_files("logs")
+    assert not mend_files(found, MAKE_AGAIN, Pretended(fail), COMMAND)
+    assert content() == before
+    assert damaged_files("logs") == found
+    assert "not made again, see above: a.txt is as it was found" in capsys.readouterr().out
+
+
+def test_nothing_is_moved_where_nobody_can_be_asked(place, capsys):
+    before, snakemake = content(), Pretended()
+    assert not mend_files(damaged_files("logs"), None, snakemake, COMMAND)
+    assert content() == before
+    assert snakemake.asked == []
+    said = capsys.readouterr().out
+    for option in ("--repair", "--keep"):
+        assert f"python scripts/verify_results.py results {option} -- --cores 2  # " in said
+
+
+def test_kept_files_are_results(place):
+    snakemake = Pretended()
+    assert mend_files(damaged_files("logs"), KEEP, snakemake, COMMAND)
+    assert snakemake.asked == []
+    assert content()["a.txt"] == "damaged"
+    assert damaged_files("logs") == []
+
+
+@pytest.mark.parametrize(("answers", "wanted"), [("x\nm\n", MAKE_AGAIN), ("K\n", KEEP), ("s\n", STOP), ("", STOP)])
+def test_on_a_terminal_the_user_is_asked(place, monkeypatch, tmp_path, answers, wanted):
+    (tmp_path / "answers").write_text(answers)
+    with open(tmp_path / "answers") as typed, monkeypatch.context() as patch:
+        patch.setattr("sys.stdin", typed)
+        assert decide.ask(damaged_files("logs")) == wanted
+
+
+def test_snakemake_works_in_the_folder_that_its_arguments_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert Snakemake([]).folder == tmp_path
+    assert Snakemake(["--cores", "2", "--directory", "elsewhere"]).folder == tmp_path / "elsewhere"
+    assert Snakemake(["--configfile", "a.yaml", "-d", "/abs"]).folder == Path("/abs")
