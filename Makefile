@@ -9,20 +9,33 @@ BENCH_VENV := .venv-bench
 BENCH_LOCK := envs/bench.lock
 SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
 # By name: of a folder, snakefmt leaves out what lies below another called build, without a word.
-SNAKEFILES := Snakefile $(wildcard workflow/rules/*.smk)
+SNAKEFILES := Snakefile workflow/Snakefile $(wildcard workflow/rules/*.smk)
 # The smoke run writes to results/, or beside it where results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
+SMOKE = --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
+# Snakemake's own report, of everything, once all is made.
+REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet workflow/report/report.css
+# What an earlier run left behind; stops where a damaged file needs a decision. Its folder of results and, behind `--`, the
+# arguments of Snakemake follow.
+VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: thesis smoke test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: thesis smoke verify test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
-	$(SNAKEMAKE)
+	$(VERIFY) -- --cores $(CORES)
+	$(SNAKEMAKE) $(call REPORT,results)
 
 smoke: $(VENV)/installed
-	$(SNAKEMAKE) --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
+	$(VERIFY) $(SMOKE_RESULTS) -- --cores $(CORES) $(SMOKE)
+	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS))
 
 ablations: $(VENV)/installed
+	$(VERIFY) -- --cores $(CORES)
 	$(SNAKEMAKE) ablations
+
+# Locks of a run that was killed, and damaged files. REPAIR=1 makes these again, KEEP=1 keeps them; ARGS are Snakemake's.
+verify: $(VENV)/installed
+	$(VERIFY) $(RESULTS) -- --cores $(CORES) $(ARGS)
 
 # Both parts at once: each has long stretches that need one core only.
 test: $(VENV)/installed lint
@@ -43,7 +56,7 @@ kills: $(VENV)/installed
 
 # Through the daemons of a SLURM, of which .ci/slurm starts one on this machine.
 slurm: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest -rs tests/workflow/test_slurm.py
+	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: on a machine that does nothing else. `make bench QUICK=1` takes three minutes in place of ten.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
@@ -69,6 +82,7 @@ $(VENV)/installed: $(LOCK)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) and "millprint is locked for Python 3.11: make PYTHON=python3.11")'
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/pip install --quiet --requirement $(LOCK)
+	$(BIN)/pip install --quiet --no-deps --editable .
 	touch $@
 
 $(BENCH_VENV)/installed: $(BENCH_LOCK)
@@ -81,7 +95,7 @@ lock:
 	$(PYTHON) -m venv --clear $(VENV)
 	$(BIN)/pip install --quiet --requirement envs/requirements.in
 	( echo "# Resolved from requirements.in by \`make lock\` on Python 3.11; install with pip."; \
-	  $(BIN)/pip freeze | sed 's/+cpu$$//' ) > $(LOCK)
+	  $(BIN)/pip freeze --exclude-editable | sed 's/+cpu$$//' ) > $(LOCK)
 	$(BIN)/python scripts/write_conda_file.py
 	touch $(VENV)/installed
 

@@ -1,7 +1,6 @@
 """Analyses the variance of the screening runs: as printed, as corrected, what is confounded, and the residuals."""
 
 from millprint.config.analysis import AnalysisConfig
-from millprint.config.doe import DoeConfig
 from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.interactions import interaction_table
 from millprint.doe.lack_of_fit import lack_of_fit_table
@@ -17,7 +16,7 @@ from millprint.job import job
 
 def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> None:
     """Write the tables of the analysis; `tables` holds the path of each."""
-    runs = read_runs(screening, settings)
+    runs = read_runs(screening, settings.factors)
     fit = fit_factors(settings, runs)
     write_table(printed_table(settings, runs), tables["printed"])
     write_table(corrected_table(settings, runs), tables["corrected"])
@@ -33,4 +32,4 @@ def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> No
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "analyse variance"):
-        main(snakemake.input.screening, dict(snakemake.output.items()), DoeConfig(**snakemake.params.settings))
+        main(snakemake.input.screening, dict(snakemake.output.items()), AnalysisConfig(**snakemake.params.settings))

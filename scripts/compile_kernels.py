@@ -6,6 +6,6 @@ from millprint.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "compile kernels") as log:
-        report = compile_kernels(snakemake.params.with_threads)
+        report = compile_kernels()
         log.info("compiled in %.1f s", report["seconds"])
         write_json(report, snakemake.output.report)

@@ -1,6 +1,7 @@
 """Computes half-lives, ball wear with its iron, and the powder masses and gas volumes of the screening runs."""
 
-from millprint.config.doe import DoeConfig
+from millprint.config.design import Factor
+from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.doe.runs import read_runs
 from millprint.doe.wear import read_wear, wear_table
 from millprint.doe.wet_lab import half_life_table, powder_table
@@ -8,15 +9,32 @@ from millprint.files import write_table
 from millprint.job import job
 
 
-def main(screening: str, weighings: str, half_life: str, wear: str, powder: str, settings: DoeConfig) -> None:
+def main(
+    screening: str,
+    weighings: str,
+    output,
+    factors: list[Factor],
+    solution: HalfLifeConfig,
+    jar: PowderConfig,
+    chemistry: ChemistryConfig,
+    gas: GasConfig,
+) -> None:
     """Write the tables of the wet laboratory."""
-    runs = read_runs(screening, settings, positive=["bpr", "molar_ratio"])
-    write_table(half_life_table(settings), half_life)
-    write_table(wear_table(read_wear(weighings)), wear)
-    write_table(powder_table(settings, runs), powder)
+    runs = read_runs(screening, factors, positive=["bpr", "molar_ratio"])
+    write_table(half_life_table(solution), output.half_life)
+    write_table(wear_table(read_wear(weighings)), output.wear)
+    write_table(powder_table(runs, jar, chemistry, gas), output.powder)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "compute wet lab"):
-        settings = DoeConfig(**snakemake.params.settings)
-        main(**dict(snakemake.input.items()), **dict(snakemake.output.items()), settings=settings)
+        main(
+            snakemake.input.screening,
+            snakemake.input.weighings,
+            snakemake.output,
+            [Factor(**factor) for factor in snakemake.params.factors],
+            HalfLifeConfig(**snakemake.params.half_life),
+            PowderConfig(**snakemake.params.powder),
+            ChemistryConfig(**snakemake.params.chemistry),
+            GasConfig(**snakemake.params.gas),
+        )

@@ -1,8 +1,6 @@
 """The fingerprint of any mill from its own sweep: descriptors, curves, exponents, collapse, zones, and its sheet."""
 
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig
 from millprint.files import write_table
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import PANELS, average_curves, fill_grid
@@ -18,19 +16,28 @@ from millprint.job import job
 COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 
 
-def main(summaries: list[str], output, mill: MillConfig, settings: FingerprintConfig, mills: MillsConfig) -> None:
+def main(
+    summaries: list[str],
+    output,
+    mill: MillConfig,
+    *,
+    counting_rule: str,
+    interval: float,
+    smooth_points: int,
+    collapse_max: float,
+) -> None:
     """Read the summaries of the mill's sweep and write its tables."""
     runs = read_summaries(summaries)
-    descriptors = tabulate_descriptors(runs, settings.counting_rule)
+    descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
     write_table(average_curves(descriptors), output.means)
-    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, settings.interval)
-    fills = fill_grid(descriptors["fill_ratio"].unique(), settings.smooth_points)
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval)
+    fills = fill_grid(descriptors["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[COLUMNS], output.curves)
     write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)
-    write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), settings.interval), output.exponents)
-    collapse = tabulate_mill_collapse(descriptors, settings.interval, mills.collapse_max)
+    write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), interval), output.exponents)
+    collapse = tabulate_mill_collapse(descriptors, interval, collapse_max)
     write_table(collapse, output.collapse)
     zones = find_zones(fingerprint)
     write_table(zones, output.zones)
@@ -43,6 +50,8 @@ if "snakemake" in globals():
             snakemake.input.summaries,
             snakemake.output,
             MillConfig(**snakemake.params.mill),
-            FingerprintConfig(**snakemake.params.fingerprint),
-            MillsConfig(**snakemake.params.settings),
+            counting_rule=snakemake.params.counting_rule,
+            interval=snakemake.params.interval,
+            smooth_points=snakemake.params.smooth_points,
+            collapse_max=snakemake.params.collapse_max,
         )

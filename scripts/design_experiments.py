@@ -1,7 +1,6 @@
 """Makes the design, its alias table and randomised order, and audits the runs against it."""
 
-from millprint.config.analysis import AnalysisConfig
-from millprint.config.doe import DoeConfig
+from millprint.config.design import DesignConfig
 from millprint.doe.aliases import alias_table, confounding_table
 from millprint.doe.audit import audit_table
 from millprint.doe.design import describe, design_table
@@ -11,10 +10,10 @@ from millprint.job import job
 
 
 def main(
-    screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: AnalysisConfig
+    screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: DesignConfig
 ) -> list[str]:
     """Write the design's tables; return the departures that the audit found, a line each."""
-    runs = read_runs(screening, settings)
+    runs = read_runs(screening, settings.factors)
     write_table(design_table(settings), design)
     write_json(describe(settings), fraction)
     write_table(alias_table(settings), aliases)
@@ -27,6 +26,6 @@ def main(
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "design experiments") as log:
-        settings = DoeConfig(**snakemake.params.settings)
-        for line in main(**dict(snakemake.input.items()), **dict(snakemake.output.items()), settings=settings):
+        settings = DesignConfig(**snakemake.params.design)
+        for line in main(snakemake.input.screening, **dict(snakemake.output.items()), settings=settings):
             log.warning("the runs depart from the design: %s", line)

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.config.yields import YieldConfig
+from millprint.config.yields import HonestConfig, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.job import job
@@ -30,9 +30,8 @@ def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.Data
     return pd.concat(tables, ignore_index=True)
 
 
-def main(inputs, output, settings: YieldConfig) -> None:
-    """Write every table of the chapter that compares models, but the SHAP values."""
-    training, budget = settings.training, settings.honest
+def main(inputs, output, training: TrainingConfig, budget: HonestConfig, level: float) -> None:
+    """Write every table of the chapter that compares models, but the SHAP values; predictive intervals of `level`."""
     weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]
@@ -40,10 +39,10 @@ def main(inputs, output, settings: YieldConfig) -> None:
     write_table(hyperparameters(printed, [stored_search(path) for path in inputs.models]), output.hyperparameters)
     write_table(locked_metrics(models, test, weigh), output.locked)
     rows = pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
-    predicted = predictions(models, rows, settings.interval_level)
+    predicted = predictions(models, rows, level)
     write_table(predicted, output.predictions)
-    outside = read_rows(settings.out_of_domain)
-    write_table(predictions(models, outside, settings.interval_level), output.out_of_domain)
+    outside = read_rows(inputs.outside)
+    write_table(predictions(models, outside, level), output.out_of_domain)
     locked = predicted[predicted["role"] == "test"].assign(scheme=LOCKED, repeat=0)
     held_out = read_held_out(inputs.held_out, models, PREDICTED)
     write_table(judge(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.honest)
@@ -55,4 +54,10 @@ def main(inputs, output, settings: YieldConfig) -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "evaluate yield models"):
-        main(snakemake.input, snakemake.output, YieldConfig(**snakemake.params.settings))
+        main(
+            snakemake.input,
+            snakemake.output,
+            TrainingConfig(**snakemake.params.training),
+            HonestConfig(**snakemake.params.honest),
+            snakemake.params.interval_level,
+        )

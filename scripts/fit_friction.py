@@ -1,10 +1,9 @@
 """The oscillating ball: the friction pair that fits one track, simulated or measured."""
 
 from millprint.calibration.experiment import fit_experiment
-from millprint.config.calibration import CalibrationConfig, ExperimentConfig
+from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import DemConfig
 from millprint.files import write_table
 from millprint.job import job
 
@@ -14,11 +13,13 @@ def main(
     experiment: ExperimentConfig,
     mills: dict[str, MillConfig],
     contact: ContactConfig,
-    dem: DemConfig,
-    settings: CalibrationConfig,
+    rayleigh_fraction_max: float,
+    settings: SwingConfig,
+    interval: float,
 ) -> None:
     """Fit one track and write its fit, its profile, the paths of the ball and what they look like in numbers."""
-    for name, table in fit_experiment(experiment, mills, contact, dem, settings).items():
+    tables = fit_experiment(experiment, mills, contact, rayleigh_fraction_max, settings, interval)
+    for name, table in tables.items():
         write_table(table, getattr(output, name))
 
 
@@ -29,6 +30,7 @@ if "snakemake" in globals():
             ExperimentConfig(**snakemake.params.experiment),
             {name: MillConfig(**mill) for name, mill in snakemake.params.mills.items()},
             ContactConfig(**snakemake.params.contact),
-            DemConfig(**snakemake.params.dem),
-            CalibrationConfig(**snakemake.params.settings),
+            snakemake.params.rayleigh_fraction_max,
+            SwingConfig(**snakemake.params.settings),
+            snakemake.params.interval,
         )

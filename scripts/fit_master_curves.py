@@ -1,6 +1,5 @@
 """The fingerprint of one contact set: its smooth curves as a table, as an object, and whether its bands hold."""
 
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import PANELS, average_curves, conditions_of, fill_grid
@@ -11,15 +10,15 @@ from millprint.job import job
 COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 
 
-def main(descriptors_path: str, output, mill: str, contact: str, volume_m3: float, settings: FingerprintConfig) -> None:
+def main(
+    descriptors_path: str, output, mill: str, contact: str, volume_m3: float, interval: float, smooth_points: int
+) -> None:
     """Average the descriptors of one mill and contact set, and fit the fingerprint."""
     conditions = conditions_of(read_table(descriptors_path, numeric=NUMBERS, text=TEXT), mill, contact)
     built = as_built(conditions)
     write_table(average_curves(built), output.means)
-    fingerprint = Fingerprint.fit(conditions, volume_m3, settings.interval)
-    write_table(
-        fingerprint.curve(fill_grid(built["fill_ratio"].unique(), settings.smooth_points))[COLUMNS], output.curves
-    )
+    fingerprint = Fingerprint.fit(conditions, volume_m3, interval)
+    write_table(fingerprint.curve(fill_grid(built["fill_ratio"].unique(), smooth_points))[COLUMNS], output.curves)
     write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)
 
@@ -32,5 +31,6 @@ if "snakemake" in globals():
             snakemake.params.mill,
             snakemake.wildcards.contact,
             snakemake.params.volume_m3,
-            FingerprintConfig(**snakemake.params.settings),
+            snakemake.params.interval,
+            snakemake.params.smooth_points,
         )

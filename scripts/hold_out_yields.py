@@ -4,7 +4,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
-from millprint.config.yields import HonestConfig, TrainingConfig
+from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.job import job, progress
 from millprint.predict.honest import outer_folds, predict_held_out
@@ -19,7 +19,7 @@ def main(
     model: str,
     strategy: str,
     training: TrainingConfig,
-    honest: HonestConfig,
+    honest: HeldOutConfig,
     averaging: AveragingConfig,
 ) -> None:
     """Write held-out predictions and their intervals for every scheme."""
@@ -42,6 +42,6 @@ if "snakemake" in globals():
             snakemake.wildcards.model,
             snakemake.wildcards.strategy,
             TrainingConfig(**snakemake.params.training),
-            HonestConfig(**snakemake.params.honest),
+            HeldOutConfig(**snakemake.params.honest),
             AveragingConfig(**snakemake.params.averaging),
         )

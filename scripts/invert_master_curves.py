@@ -43,5 +43,5 @@ if "snakemake" in globals():
             dict(zip(snakemake.params.contacts, snakemake.input.fingerprints, strict=True)),
             snakemake.input.published,
             snakemake.output,
-            InverseConfig(**snakemake.params.settings["inverse"]),
+            InverseConfig(**snakemake.params.settings),
         )

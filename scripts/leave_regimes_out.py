@@ -3,7 +3,9 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import YieldConfig
+from millprint.config.averaging import AveragingConfig
+from millprint.config.mill import MillConfig
+from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job, progress
@@ -21,16 +23,25 @@ LEARNERS = {
 }
 
 
-def main(parts: list[str], regimes: str, output, machine: Machine, settings: YieldConfig) -> None:
+def main(
+    parts: list[str],
+    regimes: str,
+    output,
+    machine: Machine,
+    training: TrainingConfig,
+    honest: HeldOutConfig,
+    averaging: AveragingConfig,
+    level: float,
+) -> None:
     """Write predictions for every regime left out, and their summary."""
     screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     rows = regime_rows(read_regimes(regimes), machine)
     learners = {
-        name: (make_learner(model, strategy, settings.training, settings.honest, settings.averaging), hidden)
+        name: (make_learner(model, strategy, training, honest, averaging), hidden)
         for name, (model, strategy, hidden) in LEARNERS.items()
     }
     with threadpool_limits(1), progress(len(learners) * 12, "leaving regimes out", "fit") as bar:
-        table = leave_regimes_out(screening, rows, learners, settings.interval_level, bar.update)
+        table = leave_regimes_out(screening, rows, learners, level, bar.update)
     write_table(table, output.regimes)
     write_table(summarise_regimes(table), output.summary)
 
@@ -41,6 +52,9 @@ if "snakemake" in globals():
             [snakemake.input.train, snakemake.input.test],
             snakemake.input.regimes,
             snakemake.output,
-            Machine(**snakemake.params.machine),
-            YieldConfig(**snakemake.params.settings),
+            Machine.of_mill(MillConfig(**snakemake.params.mill), **snakemake.params.machine),
+            TrainingConfig(**snakemake.params.training),
+            HeldOutConfig(**snakemake.params.honest),
+            AveragingConfig(**snakemake.params.averaging),
+            snakemake.params.interval_level,
         )

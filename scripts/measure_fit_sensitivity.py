@@ -1,7 +1,7 @@
 """What one step of each parameter of the jar does to the fitted values, by short simulations."""
 
 from millprint.config.contact import ContactConfig
-from millprint.config.fit import FitConfig
+from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.files import write_table
@@ -12,7 +12,7 @@ from millprint.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "sensitivity of the fit"):
-        mill, settings = MillConfig(**snakemake.params.mill), FitConfig(**snakemake.params.settings)
+        mill, settings = MillConfig(**snakemake.params.mill), TrialConfig(**snakemake.params.settings)
         contact, dem = ContactConfig(**snakemake.params.contact), DemConfig(**snakemake.params.dem)
         trial = trial_of(mill, contact, dem, settings, snakemake.input.published)
         write_table(sensitivity_rows(parameters_of(mill.geometry), settings, trial), snakemake.output.sensitivity)

@@ -1,10 +1,10 @@
 """Writes time and memory of every rule into a cluster profile, from the benchmarks of a run.
 
-    python scripts/measure_resources.py [results/benchmarks] [workflow/profiles/slurm/config.yaml]
+    python scripts/measure_resources.py [results/benchmarks] [profiles/slurm/config.yaml]
 
-Time is TIMES the longest job, memory MARGIN times the largest and what its Snakemake takes beside it; FEWEST_MIN and
-FEWEST_MB at least, for a run of larger cases than those measured. Simulations and trainings know their time themselves
-(workflow/rules/dem.smk, surrogate.smk).
+Time is TIMES the longest job, memory MARGIN times the largest and what its Snakemake takes beside it. Rules that need
+no more than the profile's default are left out. Simulations know their time and memory themselves, and trainings their
+time (workflow/rules/dem.smk, surrogate_training.smk).
 """
 
 import math
@@ -18,9 +18,14 @@ from millprint.errors import ConfigError
 from millprint.files import read_table, whole_file
 
 MARK = "# --- measured ---\n"
-TIMES, FEWEST_MIN, STEP_MIN = 4, 30, 15
-MARGIN, FEWEST_MB, SNAKEMAKE_MB, STEP_MB = 1.5, 1500, 300, 250
-OWN_TIME = ("run_dem_case", "train_surrogate")
+# The profile's default-resources [min], [MB].
+DEFAULT_MIN, DEFAULT_MB = 30, 1500
+TIMES, STEP_MIN = 4, 15
+MARGIN, SNAKEMAKE_MB, STEP_MB = 1.5, 300, 250
+# Nothing may run beside what is timed.
+FURTHER = {"time_surrogates": {"slurm_extra": "\"'--exclusive'\""}}
+OWN_TIME = ("train_surrogate",)
+OWN_TIME_AND_MEMORY = ("run_dem_case", "run_long_dem_case")
 
 
 def read_benchmarks(folder: Path) -> pd.DataFrame:
@@ -39,16 +44,21 @@ def resources_text(jobs: pd.DataFrame, source: str) -> str:
     lines = [f"# From {source}: {len(jobs)} jobs.", "set-resources:"]
     for rule, own in jobs.groupby("rule"):
         seconds, memory = own["s"].max(), own["max_rss"].max()
-        asked_mb = max(FEWEST_MB, STEP_MB * math.ceil((MARGIN * memory + SNAKEMAKE_MB) / STEP_MB))
-        lines.append(f"  {rule}: # {len(own)} measured, up to {seconds:.0f} s and {memory:.0f} MB")
-        if rule not in OWN_TIME:
-            minutes = max(FEWEST_MIN, STEP_MIN * math.ceil(TIMES * seconds / 60 / STEP_MIN))
-            lines.append(f"    runtime: {minutes}")
-        lines.append(f"    mem_mb: {asked_mb}")
+        asked_mb = STEP_MB * math.ceil((MARGIN * memory + SNAKEMAKE_MB) / STEP_MB)
+        minutes = STEP_MIN * math.ceil(TIMES * seconds / 60 / STEP_MIN)
+        asked = {}
+        if minutes > DEFAULT_MIN and rule not in OWN_TIME + OWN_TIME_AND_MEMORY:
+            asked["runtime"] = minutes
+        if asked_mb > DEFAULT_MB and rule not in OWN_TIME_AND_MEMORY:
+            asked["mem_mb"] = asked_mb
+        asked |= FURTHER.get(rule, {})
+        if asked:
+            lines.append(f"  {rule}: # {len(own)} measured, up to {seconds:.0f} s and {memory:.0f} MB")
+            lines += [f"    {name}: {value}" for name, value in asked.items()]
     return "\n".join(lines) + "\n"
 
 
-def main(benchmarks: str = "results/benchmarks", profile: str = "workflow/profiles/slurm/config.yaml") -> None:
+def main(benchmarks: str = "results/benchmarks", profile: str = "profiles/slurm/config.yaml") -> None:
     folder, path = Path(benchmarks), Path(profile)
     run = folder.parent / "report/run.yaml"
     name = run.read_text().split("name: ", 1)[1].split("\n", 1)[0] if run.is_file() else "a part of one"

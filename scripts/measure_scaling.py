@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.curves import at_shared_fills, average_curves, universal_descriptors
@@ -13,13 +12,13 @@ from millprint.fingerprint.zones import find_zones
 from millprint.job import job
 
 
-def main(inputs, output, mill: str, contacts: list[str], settings: FingerprintConfig) -> None:
+def main(inputs, output, mill: str, contacts: list[str], interval: float) -> None:
     """Write collapse, universal curves and zones of `mill`, and the exponents over every mill of the sweeps."""
     descriptors = read_table(inputs.descriptors, numeric=NUMBERS, text=TEXT)
     own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
     write_table(tabulate_collapse(own), output.collapse)
     write_table(average_curves(universal_descriptors(at_shared_fills(as_built(own)))), output.universal)
-    write_table(fit_exponents(descriptors, read_table(inputs.counting_rules), settings.interval), output.exponents)
+    write_table(fit_exponents(descriptors, read_table(inputs.counting_rules), interval), output.exponents)
     zones = pd.concat([find_zones(Fingerprint.read(path)) for path in inputs.fingerprints], ignore_index=True)
     write_table(zones, output.zones)
 
@@ -31,5 +30,5 @@ if "snakemake" in globals():
             snakemake.output,
             snakemake.params.mill,
             snakemake.params.contacts,
-            FingerprintConfig(**snakemake.params.settings),
+            snakemake.params.interval,
         )

@@ -1,6 +1,5 @@
 """Figures 3.5 and 3.6: the dissipation of single revolutions."""
 
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.figures.chapter3 import plot_cycle_densities, plot_cycle_means
 from millprint.figures.style import save
 from millprint.files import read_table
@@ -27,11 +26,10 @@ def main(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> N
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot cycles"):
-        settings = FingerprintConfig(**snakemake.params.settings)
         main(
             snakemake.input,
             snakemake.output,
             snakemake.params.mill,
             snakemake.params.contacts,
-            settings.cycle_fill_ratio,
+            snakemake.params.cycle_fill_ratio,
         )

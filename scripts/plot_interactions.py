@@ -1,17 +1,16 @@
 """Plots one figure of interactions: the mean yield for each combination of two factors' levels."""
 
-from millprint.config.doe import DoeConfig
+from millprint.config.design import Factor
 from millprint.figures.chapter2 import interactions
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
 
 
-def main(means: str, svg: str, png: str, name: str, settings: DoeConfig) -> None:
+def main(means: str, svg: str, png: str, name: str, factors: list[Factor]) -> None:
     """Draw the panels of the figure `name`."""
     table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
-    factors = {factor.symbol: factor for factor in settings.factors}
-    save(interactions(table[table["figure"] == name], factors), svg, png)
+    save(interactions(table[table["figure"] == name], {factor.symbol: factor for factor in factors}), svg, png)
 
 
 if "snakemake" in globals():
@@ -21,5 +20,5 @@ if "snakemake" in globals():
             snakemake.output.svg,
             snakemake.output.png,
             name=snakemake.wildcards.figure,
-            settings=DoeConfig(**snakemake.params.settings),
+            factors=[Factor(**factor) for factor in snakemake.params.factors],
         )

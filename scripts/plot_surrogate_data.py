@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from millprint.config.surrogate import Variant
+from millprint.config.surrogate import EdgeConfig
 from millprint.figures.chapter6 import plot_distance_slices, plot_wall_contacts
 from millprint.figures.chapter6_loop import plot_loop
 from millprint.figures.style import save
@@ -15,7 +15,9 @@ from millprint.surrogate.trajectory import read_attributes
 from millprint.surrogate.wall_contacts import covered_share
 
 
-def main(run: str, wall_contacts: str, outputs: dict[str, str], variant: Variant) -> None:
+def main(
+    run: str, wall_contacts: str, outputs: dict[str, str], window: int, edges: EdgeConfig, snap_back_m: float | None
+) -> None:
     scene = read_scene(run)
     table = read_table(wall_contacts, numeric=["low_m", "high_m", "contacts"])
     height = scene.bounds_m[:, 2]
@@ -25,11 +27,11 @@ def main(run: str, wall_contacts: str, outputs: dict[str, str], variant: Variant
         section(scene, "z", float(height[0] + scene.ball_radius_m)),
     ]
     save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"])
-    threshold_m = variant.edges.wall_threshold_m
+    threshold_m = edges.wall_threshold_m
     contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
     save(contacts, outputs["contacts_svg"], outputs["contacts_png"])
     step_s = read_attributes(run)["case"]["snapshot_interval_s"]
-    save(plot_loop(*steps_in_words(variant, step_s)), outputs["loop_svg"], outputs["loop_png"])
+    save(plot_loop(*steps_in_words(window, edges, snap_back_m, step_s)), outputs["loop_svg"], outputs["loop_png"])
 
 
 if "snakemake" in globals():
@@ -38,5 +40,7 @@ if "snakemake" in globals():
             snakemake.input.run,
             snakemake.input.wall_contacts,
             dict(snakemake.output.items()),
-            Variant(**snakemake.params.settings),
+            snakemake.params.window,
+            EdgeConfig(**snakemake.params.edges),
+            snakemake.params.snap_back_m,
         )

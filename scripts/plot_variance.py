@@ -1,6 +1,6 @@
 """Plots the analysis of variance: the Pareto plot and the residuals."""
 
-from millprint.config.doe import DoeConfig
+from millprint.config.design import Factor
 from millprint.doe.pareto import pareto_table
 from millprint.figures.chapter2 import pareto, residuals
 from millprint.figures.style import save
@@ -21,10 +21,10 @@ def main(
     residual_table: str,
     claims: str,
     outputs: dict[str, str],
-    settings: DoeConfig,
+    factors: list[Factor],
 ) -> None:
     """Write the ranking and both figures; `outputs` holds the paths pareto, pareto_svg, pareto_png, residuals_svg..."""
-    names = {factor.symbol: factor.label for factor in settings.factors}
+    names = {factor.symbol: factor.label for factor in factors}
     second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
     ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))
     write_table(ranking, outputs["pareto"])
@@ -41,5 +41,5 @@ if "snakemake" in globals():
             snakemake.input.residuals,
             snakemake.input.claims,
             dict(snakemake.output.items()),
-            DoeConfig(**snakemake.params.settings),
+            [Factor(**factor) for factor in snakemake.params.factors],
         )

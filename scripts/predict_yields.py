@@ -6,7 +6,8 @@ import sys
 from threadpoolctl import threadpool_limits
 
 from millprint.config.load import check_model, read_yaml
-from millprint.config.yields import YieldConfig
+from millprint.config.proposals import PredictionConfig
+from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
 from millprint.files import write_table
 from millprint.job import job
@@ -14,10 +15,19 @@ from millprint.predict.answer import answer
 from millprint.predict.tables import read_rows
 
 
-def main(model: str, conditions: str, out: str, settings: YieldConfig, level: float, extrapolate: bool) -> int:
+def main(
+    model: str,
+    conditions: str,
+    out: str,
+    limits: PredictionConfig,
+    training: TrainingConfig,
+    folds: int,
+    level: float,
+    extrapolate: bool,
+) -> int:
     """Write the answers, and return how many rows were refused."""
     with threadpool_limits(1):
-        table = answer(model, read_rows(conditions, yields=False), settings, level, extrapolate)
+        table = answer(model, read_rows(conditions, yields=False), limits, training, folds, level, extrapolate)
     write_table(table, out)
     return int(table["predicted_percent"].isna().sum())
 
@@ -45,7 +55,9 @@ def command_line() -> int:
     try:
         settings = read_settings(given.config)
         level = given.level or settings.interval_level
-        refused = main(given.model, given.conditions, given.out, settings, level, given.extrapolate)
+        folds = settings.honest.conformal_folds
+        own = (settings.prediction, settings.training, folds, level, given.extrapolate)
+        refused = main(given.model, given.conditions, given.out, *own)
     except MillprintError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -60,8 +72,10 @@ if "snakemake" in globals():
             snakemake.input.model,
             snakemake.input.conditions,
             snakemake.output.predicted,
-            YieldConfig(**snakemake.params.settings),
-            snakemake.params.settings["interval_level"],
+            PredictionConfig(**snakemake.params.settings),
+            TrainingConfig(**snakemake.params.training),
+            snakemake.params.conformal_folds,
+            snakemake.params.interval_level,
             extrapolate=False,
         )
 elif __name__ == "__main__":

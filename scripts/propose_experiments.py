@@ -3,7 +3,9 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import YieldConfig
+from millprint.config.averaging import AveragingConfig
+from millprint.config.mill import MillConfig
+from millprint.config.proposals import ProposalConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.fingerprint.regimes import read_regimes
@@ -16,21 +18,28 @@ from millprint.predict.tables import read_rows
 
 
 def main(
-    parts: list[str], regimes: str, curves: str | None, proposals: str, machine: Machine, volume: float, settings
+    parts: list[str],
+    regimes: str,
+    curves: str | None,
+    proposals: str,
+    machine: Machine,
+    volume: float,
+    settings: ProposalConfig,
+    averaging: AveragingConfig,
 ) -> None:
     """Write the proposals; `curves` is a table of master curves, or None for those of `regimes`."""
     cases = read_regimes(regimes)
     known = [read_rows(path) for path in parts]
-    if settings.proposals.regimes:
+    if settings.regimes:
         known.append(regime_rows(cases, machine))
     rows = pd.concat(known, ignore_index=True)
     table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *CURVES])
-    check_region(settings.proposals.region, table, "config")
+    check_region(settings.region, table, "config")
     mill = Mill(machine.density, machine.amplitude, volume)
     with threadpool_limits(1):
-        model = average(fit_library(rows, rows[YIELD].to_numpy(float), settings.averaging), settings.averaging)
-        conditions = region_conditions(settings.proposals.region, table, mill)
-        write_table(propose(model, rows, conditions, settings.proposals), proposals)
+        model = average(fit_library(rows, rows[YIELD].to_numpy(float), averaging), averaging)
+        conditions = region_conditions(settings.region, table, mill)
+        write_table(propose(model, rows, conditions, settings), proposals)
 
 
 if "snakemake" in globals():
@@ -40,7 +49,8 @@ if "snakemake" in globals():
             snakemake.input.regimes,
             snakemake.input.get("curves"),
             snakemake.output.proposals,
-            Machine(**snakemake.params.machine),
+            Machine.of_mill(MillConfig(**snakemake.params.mill), **snakemake.params.machine),
             snakemake.params.volume_m3,
-            YieldConfig(**snakemake.params.settings),
+            ProposalConfig(**snakemake.params.settings),
+            AveragingConfig(**snakemake.params.averaging),
         )

@@ -3,7 +3,8 @@
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.yields import YieldConfig
+from millprint.config.averaging import AveragingConfig
+from millprint.config.proposals import RetrospectiveConfig
 from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job, progress
@@ -18,20 +19,20 @@ from millprint.predict.retrospective import (
 from millprint.predict.tables import read_rows
 
 
-def main(parts: list[str], output, settings: YieldConfig) -> None:
+def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
     """Write the share of starts that have found the best run after each number of runs, and the mean number."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    yields, plan = rows[YIELD].to_numpy(float), settings.retrospective
-    averaging, starts = smaller_library(settings.averaging, plan), draw_starts(yields, plan)
+    yields = rows[YIELD].to_numpy(float)
+    library, starts = smaller_library(averaging, plan), draw_starts(yields, plan)
     reached: dict[str, list] = {name: [] for name in MERITS}
     with threadpool_limits(1), progress(len(MERITS) * len(starts), "searching retrospectively", "start") as bar:
         for name, merit in MERITS.items():
             for start in starts:
-                reached[name].append(search_best(rows, start, merit, averaging))
+                reached[name].append(search_best(rows, start, merit, library))
                 bar.update()
-    table = search_table(reached, yields, plan.start_runs, settings.honest.level)
+    table = search_table(reached, yields, plan.start_runs, level)
     write_table(table, output.retrospective)
-    write_table(summarise_search(table, reached, settings.honest.level), output.summary)
+    write_table(summarise_search(table, reached, level), output.summary)
 
 
 if "snakemake" in globals():
@@ -39,5 +40,7 @@ if "snakemake" in globals():
         main(
             [snakemake.input.train, snakemake.input.test],
             snakemake.output,
-            YieldConfig(**snakemake.params.settings),
+            RetrospectiveConfig(**snakemake.params.settings),
+            AveragingConfig(**snakemake.params.averaging),
+            snakemake.params.level,
         )

@@ -1,6 +1,5 @@
 """Descriptors of every condition, collision counting rules, and the dissipation of single revolutions."""
 
-from millprint.config.fingerprint import FingerprintConfig
 from millprint.files import write_table
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
@@ -9,15 +8,17 @@ from millprint.fingerprint.summaries import read_summaries
 from millprint.job import job
 
 
-def main(summary_paths: list[str], published_path: str, output, mill: str, settings: FingerprintConfig) -> None:
-    """Read all summaries and write the five tables."""
+def main(
+    summary_paths: list[str], published_path: str, output, mill: str, counting_rule: str, fill_ratio: float
+) -> None:
+    """Read all summaries and write the five tables; revolutions are compared at one fill ratio."""
     summaries = read_summaries(summary_paths)
     cycles, published = tabulate_cycles(summaries), published_cycles(read_published(published_path))
-    write_table(tabulate_descriptors(summaries, settings.counting_rule), output.descriptors)
+    write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
     write_table(tabulate_counting_rules(summaries), output.counting_rules)
     write_table(cycles, output.cycles)
-    write_table(tabulate_published(cycles, published, mill, settings.cycle_fill_ratio), output.table_3_5)
-    write_table(tabulate_densities(summaries, settings.cycle_fill_ratio), output.densities)
+    write_table(tabulate_published(cycles, published, mill, fill_ratio), output.table_3_5)
+    write_table(tabulate_densities(summaries, fill_ratio), output.densities)
 
 
 if "snakemake" in globals():
@@ -28,5 +29,6 @@ if "snakemake" in globals():
             snakemake.input.published,
             snakemake.output,
             snakemake.params.mill,
-            FingerprintConfig(**snakemake.params.settings),
+            snakemake.params.counting_rule,
+            snakemake.params.cycle_fill_ratio,
         )

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from millprint.config.fit import FitConfig
 from millprint.config.mill import MillConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.published import read_published
@@ -14,11 +13,11 @@ from millprint.job import job
 TEXT = ["mill", "contact", "varied"]
 
 
-def main(files, output_path: str, mill: MillConfig, rule: str, settings: FitConfig) -> pd.DataFrame:
+def main(files, output_path: str, mill: MillConfig, contact: str, fitted: list[str], rule: str) -> pd.DataFrame:
     """Write the table from the sweeps' descriptors and revolutions and the short runs of the sensitivity."""
-    values = with_roles(published_values(read_published(files.published), settings.contact), settings.fitted)
+    values = with_roles(published_values(read_published(files.published), contact), fitted)
     descriptors, cycles = (read_table(path, text=TEXT) for path in (files.descriptors, files.cycles))
-    values = computed_values(values, descriptors, cycles, mill.name, settings.contact).assign(counting_rule=rule)
+    values = computed_values(values, descriptors, cycles, mill.name, contact).assign(counting_rule=rule)
     parameters = parameter_rows(parameters_of(mill.geometry), mill.geometry.end_radius_mm, rule)
     write_table(fit_table(parameters, values, read_table(files.sensitivity)), output_path)
     return values
@@ -30,8 +29,9 @@ if "snakemake" in globals():
             snakemake.input,
             snakemake.output.fit,
             MillConfig(**snakemake.params.mill),
+            snakemake.params.contact,
+            snakemake.params.fitted,
             snakemake.params.counting_rule,
-            FitConfig(**snakemake.params.settings),
         )
         for role, part in table.groupby("role"):
             logger.info("%s: largest error %.1f %% of %d values", role, part["error_percent"].abs().max(), len(part))

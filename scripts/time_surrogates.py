@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.config.surrogate import EdgeConfig, RollOutConfig, TimingConfig
+from millprint.config.surrogate import EdgeConfig, TimingConfig
 from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.device import choose_device
@@ -12,14 +12,14 @@ from millprint.surrogate.timing import scaled_thresholds, simulation_seconds, ti
 
 
 def main(
-    weights: str, trained: str, runs: list[str], rule: EdgeConfig, settings: RollOutConfig, timing: TimingConfig
+    weights: str, trained: str, runs: list[str], rule: EdgeConfig, snap_back_m: float | None, timing: TimingConfig
 ) -> pd.DataFrame:
     """Rows of one variant: a row a case and batch size."""
     # One thread, as the simulation has.
     device = choose_device(threads=1)
     trained_m, tables = read_scene(trained).ball_radius_m, []
     for run in runs:
-        own = scaled_thresholds(rule, settings, read_scene(run).ball_radius_m, trained_m)
+        own = scaled_thresholds(rule, snap_back_m, read_scene(run).ball_radius_m, trained_m)
         roller = open_roller(weights, run, *own, device, until_s=timing.start_s + 0.01)
         machine = "one thread" if device.type == "cpu" else device.type
         table = time_rollouts(roller, timing.start_s, timing.batches, timing.steps, machine)
@@ -39,7 +39,7 @@ if "snakemake" in globals():
                 snakemake.input.trained,
                 list(snakemake.input.runs),
                 EdgeConfig(**own["edges"]),
-                RollOutConfig(**own["rollout"]),
+                own["snap_back_m"],
                 TimingConfig(**snakemake.params.timing),
             )
             table.insert(0, "variant", variant)

@@ -3,7 +3,7 @@
 import logging
 
 from millprint.config.contact import ContactConfig
-from millprint.config.contact_surrogate import ContactSurrogateConfig
+from millprint.config.contact_surrogate import CoarseConfig, JudgeConfig, TraceConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.job import job, progress
@@ -14,21 +14,23 @@ logger = logging.getLogger("millprint")
 
 def main(
     output: str,
-    settings: ContactSurrogateConfig,
+    traces: list[TraceConfig],
+    coarse: CoarseConfig,
+    judge: JudgeConfig,
     mills: dict[str, MillConfig],
     contacts: dict[str, ContactConfig],
     dem: DemConfig,
 ) -> None:
     parts, judged = [], []
-    with progress(10 * len(settings.traces), "follow contacts", "part") as bar:
-        for number, trace in enumerate(settings.traces):
+    with progress(10 * len(traces), "follow contacts", "part") as bar:
+        for number, trace in enumerate(traces):
             mill, contact = mills[trace.mill], contacts[trace.contact]
-            tracer = open_tracer(trace, mill, contact, dem, settings.coarse, settings.judge.position_s)
+            tracer = open_tracer(trace, mill, contact, dem, coarse, judge.position_s)
             parts.append(follow(tracer, trace, bar))
             logger.info("%s: %d contacts in %d states", trace, len(parts[-1].rows), len(parts[-1].sizes))
             if number == 0:
                 # What follows what is learned from.
-                judged = truths(tracer, settings.judge)
+                judged = truths(tracer, judge)
     write_dataset(parts, judged, output)
 
 
@@ -36,7 +38,9 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "follow contacts for the surrogate"):
         main(
             snakemake.output.dataset,
-            ContactSurrogateConfig(**snakemake.params.settings),
+            [TraceConfig(**trace) for trace in snakemake.params.traces],
+            CoarseConfig(**snakemake.params.coarse),
+            JudgeConfig(**snakemake.params.judge),
             {name: MillConfig(**mill) for name, mill in snakemake.params.mills.items()},
             {name: ContactConfig(**contact) for name, contact in snakemake.params.contacts.items()},
             DemConfig(**snakemake.params.dem),

@@ -1,6 +1,6 @@
 """Virtual calibration: the drop test and the oscillating ball (thesis Sec. 3.2.2)."""
 
-from millprint.calibration.preflight import experiment_mills
+from millprint.config.calibration import SwingConfig
 
 CALIBRATION = f"{RESULTS}/calibration"
 EXPERIMENTS = {test.name: test for test in CONFIG.calibration.oscillation.experiments}
@@ -21,13 +21,12 @@ rule calibrate_restitution:
         f"{LOGS}/calibration/calibrate_restitution.log",
     benchmark:
         f"{BENCHMARKS}/calibrate_restitution/calibrate_restitution.tsv"
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
         contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
-        dem=settings("dem"),
-        settings=settings("calibration"),
+        time_step_s=CONFIG.dem.time_step_s,
+        rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
+        settings=CONFIG.calibration.drop_test.model_dump(mode="json"),
+        interval=CONFIG.calibration.interval,
         library=library("calibrate_restitution.py"),
     message:
         "Dropping a ball to read its restitution back"
@@ -50,8 +49,6 @@ rule plot_drop_test:
     log:
         f"{LOGS}/calibration/plot_drop_test.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         library=library("plot_drop_test.py"),
     message:
@@ -66,7 +63,7 @@ rule fit_friction:
         track=lambda wildcards: [path for path in [EXPERIMENTS[wildcards.experiment].track] if path],
         sources=lambda wildcards: [
             file
-            for name in experiment_mills(CONFIG, EXPERIMENTS[wildcards.experiment]).values()
+            for name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).values()
             for file in MILLS[name].source_files
         ],
     output:
@@ -79,18 +76,15 @@ rule fit_friction:
         f"{LOGS}/calibration/fit_friction_{{experiment}}.log",
     benchmark:
         f"{BENCHMARKS}/fit_friction/{{experiment}}.tsv"
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
         experiment=lambda wildcards: EXPERIMENTS[wildcards.experiment].model_dump(mode="json"),
         mills=lambda wildcards: {
-            key: MILLS[name].model_dump(mode="json")
-            for key, name in experiment_mills(CONFIG, EXPERIMENTS[wildcards.experiment]).items()
+            key: dumped(MILLS[name]) for key, name in EXPERIMENTS[wildcards.experiment].mills(CONFIG.mill).items()
         },
         contact=lambda wildcards: CONTACTS[EXPERIMENTS[wildcards.experiment].contact].model_dump(mode="json"),
-        dem=settings("dem"),
-        settings=settings("calibration"),
+        rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
+        settings=CONFIG.calibration.oscillation.part(SwingConfig),
+        interval=CONFIG.calibration.interval,
         library=library("fit_friction.py"),
     message:
         "Fitting the friction pair of experiment {wildcards.experiment}"
@@ -115,8 +109,6 @@ rule plot_friction_fit:
     log:
         f"{LOGS}/calibration/plot_friction_fit_{{experiment}}.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         library=library("plot_friction_fit.py"),
     message:

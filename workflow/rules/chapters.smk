@@ -1,14 +1,22 @@
 """The thesis: one target a chapter, all of them together, and the report."""
 
 
+include: "doe.smk"
 include: "convergence.smk"
-include: "view.smk"
 include: "calibration.smk"
 include: "fingerprint.smk"
 include: "fit.smk"
 include: "partition.smk"
-include: "yields.smk"
-include: "surrogate.smk"
+include: "yields_common.smk"
+include: "yields_training.smk"
+include: "yields_evaluation.smk"
+include: "yields_proposals.smk"
+include: "yields_figures.smk"
+include: "surrogate_common.smk"
+include: "surrogate_training.smk"
+include: "surrogate_evaluation.smk"
+include: "surrogate_figures.smk"
+include: "surrogate_ablations.smk"
 
 
 STAGE_OUTPUTS = [
@@ -29,17 +37,10 @@ STAGE_OUTPUTS = [
 include: "report.smk"
 
 
-localrules:
-    chapter2,
-    chapter3,
-    chapter4,
-    chapter5,
-    chapter6,
-
-
 rule chapter2:
     input:
         DOE_OUTPUTS,
+    localrule: True
 
 
 rule chapter3:
@@ -49,18 +50,22 @@ rule chapter3:
         FIT_OUTPUTS,
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,
+    localrule: True
 
 
 rule chapter4:
     input:
         PARTITION_OUTPUTS,
+    localrule: True
 
 
 rule chapter5:
     input:
         YIELD_OUTPUTS,
+    localrule: True
 
 
 rule chapter6:
     input:
         SURROGATE_OUTPUTS,
+    localrule: True

@@ -1,18 +1,29 @@
-"""What the rules share: the results folder, the validated configuration, and digests of the library."""
+"""What the rules share: the validated configuration, the results folder, and digests of the library."""
 
+from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
-from millprint.dem.budget import minutes_on_cluster
+from millprint.digest import library_digest
+from millprint.fingerprint.chosen_cases import has_chapters
+
+CONFIG_FILES = [str(file) for file in dict.fromkeys([*workflow.configfiles, *workflow.overwrite_configfiles])]
+
+with stop_on_bad_input():
+    # Snakemake's own reader takes the last of two equal keys, and any number of aliases.
+    for file in CONFIG_FILES:
+        read_yaml(file)
+    CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES, Sources(shipped))
+    CHAPTERS = has_chapters(CONFIG, CASES)
+
+# What is checked as a run starts: the mills as they are in files, and the file that a refusal names.
+CHECKED_MILLS = dict(MILLS)
+SOURCE = CONFIG_FILES[-1] if CONFIG_FILES else CONFIGURATION
+
+# Captions of the report, and the record of the run, have the configuration with all of its defaults.
+config = CONFIG.model_dump(mode="json")
 
 RESULTS = CONFIG.results.rstrip("/")
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
-
-# Cases by path that no sweep of the configuration holds: those of the mills' own sweeps.
-OTHER_CASES = {}
-
-# Jobs that go on from where they were, if a cluster ended them for their time or their node, are worth another attempt,
-# with more time. On one's own machine a job that fails fails again.
-RETRIES = 0 if workflow.local_exec else 2
 
 
 def settings(section: str) -> dict:
@@ -21,37 +32,28 @@ def settings(section: str) -> dict:
 
 
 def library(script: str) -> str:
-    """The digest of the library files that a script imports: an edit of one of them reruns the rule."""
-    return library_digest(Path(workflow.basedir) / "scripts" / script)
+    """The digest of the library files that a script imports, for `params`: an edit of one of them reruns the rule.
+
+    Snakemake's own trigger, the code of a rule, sees the script alone.
+    """
+    return library_digest(shipped(f"scripts/{script}"))
 
 
 def summaries_over(key: str) -> list[str]:
     """Summaries of every case of the sweeps that give this list of values; none where no sweep does."""
-    blocks = [block for block in CONFIG.sweeps if getattr(block, key)]
-    cases = [case for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
+    return summaries_of([block for block in CONFIG.sweeps if getattr(block, key)])
+
+
+def summaries_of(sweeps) -> list[str]:
+    """Summaries of every case of some sweeps."""
+    cases = [case for sweep in sweeps for case in expand_sweep(sweep, CONFIG.dem, CONFIG.mill)]
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
-
-
-def case_of(wildcards):
-    """The case whose run.h5 is asked for."""
-    path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
-    return CASES[path] if path in CASES else OTHER_CASES[path]
-
-
-def minutes_of(wildcards, attempt):
-    """Time that a cluster is asked for: the case's estimate, more with each attempt, since it goes on [min]."""
-    return attempt * minutes_on_cluster(case_of(wildcards), CONFIG.dem, MILLS[wildcards.mill])
 
 
 def cases_of_sweep(name: str) -> list[str]:
     """Paths of every case of a sweep; none for a sweep that the configuration lacks."""
     blocks = [block for block in CONFIG.sweeps if block.name == name]
     return [case.path for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
-
-
-def summaries_of_sweep(name: str) -> list[str]:
-    """Summaries of every case of a sweep."""
-    return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_sweep(name)]
 
 
 def yield_settings(section: str) -> dict:

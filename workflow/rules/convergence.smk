@@ -1,18 +1,19 @@
 """Descriptors against the time step and against Young's modulus: what the default step rests on, and Fig. 3.4."""
 
 CONVERGENCE = f"{RESULTS}/convergence"
+STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
+# A sweep with one step of its own compares nothing, and no other stage asks for its cases: they are simulated.
+ONE_STEP = [path for path in summaries_over("time_steps_s") if path not in STEP_STUDY]
 
 
 rule tabulate_timestep:
     input:
-        summaries=summaries_over("time_steps_s"),
+        summaries=STEP_STUDY,
     output:
         table=f"{CONVERGENCE}/timestep.tsv",
     log:
         f"{LOGS}/convergence/tabulate_timestep.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         varied="time_step_s",
         counting_rule=CONFIG.fingerprint.counting_rule,
@@ -32,8 +33,6 @@ rule choose_time_step:
     log:
         f"{LOGS}/convergence/choose_time_step.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         settings=settings("convergence"),
         configured_s=CONFIG.dem.time_step_s,
@@ -59,8 +58,6 @@ rule plot_timestep:
     log:
         f"{LOGS}/convergence/plot_timestep.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         library=library("plot_timestep.py"),
     message:
@@ -77,8 +74,6 @@ rule tabulate_modulus:
     log:
         f"{LOGS}/convergence/tabulate_modulus.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         varied="young_modulus_gpa",
         counting_rule=CONFIG.fingerprint.counting_rule,
@@ -104,8 +99,6 @@ rule plot_modulus:
     log:
         f"{LOGS}/convergence/plot_modulus.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         library=library("plot_modulus.py"),
     message:
@@ -115,8 +108,8 @@ rule plot_modulus:
 
 
 # A configuration without such a sweep has nothing to tabulate.
-CONVERGENCE_OUTPUTS = []
-if summaries_over("time_steps_s"):
+CONVERGENCE_OUTPUTS = [*ONE_STEP]
+if STEP_STUDY:
     CONVERGENCE_OUTPUTS += [
         *rules.tabulate_timestep.output,
         *rules.choose_time_step.output,

@@ -1,43 +1,11 @@
 """Chapter 2: the screening design, its analysis of variance, and wet-lab arithmetic."""
 
+from millprint.config.analysis import AnalysisConfig
+from millprint.config.design import DesignConfig
+
 DOE = f"{RESULTS}/doe"
-DOE_FIGURES = ["pareto", "residuals", *(f"interaction_{figure.name}" for figure in CONFIG.doe.interactions)]
-
+FACTORS = [factor.model_dump(mode="json") for factor in CONFIG.doe.factors]
 INTERACTION_TITLES = {figure.name: figure.title for figure in CONFIG.doe.interactions}
-
-# Everything of chapter 2, for the chapter's target, `all` and the table of claims.
-DOE_TABLES = [
-    f"{DOE}/{name}"
-    for name in (
-        "design.tsv",
-        "fraction.json",
-        "aliases.tsv",
-        "confounding.tsv",
-        "audit.tsv",
-        "anova_printed.tsv",
-        "anova_corrected.tsv",
-        "trends.tsv",
-        "contested.tsv",
-        "rival_models.tsv",
-        "residuals.tsv",
-        "residual_checks.tsv",
-        "lack_of_fit.tsv",
-        "interactions.tsv",
-        "pareto.tsv",
-        "half_life.tsv",
-        "wear.tsv",
-        "powder.tsv",
-        "unreported.tsv",
-        "missingness.tsv",
-        "literature_checks.tsv",
-    )
-]
-DOE_OUTPUTS = [
-    *DOE_TABLES,
-    *expand(
-        "{folder}/{name}.{kind}", folder=DOE, name=[*DOE_FIGURES, "literature", "missingness"], kind=["svg", "png"]
-    ),
-]
 
 
 rule design_experiments:
@@ -52,11 +20,8 @@ rule design_experiments:
     log:
         f"{LOGS}/doe/design_experiments.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("doe"),
+        design=CONFIG.doe.part(DesignConfig),
         library=library("design_experiments.py"),
     message:
         "Making the screening design and auditing the runs in {input.screening}"
@@ -80,11 +45,8 @@ rule analyse_variance:
     log:
         f"{LOGS}/doe/analyse_variance.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("doe"),
+        settings=CONFIG.doe.part(AnalysisConfig),
         library=library("analyse_variance.py"),
     message:
         "Analysing the variance of the yields in {input.screening}"
@@ -103,11 +65,12 @@ rule compute_wet_lab:
     log:
         f"{LOGS}/doe/compute_wet_lab.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("doe"),
+        factors=FACTORS,
+        half_life=CONFIG.doe.half_life.model_dump(mode="json"),
+        powder=CONFIG.doe.powder.model_dump(mode="json"),
+        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
+        gas=CONFIG.doe.gas.model_dump(mode="json"),
         library=library("compute_wet_lab.py"),
     message:
         "Computing half-lives, wear, powder masses and gas volumes"
@@ -140,9 +103,6 @@ rule tabulate_literature:
     log:
         f"{LOGS}/doe/tabulate_literature.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
         library=library("tabulate_literature.py"),
     message:
@@ -176,11 +136,8 @@ rule plot_variance:
     log:
         f"{LOGS}/doe/plot_variance.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("doe"),
+        factors=FACTORS,
         library=library("plot_variance.py"),
     message:
         "Plotting the ranking of the factors and the residuals"
@@ -204,13 +161,20 @@ rule plot_interactions:
     wildcard_constraints:
         figure="[a-z][a-z0-9_]*",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("doe"),
+        factors=FACTORS,
         library=library("plot_interactions.py"),
     message:
         "Plotting the interactions of figure {wildcards.figure}"
     script:
         "../../scripts/plot_interactions.py"
+
+
+DOE_OUTPUTS = [
+    *rules.design_experiments.output,
+    *rules.analyse_variance.output,
+    *rules.compute_wet_lab.output,
+    *rules.tabulate_literature.output,
+    *rules.plot_variance.output,
+    *expand([*rules.plot_interactions.output], figure=INTERACTION_TITLES),
+]

@@ -1,6 +1,6 @@
 """Descriptors, master curves, universal curves and the inverse mode (thesis chapter 3)."""
 
-from millprint.fingerprint.preflight import described_cases, mapped_cases
+from millprint.fingerprint.chosen_cases import described_cases, mapped_cases
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
@@ -24,11 +24,10 @@ rule tabulate_descriptors:
     log:
         f"{LOGS}/fingerprint/tabulate_descriptors.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        settings=settings("fingerprint"),
         mill=CONFIG.mill,
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         library=library("tabulate_descriptors.py"),
     message:
         "Tabulating the descriptors of every condition"
@@ -46,13 +45,13 @@ rule fit_master_curves:
         coverage=f"{FINGERPRINT}/coverage_{{contact}}.tsv",
     log:
         f"{LOGS}/fingerprint/fit_master_curves_{{contact}}.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
+    benchmark:
+        f"{BENCHMARKS}/fit_master_curves/{{contact}}.tsv"
     params:
-        settings=settings("fingerprint"),
         mill=CONFIG.mill,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        interval=CONFIG.fingerprint.interval,
+        smooth_points=CONFIG.fingerprint.smooth_points,
         library=library("fit_master_curves.py"),
     message:
         "Fitting the master curves of contact set {wildcards.contact}"
@@ -73,12 +72,10 @@ rule measure_scaling:
     log:
         f"{LOGS}/fingerprint/measure_scaling.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        settings=settings("fingerprint"),
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
+        interval=CONFIG.fingerprint.interval,
         library=library("measure_scaling.py"),
     message:
         "Measuring how well the scaling collapses speeds, ball sizes and contact sets"
@@ -97,10 +94,8 @@ rule invert_master_curves:
     log:
         f"{LOGS}/fingerprint/invert_master_curves.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        settings=settings("fingerprint"),
+        settings=CONFIG.fingerprint.inverse.model_dump(mode="json"),
         contacts=CONFIG.contacts,
         library=library("invert_master_curves.py"),
     message:
@@ -132,12 +127,10 @@ rule plot_cycles:
     log:
         f"{LOGS}/fingerprint/plot_cycles.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        settings=settings("fingerprint"),
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
+        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         library=library("plot_cycles.py"),
     message:
         "Drawing the dissipation of single revolutions"
@@ -170,8 +163,6 @@ rule plot_master_curves:
     log:
         f"{LOGS}/fingerprint/plot_master_curves_{{contact}}.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         mill=CONFIG.mill,
         library=library("plot_master_curves.py"),
@@ -204,8 +195,6 @@ rule plot_universal_curves:
     log:
         f"{LOGS}/fingerprint/plot_universal_curves.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
@@ -232,8 +221,6 @@ rule plot_maps:
     log:
         f"{LOGS}/fingerprint/plot_maps_{{contact}}.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         fill_ratios=lambda wildcards: list(mapped_cases(CONFIG, CASES, wildcards.contact)),
         library=library("plot_maps.py"),

@@ -1,17 +1,17 @@
 """The fit of what the thesis leaves open of its jar: what it was fitted to, what was held back, and the search."""
 
-from millprint.fit.preflight import fitted_mill
+from millprint.config.fit import TrialConfig
+from millprint.fit.fitted_mill import fitted_mill
 
 FIT = f"{RESULTS}/fingerprint"
 FIT_MILL = fitted_mill(CONFIG, MILLS)
 FIT_OUTPUTS = []
 
 if FIT_MILL:
-    FIT_PARAMS = {
-        "mill": FIT_MILL.model_dump(mode="json"),
+    SIMULATED_JAR = {
+        "mill": dumped(FIT_MILL),
         "contact": CONTACTS[CONFIG.fit.contact].model_dump(mode="json"),
         "dem": settings("dem"),
-        "settings": settings("fit"),
     }
 
     rule fit_jar:
@@ -25,11 +25,9 @@ if FIT_MILL:
             f"{LOGS}/fingerprint/fit_jar.log",
         benchmark:
             f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
-        conda:
-            "../../envs/millprint.yaml"
-        threads: 1
         params:
-            **FIT_PARAMS,
+            **SIMULATED_JAR,
+            settings=settings("fit"),
             library=library("fit_jar.py"),
         message:
             "Searching a jar in better agreement with the published values that are fitted"
@@ -46,11 +44,9 @@ if FIT_MILL:
             f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
         benchmark:
             f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
-        conda:
-            "../../envs/millprint.yaml"
-        threads: 1
         params:
-            **FIT_PARAMS,
+            **SIMULATED_JAR,
+            settings=CONFIG.fit.part(TrialConfig),
             library=library("measure_fit_sensitivity.py"),
         message:
             "Measuring what a step of each parameter of the jar does"
@@ -68,11 +64,10 @@ if FIT_MILL:
         log:
             f"{LOGS}/fingerprint/tabulate_fit.log",
         localrule: True
-        conda:
-            "../../envs/millprint.yaml"
         params:
-            mill=FIT_PARAMS["mill"],
-            settings=FIT_PARAMS["settings"],
+            mill=SIMULATED_JAR["mill"],
+            contact=CONFIG.fit.contact,
+            fitted=CONFIG.fit.fitted,
             counting_rule=CONFIG.fingerprint.counting_rule,
             library=library("tabulate_fit.py"),
         message:

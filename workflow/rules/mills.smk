@@ -1,16 +1,29 @@
 """Any mill: its picture, the fingerprint by its own sweep, the collapse of all in the box, matches, a large mill."""
 
+SCALE_UP = f"{RESULTS}/scale_up"
 
-include: "mills_common.smk"
 
-
-wildcard_constraints:
-    mill="[a-z][a-z0-9_]*",
+# Only for a mill whose file names no conditions: what suits it follows from its walls, which takes the libraries.
+checkpoint derive_sweep:
+    input:
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+    output:
+        sweep=f"{MILL}/sweep.json",
+    log:
+        f"{LOGS}/mills/{{mill}}_sweep.log",
+    localrule: True
+    params:
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        library=library("derive_sweep.py"),
+    message:
+        "Deriving speeds, balls and fill ratios that suit mill {wildcards.mill}"
+    script:
+        "../../scripts/derive_sweep.py"
 
 
 rule draw_mill:
     input:
-        sources=lambda wildcards: MILLS[wildcards.mill].source_files,
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
     output:
         geometry_svg=report(
             f"{MILL}/geometry.svg",
@@ -29,10 +42,8 @@ rule draw_mill:
     log:
         f"{LOGS}/mills/{{mill}}_draw.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         library=library("draw_mill.py"),
     message:
         "Drawing mill {wildcards.mill} and its motion"
@@ -55,13 +66,14 @@ rule describe_mill:
         sheet=f"{MILL}/fingerprint.tsv",
     log:
         f"{LOGS}/mills/{{mill}}_describe.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
+    benchmark:
+        f"{BENCHMARKS}/describe_mill/{{mill}}.tsv"
     params:
-        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
-        fingerprint=settings("fingerprint"),
-        settings=settings("mills"),
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        interval=CONFIG.fingerprint.interval,
+        smooth_points=CONFIG.fingerprint.smooth_points,
+        collapse_max=CONFIG.mills.collapse_max,
         library=library("describe_mill.py"),
     message:
         "Describing mill {wildcards.mill} by {input.summaries}"
@@ -71,7 +83,7 @@ rule describe_mill:
 
 rule draw_sheet:
     input:
-        sources=lambda wildcards: MILLS[wildcards.mill].source_files,
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
         sheet=rules.describe_mill.output.sheet,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.describe_mill.output.curves,
@@ -87,10 +99,8 @@ rule draw_sheet:
     log:
         f"{LOGS}/mills/{{mill}}_sheet.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
-        mill=lambda wildcards: dumped(MILLS[wildcards.mill]),
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         library=library("draw_sheet.py"),
     message:
         "Drawing the fingerprint of mill {wildcards.mill} on one page"
@@ -113,8 +123,6 @@ rule collect_mills:
     log:
         f"{LOGS}/mills/collect.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         collapse_max=CONFIG.mills.collapse_max,
         library=library("collect_mills.py"),
@@ -124,61 +132,10 @@ rule collect_mills:
         "../../scripts/collect_mills.py"
 
 
-rule match_mills:
-    input:
-        mill=described(CONFIG.mills.match.mill),
-        like=described(CONFIG.mills.match.like_mill),
-    output:
-        f"{RESULTS}/mills/match.tsv",
-    log:
-        f"{LOGS}/mills/match.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    params:
-        settings=CONFIG.mills.match.model_dump(mode="json"),
-        library=library("match_mills.py"),
-    message:
-        "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
-    script:
-        "../../scripts/match_mills.py"
-
-
-rule plan_scale_up:
-    input:
-        fingerprint=described(CONFIG.mills.scale_up.mill),
-        summary=f"{RESULTS}/dem/{LARGE_CASE.path}/summary.json",
-    output:
-        sheet=f"{SCALE_UP}/sheet.tsv",
-        run=f"{SCALE_UP}/run.tsv",
-        svg=report(
-            f"{SCALE_UP}/sheet.svg",
-            caption="../report/scale_up.rst",
-            category="Mills",
-            labels={"mill": "large", "figure": "scale-up"},
-        ),
-        png=f"{SCALE_UP}/sheet.png",
-    log:
-        f"{LOGS}/mills/scale_up.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    params:
-        settings=CONFIG.mills.scale_up.model_dump(mode="json"),
-        rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
-        mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
-        poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
-        library=library("plan_scale_up.py"),
-    message:
-        "Planning the large mill"
-    script:
-        "../../scripts/plan_scale_up.py"
-
-
 MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
 # A smoke test runs one case of each mill, and draws all.
 BOX_OUTPUTS = (
-    [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX)]
+    [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX if MILLS[name].sweep)]
     if CONFIG.mills.first_case_only
     else [*MILL_PICTURES, *expand([*rules.draw_sheet.output], mill=BOX), *rules.collect_mills.output]
 )
@@ -188,28 +145,74 @@ FINGERPRINTED = [
 ]
 
 
-localrules:
-    fingerprint,
-    mills,
-    match,
-    scale_up,
-
-
 rule fingerprint:
     input:
         FINGERPRINTED,
+    localrule: True
 
 
 rule mills:
     input:
         BOX_OUTPUTS,
+    localrule: True
 
 
-rule match:
-    input:
-        rules.match_mills.output,
+if CONFIG.mills.match is not None:
+
+    rule match_mills:
+        input:
+            mill=described(CONFIG.mills.match.mill),
+            like=described(CONFIG.mills.match.like_mill),
+        output:
+            f"{RESULTS}/mills/match.tsv",
+        log:
+            f"{LOGS}/mills/match.log",
+        localrule: True
+        params:
+            settings=CONFIG.mills.match.model_dump(mode="json"),
+            library=library("match_mills.py"),
+        message:
+            "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
+        script:
+            "../../scripts/match_mills.py"
+
+    rule match:
+        input:
+            rules.match_mills.output,
+        localrule: True
 
 
-rule scale_up:
-    input:
-        rules.plan_scale_up.output,
+if CONFIG.mills.scale_up is not None:
+
+    rule plan_scale_up:
+        input:
+            fingerprint=described(CONFIG.mills.scale_up.mill),
+            summary=f"{RESULTS}/dem/{LARGE_CASE.path}/summary.json",
+        output:
+            sheet=f"{SCALE_UP}/sheet.tsv",
+            run=f"{SCALE_UP}/run.tsv",
+            svg=report(
+                f"{SCALE_UP}/sheet.svg",
+                caption="../report/scale_up.rst",
+                category="Mills",
+                labels={"mill": "large", "figure": "scale-up"},
+            ),
+            png=f"{SCALE_UP}/sheet.png",
+        log:
+            f"{LOGS}/mills/scale_up.log",
+        localrule: True
+        params:
+            settings=CONFIG.mills.scale_up.model_dump(mode="json"),
+            rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
+            mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
+            poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
+            library=library("plan_scale_up.py"),
+        message:
+            "Planning the large mill"
+        script:
+            "../../scripts/plan_scale_up.py"
+
+    rule scale_up:
+        input:
+            rules.plan_scale_up.output,
+        localrule: True

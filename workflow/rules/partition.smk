@@ -18,8 +18,6 @@ rule partition_dissipation:
     log:
         f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         settings=settings("partition"),
         library=library("partition_dissipation.py"),
@@ -59,8 +57,6 @@ rule plot_partition:
     log:
         f"{LOGS}/partition/plot_partition.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         library=library("plot_partition.py"),
     message:

@@ -19,8 +19,6 @@ rule record_run:
     log:
         f"{LOGS}/report/record_run.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         config=config,
         library=library("record_run.py"),
@@ -60,12 +58,10 @@ rule tabulate_claims:
     log:
         f"{LOGS}/report/tabulate_claims.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
-        # No input, or the claims would run appendix A. Where it has been run they are told of it anew.
+        # No input, or the claims would run appendix A. Once that has been run, the claims are made again.
         ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
         library=library("tabulate_claims.py"),
     message:
@@ -87,8 +83,6 @@ rule tabulate_chapter:
     log:
         f"{LOGS}/report/tabulate_chapter_{{chapter}}.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
@@ -113,8 +107,6 @@ rule tabulate_runtimes:
     log:
         f"{LOGS}/report/tabulate_runtimes.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         name=CONFIG.name,
         benchmarks=BENCHMARKS,
@@ -140,8 +132,6 @@ rule build_explorer:
     log:
         f"{LOGS}/report/build_explorer.log",
     localrule: True
-    conda:
-        "../../envs/millprint.yaml"
     params:
         about={
             "name": CONFIG.name,
@@ -162,27 +152,5 @@ REPORT_PAGES = [
     *expand(rules.tabulate_chapter.output.html, chapter=SHOWN_TABLES),
     *rules.tabulate_runtimes.output,
     rules.build_explorer.output.html,
+    rules.record_run.output.run,
 ]
-
-
-# Snakemake writes its report only after a run, so this last job calls it on all that the run has made.
-rule build_report:
-    input:
-        stages=STAGE_OUTPUTS,
-        pages=REPORT_PAGES,
-        run=rules.record_run.output.run,
-        stylesheet="workflow/report/report.css",
-    output:
-        html=f"{RESULTS}/report/report.html",
-    log:
-        f"{LOGS}/report/build_report.log",
-    localrule: True
-    conda:
-        "../../envs/millprint.yaml"
-    params:
-        snakefile=workflow.main_snakefile,
-    message:
-        "Building the report, which opens offline"
-    shell:
-        "snakemake --snakefile {params.snakefile:q} --configfile {input.run:q} --nolock --cores 1"
-        " --report {output.html:q} --report-stylesheet {input.stylesheet:q} {input.pages:q} > {log:q} 2>&1"

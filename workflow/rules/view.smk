@@ -1,7 +1,5 @@
 """Runs to look at: files for ParaView and animations, of any case with snapshots."""
 
-CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
-
 
 rule export_run:
     input:
@@ -14,9 +12,6 @@ rule export_run:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_export.log",
     benchmark:
         f"{BENCHMARKS}/export_run/{{mill}}/{{contact}}/{{case}}.tsv"
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
         every=CONFIG.view.paraview_every,
         library=library("export_run.py"),
@@ -42,11 +37,8 @@ rule animate_run:
         f"{LOGS}/view/{{mill}}/{{contact}}/{{case}}_animate.log",
     benchmark:
         f"{BENCHMARKS}/animate_run/{{mill}}/{{contact}}/{{case}}.tsv"
-    conda:
-        "../../envs/millprint.yaml"
-    threads: 1
     params:
-        settings=settings("view"),
+        settings=CONFIG.view.model_dump(mode="json", exclude={"paraview_every"}),
         library=library("animate_run.py"),
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.proposals import PredictionConfig
-from millprint.config.yields import YieldConfig
+from millprint.config.yields import TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.archive import load_any, training_rows
 from millprint.predict.averaging import AveragedModel
@@ -44,12 +44,19 @@ def range_warnings(rows: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -
 
 
 def answer(
-    path: str, rows: pd.DataFrame, settings: YieldConfig, level: float, extrapolate: bool = False
+    path: str,
+    rows: pd.DataFrame,
+    limits: PredictionConfig,
+    training: TrainingConfig,
+    folds: int,
+    level: float,
+    extrapolate: bool = False,
 ) -> pd.DataFrame:
     """Columns: case, the six conditions, predicted_percent, lower_percent, upper_percent, interval, warning.
 
-    rows: case and the six conditions. The interval is the model's own where it has a distribution, else CV+ of its
-    training rows. A row outside the trained ranges has a warning and no numbers, unless `extrapolate`.
+    rows: case and the six conditions; level: of the intervals [-]. The interval is the model's own where it has a
+    distribution, else CV+ of its training rows, in so many folds. A row outside the trained ranges by more than
+    `limits` allows has a warning and no numbers, unless `extrapolate`.
     """
     model, known = load_any(path), training_rows(path)
     if isinstance(model, AveragedModel):
@@ -57,10 +64,10 @@ def answer(
     elif (normal := gaussian_intervals(model, rows, [level])) is not None:
         method, ends = "gaussian", normal[:, 0]
     else:
-        yields, folds = known[YIELD].to_numpy(float), settings.honest.conformal_folds
+        yields = known[YIELD].to_numpy(float)
         method = "cv_plus"
-        ends = conformal_intervals(model, known, yields, rows, [level], settings.training, folds)[:, 0]
-    told = range_warnings(rows, trained_ranges(known, settings.prediction))
+        ends = conformal_intervals(model, known, yields, rows, [level], training, folds)[:, 0]
+    told = range_warnings(rows, trained_ranges(known, limits))
     answered = np.array([extrapolate or not text for text in told])
     numbers = {"predicted_percent": model.predict(rows), "lower_percent": ends[:, 0], "upper_percent": ends[:, 1]}
     table = rows[["case", *CONDITIONS]].assign(

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import KFold, RepeatedKFold, ShuffleSplit
 
-from millprint.config.yields import HonestConfig
+from millprint.config.yields import HeldOutConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.learners import Learner
 
@@ -29,7 +29,7 @@ class OuterFold:
     yields: np.ndarray
 
 
-def outer_folds(rows: pd.DataFrame, budget: HonestConfig) -> list[OuterFold]:
+def outer_folds(rows: pd.DataFrame, budget: HeldOutConfig) -> list[OuterFold]:
     """The outer folds of every scheme, the same for every model.
 
     rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one. For the

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.averaging import AveragingConfig
-from millprint.config.yields import HonestConfig, TrainingConfig
+from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.predict.averaging import average, fit_library
 from millprint.predict.catalogue import AVERAGED
 from millprint.predict.conformal import cross_validated_intervals
@@ -59,7 +59,7 @@ def conformal_intervals(
     return cross_validated_intervals(fit, rows, yields, asked, levels, folds, settings.seed)
 
 
-def tuned_learner(algorithm: str, strategy: str, settings: TrainingConfig, budget: HonestConfig) -> Learner:
+def tuned_learner(algorithm: str, strategy: str, settings: TrainingConfig, budget: HeldOutConfig) -> Learner:
     """A model of Table 5.6, tuned on the rows that it learns from and on nothing else."""
 
     def learn(rows: pd.DataFrame, yields: np.ndarray, asked: pd.DataFrame, levels: list[float]) -> Answer:
@@ -88,7 +88,7 @@ def averaged_learner(settings: AveragingConfig) -> Learner:
 
 
 def make_learner(
-    model: str, strategy: str, training: TrainingConfig, budget: HonestConfig, averaging: AveragingConfig
+    model: str, strategy: str, training: TrainingConfig, budget: HeldOutConfig, averaging: AveragingConfig
 ) -> Learner:
     """The learner of a model of the catalogue."""
     if model == AVERAGED:

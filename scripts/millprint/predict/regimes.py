@@ -7,8 +7,10 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from millprint.config.mill import MillConfig
 from millprint.doe.runs import YIELD
 from millprint.fingerprint.regimes import design_cases
+from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
 from millprint.predict.features import CONDITIONS
 from millprint.predict.learners import Learner
 
@@ -23,6 +25,15 @@ class Machine:
     density: float
     amplitude: float
     diameter: float
+
+    @classmethod
+    def of_mill(cls, mill: MillConfig, reference_speed: float, density: float, diameter: float) -> "Machine":
+        """The machine that a mill is: its amplitude is half the longest way of a wall, as in every run's summary.
+
+        Raises ConfigError for a mill whose shape does not hold.
+        """
+        amplitude = travel_m(build_bodies(mill, CHECK_RPM), CHECK_RPM)
+        return cls(reference_speed, density, amplitude, diameter)
 
 
 def regime_rows(cases: pd.DataFrame, machine: Machine) -> pd.DataFrame:

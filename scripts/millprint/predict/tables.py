@@ -1,8 +1,11 @@
 """The measured tables of the yield stage: the screening runs with their split, and the runs outside their domain."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
+from millprint.config.design import Factor
 from millprint.config.doe import DoeConfig
 from millprint.config.yields import YieldConfig
 from millprint.doe.runs import YIELD, read_runs
@@ -32,13 +35,13 @@ def read_split(path: str) -> pd.DataFrame:
     return split
 
 
-def read_parts(screening: str, split: str, design: DoeConfig) -> tuple[pd.DataFrame, pd.DataFrame]:
+def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The training rows and the test rows of the screening table, each in the order of the split.
 
     Columns: case, the six conditions, yield_percent. Raises ConfigError, in one line, for whatever read_runs refuses,
     for a run with no role and for a role with no run.
     """
-    runs = read_runs(screening, design, positive=list(CONDITIONS)).set_index("case")
+    runs = read_runs(screening, factors, positive=list(CONDITIONS)).set_index("case")
     roles = read_split(split).set_index("case")["role"]
     for case in runs.index.difference(roles.index):
         raise ConfigError(f"{split}: column case: case {case} of {screening} has no role; train or test is wanted")
@@ -75,7 +78,7 @@ def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
 
 def check_yield_tables(settings: YieldConfig, screening: str, split: str, design: DoeConfig, source: str) -> None:
     """Raise ConfigError, in one line, for the first thing in the tables that would make a job fail."""
-    train, test = read_parts(screening, split, design)
+    train, test = read_parts(screening, split, design.factors)
     read_rows(settings.out_of_domain)
     for name in settings.training.choices.linear_features:
         if name not in FEATURES:

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import torch
 from tqdm import tqdm
 
-from millprint.config.surrogate import EdgeConfig, RollOutConfig
+from millprint.config.surrogate import EdgeConfig
 from millprint.surrogate.contact.roller import ContactRoller
 from millprint.surrogate.contact.store import is_ensemble
 
@@ -35,14 +35,17 @@ def open_roller(
     weights: str | Path,
     run: str | Path,
     rule: EdgeConfig,
-    settings: RollOutConfig,
+    snap_back_m: float | None,
     device: torch.device,
     until_s: float,
 ) -> Roller:
-    """The surrogate of a weights file in the scene of a simulation, with first states up to `until_s`."""
+    """The surrogate of a weights file in the scene of a simulation, with first states up to `until_s`.
+
+    snap_back_m: signed distance above which a ball is put back to it [m]; None for never.
+    """
     if is_ensemble(weights):
         return ContactRoller(weights, run)
     # Takes long to import, and the other kind does without.
     from millprint.surrogate.thesis.roller import open_graph_roller
 
-    return open_graph_roller(weights, run, rule, settings, device, until_s)
+    return open_graph_roller(weights, run, rule, snap_back_m, device, until_s)

@@ -8,7 +8,7 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.surrogate import EdgeConfig, RollOutConfig
+from millprint.config.surrogate import EdgeConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
 from millprint.surrogate.roller import Roller
@@ -78,12 +78,9 @@ def simulation_seconds(run: str | Path, duration_s: float) -> float:
 
 
 def scaled_thresholds(
-    rule: EdgeConfig, settings: RollOutConfig, radius_m: float, trained_m: float
-) -> tuple[EdgeConfig, RollOutConfig]:
+    rule: EdgeConfig, snap_back_m: float | None, radius_m: float, trained_m: float
+) -> tuple[EdgeConfig, float | None]:
     """Thresholds for balls of another radius, at the same gaps and overlaps: those of Table 6.3 are for 5 mm."""
     shift = trained_m - radius_m
-    snap_back = None if settings.snap_back_m is None else settings.snap_back_m + shift
-    return (
-        rule.model_copy(update={"wall_threshold_m": rule.wall_threshold_m + shift}),
-        settings.model_copy(update={"snap_back_m": snap_back}),
-    )
+    shifted = rule.model_copy(update={"wall_threshold_m": rule.wall_threshold_m + shift})
+    return shifted, None if snap_back_m is None else snap_back_m + shift

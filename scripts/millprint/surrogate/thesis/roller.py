@@ -6,7 +6,7 @@ from pathlib import Path
 import torch
 from tqdm import tqdm
 
-from millprint.config.surrogate import EdgeConfig, RollOutConfig
+from millprint.config.surrogate import EdgeConfig
 from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.thesis.simulator import Simulator, State, first_state
@@ -45,12 +45,15 @@ def open_graph_roller(
     weights: str | Path,
     run: str | Path,
     rule: EdgeConfig,
-    settings: RollOutConfig,
+    snap_back_m: float | None,
     device: torch.device,
     until_s: float,
 ) -> GraphRoller:
-    """The network of a weights file in the scene of a simulation, with first states up to `until_s`."""
+    """The network of a weights file in the scene of a simulation, with first states up to `until_s`.
+
+    snap_back_m: signed distance above which a ball is put back to it [m]; None for never.
+    """
     model, recipe = read_weights(weights, device)
     source = read_trajectory(run, until_s=until_s)
-    simulator = Simulator(model, read_scene(run), rule, settings.snap_back_m, source.interval_s, device)
+    simulator = Simulator(model, read_scene(run), rule, snap_back_m, source.interval_s, device)
     return GraphRoller(simulator, source, recipe.graph.window)

@@ -1,0 +1,112 @@
+"""Every simulation that can be asked for: those of the configuration's sweeps, of the mills' own, and the large mill."""
+
+import re
+
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.dem.resources import resources_of
+from millprint.fingerprint.mill_cases import large_case, mill_cases
+from millprint.fingerprint.similarity import enlarged
+
+MILL = f"{RESULTS}/mills/{{mill}}"
+CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
+BOX = CONFIG.mills.box
+# Mills whose own sweep can be asked for.
+SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.mills.named]))
+SCALE_UP_CASES = {}
+
+if CONFIG.mills.scale_up is not None:
+    # The large mill is one like any other, but made from the small one and not from a file.
+    LARGE, LARGE_FACTOR = enlarged(
+        MILLS[CONFIG.mills.scale_up.mill], CONFIG.mills.scale_up.volume_l, f"{CONFIG.mills.scale_up.mill}_large"
+    )
+    MILLS[LARGE.name] = LARGE
+    LARGE_CASE = large_case(LARGE, LARGE_FACTOR, CONFIG.mills)
+    SCALE_UP_CASES[LARGE_CASE.path] = LARGE_CASE
+
+
+def any_of(names) -> str:
+    """A wildcard's pattern for these names; one that nothing matches where there are none."""
+    return "|".join(map(re.escape, names)) or "(?!)"
+
+
+def none_of(names) -> str:
+    """A wildcard's pattern for every other name."""
+    return f"(?!(?:{any_of(names)})(?:/|$))[^/]+"
+
+
+wildcard_constraints:
+    mill="[a-z][a-z0-9_]*",
+
+
+def mill_named(name: str):
+    """A mill of this run. An unknown one ends the program with a line that names those that there are."""
+    with stop_on_bad_input():
+        if name not in MILLS:
+            raise ConfigError(
+                f"{RESULTS}: unknown mill {name!r}; this run has {', '.join(sorted(MILLS))}; "
+                f"--config mill={name} takes config/mills/{name}.yaml"
+            )
+    return MILLS[name]
+
+
+def dumped(mill) -> dict:
+    """A mill as plain values, without its sweep: another sweep changes no picture."""
+    return mill.model_dump(mode="json", exclude={"sweep"})
+
+
+def cases_of_mill(name: str) -> dict:
+    """The cases of a mill's own sweep by their path; of a mill without one, once its sweep has been derived."""
+    mill = mill_named(name)
+    if mill.sweep is None:
+        with open(checkpoints.derive_sweep.get(mill=name).output.sweep) as file:
+            mill = mill.model_copy(update={"sweep": MillSweepConfig(**json.load(file))})
+    return {case.path: case for case in mill_cases(mill, CONFIG.mills)}
+
+
+def mill_summaries(name: str) -> list[str]:
+    """Summaries of every case of a mill's own sweep."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_mill(name)]
+
+
+def described(name: str) -> str:
+    """The fingerprint of a mill."""
+    return f"{RESULTS}/mills/{name}/fingerprint.json"
+
+
+def case_at(wildcards):
+    """The case of a folder below results/dem. An unknown one ends the program with a line that says so."""
+    path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
+    # A case that a sweep of the configuration simulates already is taken as it is there.
+    for known in (CASES, SCALE_UP_CASES):
+        if path in known:
+            return known[path]
+    own = cases_of_mill(wildcards.mill) if wildcards.mill in SWEPT_MILLS else {}
+    with stop_on_bad_input():
+        if path not in own:
+            raise ConfigError(
+                f"{RESULTS}/dem/{path}: no such case; neither the sweeps of the configuration nor the sweep of mill "
+                f"{wildcards.mill} ask for it"
+            )
+    return own[path]
+
+
+def resources_at(wildcards):
+    """What the case of a folder below results/dem takes."""
+    return resources_of(case_at(wildcards), CONFIG.dem, MILLS[wildcards.mill], CONTACTS[wildcards.contact])
+
+
+def names_of_long_cases() -> list[str]:
+    """Names of the cases that a cluster should run apart from others, of those that are known from the start."""
+    swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in cases_of_mill(name).values()]
+    known = [*CASES.values(), *swept, *SCALE_UP_CASES.values()]
+    with stop_on_bad_input():
+        return sorted(
+            {
+                case.name
+                for case in known
+                if resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact]).needs_own_job
+            }
+        )
+
+
+LONG_CASES = names_of_long_cases()

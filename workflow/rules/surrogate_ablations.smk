@@ -1,0 +1,55 @@
+"""Appendix A: what each part of the surrogate is good for."""
+
+
+rule tabulate_ablations:
+    input:
+        metrics=[path for variant in CONFIG.surrogate.ablations for path in measured(variant)],
+        histories=[
+            f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/loss.tsv" for variant in CONFIG.surrogate.ablations
+        ],
+    output:
+        ablations=f"{SURROGATE}/ablations.tsv",
+    log:
+        f"{LOGS}/surrogate/tabulate_ablations.log",
+    localrule: True
+    params:
+        changes={variant: changes(variant) for variant in CONFIG.surrogate.ablations},
+        length_s={
+            variant: CONFIG.surrogate.rollout_of(variant, CONFIG.surrogate.trained_test).length_s
+            for variant in CONFIG.surrogate.ablations
+        },
+        library=library("tabulate_ablations.py"),
+    message:
+        "Every ablation beside what the thesis says of it"
+    script:
+        "../../scripts/tabulate_ablations.py"
+
+
+rule plot_ablations:
+    input:
+        ablations=rules.tabulate_ablations.output.ablations,
+    output:
+        svg=report(
+            f"{SURROGATE}/ablations.svg",
+            caption="../report/surrogate_ablations.rst",
+            category="Appendix A",
+            labels={"figure": "ablations (Figs A.1 to A.8)"},
+        ),
+        png=f"{SURROGATE}/ablations.png",
+    log:
+        f"{LOGS}/surrogate/plot_ablations.log",
+    localrule: True
+    params:
+        library=library("plot_ablations.py"),
+    message:
+        "Draw the ablations of appendix A"
+    script:
+        "../../scripts/plot_ablations.py"
+
+
+# Appendix A. Not part of `all`: nine more trainings, as long as that of the variant `thesis`.
+rule ablations:
+    input:
+        rules.tabulate_ablations.output,
+        rules.plot_ablations.output,
+    localrule: True

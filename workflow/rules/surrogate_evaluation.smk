@@ -1,0 +1,138 @@
+"""Surrogates against the simulation: roll-outs, single steps, measures and timings."""
+
+SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
+
+
+rule roll_out_surrogate:
+    input:
+        weights=variant_weights,
+        run=lambda wildcards: simulated(CONFIG.surrogate.tests[wildcards.test].case),
+    output:
+        rollout=f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/{{test}}/roll_out_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/roll_out_surrogate/{{variant}}/{{test}}.tsv"
+    params:
+        edges=variant_settings("edges"),
+        settings=rollout_settings,
+        case=lambda wildcards: CONFIG.surrogate.tests[wildcards.test].case,
+        starts_s=lambda wildcards: CONFIG.surrogate.tests[wildcards.test].starts_s,
+        library=library("roll_out_surrogate.py"),
+    message:
+        "Roll out the surrogate {wildcards.variant}: {wildcards.test}"
+    script:
+        "../../scripts/roll_out_surrogate.py"
+
+
+rule evaluate_surrogate:
+    input:
+        unpack(compared_runs),
+        rollouts=lambda wildcards: expand(
+            rules.roll_out_surrogate.output.rollout,
+            variant=wildcards.variant,
+            test=tests_of(wildcards.variant),
+        ),
+    output:
+        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
+    log:
+        f"{LOGS}/surrogate/{{variant}}/evaluate_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
+    params:
+        tests=lambda wildcards: tests_of(wildcards.variant),
+        library=library("evaluate_surrogate.py"),
+    message:
+        "Measure the surrogate {wildcards.variant} against the simulation"
+    script:
+        "../../scripts/evaluate_surrogate.py"
+
+
+rule evaluate_single_steps:
+    input:
+        weights=variant_weights,
+        runs=lambda wildcards: [
+            simulated(CONFIG.surrogate.tests[name].case) for name in moving_tests_of(wildcards.variant)
+        ],
+    output:
+        steps=f"{SURROGATE}/{{variant}}/single_steps.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/evaluate_single_steps.log",
+    benchmark:
+        f"{BENCHMARKS}/evaluate_single_steps/{{variant}}.tsv"
+    params:
+        edges=variant_settings("edges"),
+        starts_s=lambda wildcards: {
+            name: CONFIG.surrogate.tests[name].starts_s[0] for name in moving_tests_of(wildcards.variant)
+        },
+        library=library("evaluate_single_steps.py"),
+    message:
+        "Single steps of the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/evaluate_single_steps.py"
+
+
+rule check_measures:
+    input:
+        **runs_of(CONFIG.surrogate.trained_test),
+    output:
+        controls=f"{SURROGATE}/controls.tsv",
+    log:
+        f"{LOGS}/surrogate/check_measures.log",
+    benchmark:
+        f"{BENCHMARKS}/check_measures/check_measures.tsv"
+    params:
+        start_s=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].starts_s[0],
+        interval_s=CONFIG.surrogate.rollout.frame_interval_s,
+        test=CONFIG.surrogate.trained_test,
+        library=library("check_measures.py"),
+    message:
+        "What the measures make of roll-outs that are known to be right or wrong"
+    script:
+        "../../scripts/check_measures.py"
+
+
+rule time_surrogates:
+    input:
+        weights=[f"{SURROGATE}/{variant}/weights.pt" for variant in CONFIG.surrogate.variants],
+        trained=simulated(CONFIG.surrogate.snapshots.cases[0]),
+        runs=[simulated(case) for case in CONFIG.surrogate.timing.cases],
+    output:
+        runtime=f"{SURROGATE}/runtime.tsv",
+    log:
+        f"{LOGS}/surrogate/time_surrogates.log",
+    benchmark:
+        f"{BENCHMARKS}/time_surrogates/time_surrogates.tsv"
+    # It uses one thread, and asks for more than any machine has: Snakemake gives it all cores that there are, so that
+    # nothing runs beside what is timed.
+    threads: 1024
+    params:
+        variants={
+            name: {
+                "edges": CONFIG.surrogate.variant(name).edges.model_dump(mode="json"),
+                "snap_back_m": CONFIG.surrogate.variant(name).rollout.snap_back_m,
+            }
+            for name in CONFIG.surrogate.variants
+        },
+        timing=CONFIG.surrogate.timing.model_dump(mode="json"),
+        library=library("time_surrogates.py"),
+    message:
+        "Time the surrogates beside our simulation"
+    script:
+        "../../scripts/time_surrogates.py"
+
+
+rule collect_surrogate:
+    input:
+        metrics=[path for variant in CONFIG.surrogate.variants for path in measured(variant)],
+    output:
+        metrics=f"{SURROGATE}/metrics.tsv",
+    log:
+        f"{LOGS}/surrogate/collect_surrogate.log",
+    localrule: True
+    params:
+        library=library("collect_surrogate.py"),
+    message:
+        "Measures of every surrogate"
+    script:
+        "../../scripts/collect_surrogate.py"

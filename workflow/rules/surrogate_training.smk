@@ -1,0 +1,102 @@
+"""Surrogates: the data that they learn from, and their training."""
+
+import math
+
+# What the simulations of the contact surrogate are made of.
+TRACES = CONFIG.surrogate.contact.traces
+TRACED = {
+    "mills": {trace.mill: dumped(MILLS[trace.mill]) for trace in TRACES},
+    "contacts": {trace.contact: CONTACTS[trace.contact].model_dump(mode="json") for trace in TRACES},
+    "dem": settings("dem"),
+}
+
+
+rule build_surrogate_dataset:
+    input:
+        runs=[simulated(case) for case in CONFIG.surrogate.snapshots.cases],
+    output:
+        dataset=f"{SURROGATE}/dataset.h5",
+        wall_contacts=f"{SURROGATE}/wall_contacts.tsv",
+    log:
+        f"{LOGS}/surrogate/build_surrogate_dataset.log",
+    benchmark:
+        f"{BENCHMARKS}/build_surrogate_dataset/build_surrogate_dataset.tsv"
+    params:
+        settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
+        library=library("build_surrogate_dataset.py"),
+    message:
+        "Features, targets and contacts of every snapshot to train on"
+    script:
+        "../../scripts/build_surrogate_dataset.py"
+
+
+rule trace_surrogate_contacts:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+    output:
+        dataset=f"{SURROGATE}/contacts.h5",
+    log:
+        f"{LOGS}/surrogate/trace_surrogate_contacts.log",
+    benchmark:
+        f"{BENCHMARKS}/trace_surrogate_contacts/trace_surrogate_contacts.tsv"
+    params:
+        **TRACED,
+        traces=[trace.model_dump(mode="json") for trace in TRACES],
+        coarse=CONFIG.surrogate.contact.coarse.model_dump(mode="json"),
+        judge=CONFIG.surrogate.contact.judge.model_dump(mode="json"),
+        library=library("trace_surrogate_contacts.py"),
+    message:
+        "Simulations whose contacts are followed coarse step by coarse step"
+    script:
+        "../../scripts/trace_surrogate_contacts.py"
+
+
+rule train_contact_surrogate:
+    input:
+        dataset=rules.trace_surrogate_contacts.output.dataset,
+    output:
+        weights=f"{SURROGATE}/{{variant}}/weights.pt",
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/train_contact_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("contact")),
+    threads: CONFIG.surrogate.contact.training.threads
+    params:
+        **TRACED,
+        settings=CONFIG.surrogate.contact.model_dump(mode="json"),
+        library=library("train_contact_surrogate.py"),
+    message:
+        "Train the ensemble of the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/train_contact_surrogate.py"
+
+
+rule train_surrogate:
+    input:
+        dataset=rules.build_surrogate_dataset.output.dataset,
+    output:
+        weights=f"{SURROGATE}/{{variant}}/weights.pt",
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+    log:
+        f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
+    benchmark:
+        f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("graph")),
+    # The longest chain of the thesis begins here.
+    priority: 1
+    threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
+    resources:
+        # Twice its own limit [min], and some to start.
+        runtime=lambda wildcards: 20
+        + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30),
+    params:
+        settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
+        library=library("train_surrogate.py"),
+    message:
+        "Train the surrogate {wildcards.variant}"
+    script:
+        "../../scripts/train_surrogate.py"

@@ -1,0 +1,109 @@
+"""Figures of the yield models, and all that chapter 5 makes."""
+
+YIELD_FIGURES = f"{YIELDS}/figures"
+
+
+rule plot_yield_models:
+    input:
+        predictions=rules.evaluate_yield_models.output.predictions,
+        shap=rules.explain_yield_models.output.values,
+    output:
+        predictions_svg=report(
+            f"{YIELD_FIGURES}/predictions.svg",
+            caption="../report/yield_predictions.rst",
+            category="Chapter 5",
+            labels={"figure": "5.2", "shows": "predictions for the six test rows"},
+        ),
+        predictions_png=f"{YIELD_FIGURES}/predictions.png",
+        intervals_svg=report(
+            f"{YIELD_FIGURES}/intervals.svg",
+            caption="../report/yield_intervals.rst",
+            category="Chapter 5",
+            labels={"figure": "5.3", "shows": "predictive intervals of the two-step GPR"},
+        ),
+        intervals_png=f"{YIELD_FIGURES}/intervals.png",
+        shap_svg=report(
+            f"{YIELD_FIGURES}/shap.svg",
+            caption="../report/yield_shap.rst",
+            category="Chapter 5",
+            labels={"figure": "5.4", "shows": "SHAP values of the two-step tree models"},
+        ),
+        shap_png=f"{YIELD_FIGURES}/shap.png",
+    log:
+        f"{LOGS}/yields/plot_yield_models.log",
+    localrule: True
+    params:
+        library=library("plot_yield_models.py"),
+    message:
+        "Drawing predictions, intervals and SHAP values of the yield models"
+    script:
+        "../../scripts/plot_yield_models.py"
+
+
+rule plot_yield_trust:
+    input:
+        honest=rules.evaluate_yield_models.output.honest,
+        coverage=rules.evaluate_yield_models.output.coverage,
+        retrospective=rules.search_retrospectively.output.retrospective,
+        proposals=rules.propose_experiments.output.proposals,
+        regimes=rules.leave_regimes_out.output.summary,
+        claims=CONFIG.data.claims,
+    output:
+        evaluation_svg=report(
+            f"{YIELD_FIGURES}/evaluation.svg",
+            caption="../report/yield_evaluation.rst",
+            category="Chapter 5",
+            labels={"figure": "Table 5.6", "shows": "locked split against honest schemes"},
+        ),
+        evaluation_png=f"{YIELD_FIGURES}/evaluation.png",
+        coverage_svg=report(
+            f"{YIELD_FIGURES}/coverage.svg",
+            caption="../report/yield_coverage.rst",
+            category="Chapter 5",
+            labels={"figure": "coverage", "shows": "predictive intervals of left-out runs"},
+        ),
+        coverage_png=f"{YIELD_FIGURES}/coverage.png",
+        retrospective_svg=report(
+            f"{YIELD_FIGURES}/retrospective.svg",
+            caption="../report/yield_retrospective.rst",
+            category="Chapter 5",
+            labels={"figure": "retrospective", "shows": "runs to the best run"},
+        ),
+        retrospective_png=f"{YIELD_FIGURES}/retrospective.png",
+        proposals_svg=report(
+            f"{YIELD_FIGURES}/proposals.svg",
+            caption="../report/yield_proposals.rst",
+            category="Chapter 5",
+            labels={"figure": "next experiments", "shows": "what to run next"},
+        ),
+        proposals_png=f"{YIELD_FIGURES}/proposals.png",
+        regimes_svg=report(
+            f"{YIELD_FIGURES}/regimes.svg",
+            caption="../report/yield_regimes.rst",
+            category="Chapter 5",
+            labels={"figure": "regimes", "shows": "error at unseen fill ratios"},
+        ),
+        regimes_png=f"{YIELD_FIGURES}/regimes.png",
+    log:
+        f"{LOGS}/yields/plot_yield_trust.log",
+    localrule: True
+    params:
+        library=library("plot_yield_trust.py"),
+    message:
+        "Drawing the honest evaluation, coverage, regimes and the next experiments"
+    script:
+        "../../scripts/plot_yield_trust.py"
+
+
+YIELD_OUTPUTS = [
+    *rules.evaluate_yield_models.output,
+    rules.compare_yield_choices.output.choices,
+    rules.try_yield_models.output.tried,
+    *rules.leave_regimes_out.output,
+    rules.propose_experiments.output.proposals,
+    *rules.search_retrospectively.output,
+    rules.predict_yields.output.predicted,
+    *rules.explain_yield_models.output,
+    *rules.plot_yield_models.output,
+    *rules.plot_yield_trust.output,
+]

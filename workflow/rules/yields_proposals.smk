@@ -1,0 +1,75 @@
+"""What follows from the yield models: the next experiments, and yields of new conditions."""
+
+
+rule propose_experiments:
+    input:
+        **(
+            {"curves": f"{RESULTS}/fingerprint/curves_{CONFIG.partition.contact}.tsv"}
+            if CONFIG.yields.proposals.curves == "fingerprint"
+            else {}
+        ),
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        sources=MILLS[CONFIG.mill].source_files,
+        regimes=CONFIG.data.regimes,
+    output:
+        proposals=f"{YIELDS}/next_experiments.tsv",
+    log:
+        f"{LOGS}/yields/propose_experiments.log",
+    benchmark:
+        f"{BENCHMARKS}/propose_experiments/propose_experiments.tsv"
+    params:
+        machine=YIELD_MACHINE,
+        mill=dumped(MILLS[CONFIG.mill]),
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        settings=yield_settings("proposals"),
+        averaging=yield_settings("averaging"),
+        library=library("propose_experiments.py"),
+    message:
+        "Proposing the next experiments within the region that can be reached"
+    script:
+        "../../scripts/propose_experiments.py"
+
+
+rule search_retrospectively:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+    output:
+        retrospective=f"{YIELDS}/retrospective.tsv",
+        summary=f"{YIELDS}/retrospective_summary.tsv",
+    log:
+        f"{LOGS}/yields/search_retrospectively.log",
+    benchmark:
+        f"{BENCHMARKS}/search_retrospectively/search_retrospectively.tsv"
+    params:
+        settings=yield_settings("retrospective"),
+        averaging=yield_settings("averaging"),
+        level=CONFIG.yields.honest.level,
+        library=library("search_retrospectively.py"),
+    message:
+        "Counting the runs to the best of those that were done"
+    script:
+        "../../scripts/search_retrospectively.py"
+
+
+rule predict_yields:
+    input:
+        model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
+        conditions=CONFIG.yields.prediction.conditions,
+    output:
+        predicted=f"{YIELDS}/predicted_conditions.tsv",
+    log:
+        f"{LOGS}/yields/predict_yields.log",
+    benchmark:
+        f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
+    params:
+        settings=yield_settings("prediction"),
+        training=yield_settings("training"),
+        conformal_folds=CONFIG.yields.honest.conformal_folds,
+        interval_level=CONFIG.yields.interval_level,
+        library=library("predict_yields.py"),
+    message:
+        "Predicting the yields of {input.conditions}"
+    script:
+        "../../scripts/predict_yields.py"

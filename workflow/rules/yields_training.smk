@@ -1,0 +1,85 @@
+"""Yield models: the locked split, the models of the thesis and the averaged one, trained."""
+
+
+rule split_screening:
+    input:
+        screening=CONFIG.data.screening,
+        split=CONFIG.data.split,
+    output:
+        train=f"{YIELDS}/train.tsv",
+        test=f"{YIELDS}/test.tsv",
+    log:
+        f"{LOGS}/yields/split_screening.log",
+    localrule: True
+    params:
+        factors=FACTORS,
+        library=library("split_screening.py"),
+    message:
+        "Splitting the screening runs as {input.split} says"
+    script:
+        "../../scripts/split_screening.py"
+
+
+rule train_yield_model:
+    input:
+        train=rules.split_screening.output.train,
+    output:
+        model=f"{YIELDS}/models/{{model}}_{{strategy}}.json",
+    log:
+        f"{LOGS}/yields/train_{{model}}_{{strategy}}.log",
+    benchmark:
+        f"{BENCHMARKS}/train_yield_model/{{model}}/{{strategy}}.tsv"
+    wildcard_constraints:
+        model="linear|gpr|rf|svr|xgb",
+        strategy="primary|two_step",
+    params:
+        training=yield_settings("training"),
+        search=yield_settings("search"),
+        library=library("train_yield_model.py"),
+    message:
+        "Tuning and fitting the yield model {wildcards.model} {wildcards.strategy} on the training rows"
+    script:
+        "../../scripts/train_yield_model.py"
+
+
+use rule train_yield_model as train_yield_model_otherwise with:
+    output:
+        model=f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json",
+    log:
+        f"{LOGS}/yields/train_{{model}}_{{strategy}}_{{choice}}.log",
+    benchmark:
+        f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}/{{strategy}}_{{choice}}.tsv"
+    wildcard_constraints:
+        model="linear|gpr|rf|svr|xgb",
+        strategy="primary|two_step",
+        choice="search_seed|residual_weights",
+    params:
+        training=lambda wildcards: otherwise(CONFIG.yields.training, wildcards.choice).model_dump(mode="json"),
+        search=yield_settings("search"),
+        library=library("train_yield_model.py"),
+    message:
+        "Training {wildcards.model} {wildcards.strategy} with another choice of {wildcards.choice}"
+
+
+rule train_averaged_model:
+    input:
+        lambda wildcards: [
+            rules.split_screening.output.train,
+            *([rules.split_screening.output.test] if wildcards.rows == "final" else []),
+        ],
+    output:
+        model=f"{YIELDS}/models/averaged_gpr_{{rows}}.json",
+        members=f"{YIELDS}/averaging_{{rows}}.tsv",
+    log:
+        f"{LOGS}/yields/train_averaged_model_{{rows}}.log",
+    benchmark:
+        f"{BENCHMARKS}/train_averaged_model/{{rows}}.tsv"
+    wildcard_constraints:
+        rows="primary|final",
+    params:
+        settings=yield_settings("averaging"),
+        library=library("train_averaged_model.py"),
+    message:
+        "Fitting the averaged Gaussian process ({wildcards.rows}: primary on the training rows, final on all runs)"
+    script:
+        "../../scripts/train_averaged_model.py"
