@@ -72,8 +72,9 @@ def make_project(folder: Path) -> Path:
 
 
 @cache
-def _bodies_of(mill_json: str):
-    mill = MillConfig.model_validate_json(mill_json)
+def _bodies_of(mill_json: str, volume_tolerance: float):
+    # A dump leaves the tolerance out.
+    mill = MillConfig.model_validate_json(mill_json).model_copy(update={"volume_tolerance": volume_tolerance})
     return _checked_bodies({mill.name: mill})[mill.name]
 
 
@@ -91,11 +92,11 @@ def remember_shapes() -> None:
             known[key] = vessel, _capacity(vessel, diameter, trials=2, **options)
         return known[key][1]
 
-    def make_swing(mill, contact, dem, diameter, settings):
-        key = (mill.model_dump_json(), contact.model_dump_json(), dem.time_step_s, diameter, settings.model_dump_json())
+    def make_swing(mill, contact, fraction, diameter, settings):
+        key = (mill.model_dump_json(), contact.model_dump_json(), fraction, diameter, settings.model_dump_json())
         if key not in known:
             try:
-                known[key] = _make_swing(mill, contact, dem, diameter, settings)
+                known[key] = _make_swing(mill, contact, fraction, diameter, settings)
             except ConfigError as error:
                 known[key] = error
         if isinstance(known[key], ConfigError):
@@ -109,7 +110,9 @@ def remember_shapes() -> None:
             known[key] = True
 
     calibration.make_swing, preflight.check_tables = make_swing, check_tables
-    preflight.checked_bodies = lambda mills: {name: _bodies_of(mill.model_dump_json()) for name, mill in mills.items()}
+    preflight.checked_bodies = lambda mills: {
+        name: _bodies_of(mill.model_dump_json(), mill.volume_tolerance) for name, mill in mills.items()
+    }
     preflight.capacity = capacity
 
 

@@ -8,18 +8,17 @@ import pytest
 from millprint.calibration.drop_test import bounce_height, simulate_drops
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
-from millprint.config.sweep import DemConfig
 from millprint.errors import ConfigError
 
 CONTACTS = Path(__file__).parents[2] / "config/contacts"
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.0, window_s=0.1)
+STEP_S, RAYLEIGH_FRACTION_MAX = 2e-6, 0.2
 
 
 @pytest.mark.parametrize("restitution", [0.30, 0.68])
 def test_the_bounce_gives_the_restitution_back_at_every_height(restitution):
     contact = load_named(CONTACTS, "calibrated", ContactConfig, "contact set")
     contact = contact.model_copy(update={"restitution": restitution})
-    table = simulate_drops(contact, DEM, 0.010, [0.010, 0.030])
+    table = simulate_drops(contact, STEP_S, RAYLEIGH_FRACTION_MAX, 0.010, [0.010, 0.030])
     np.testing.assert_allclose(table["restitution"], restitution, atol=5e-3)
     np.testing.assert_allclose(table["bounce_height_mm"], restitution**2 * table["drop_height_mm"], rtol=0.03)
 

@@ -7,19 +7,17 @@ import pytest
 from millprint.calibration.experiment import fit_experiment
 from millprint.calibration.friction_fit import fit_friction
 from millprint.calibration.oscillation import describe_swings, make_swing, simulate_track
-from millprint.config.calibration import CalibrationConfig, ExperimentConfig, OscillationConfig
+from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.geometry import CylinderGeometry
-from millprint.config.sweep import DemConfig
 from millprint.errors import ConfigError
 
-DEM = DemConfig(time_step_s=5e-6, settle_s=0.1, discard_s=0.0, window_s=0.1)
+RAYLEIGH_FRACTION_MAX = 0.2
 RADIUS, BALL = 0.030, 0.005
 
 
-def settings(**changed) -> OscillationConfig:
+def settings(**changed) -> SwingConfig:
     """The thesis's release, with a short track and a small search."""
     values = {
-        "experiments": [{"name": "test", "contact": "calibrated"}],
         "release": {"down": [-1, 0, 0], "across": [0, 1, 0]},
         "time_step_s": 5e-6,
         "duration_s": 0.8,
@@ -32,7 +30,7 @@ def settings(**changed) -> OscillationConfig:
         "profile_points": 2,
         "varied": [],
     }
-    return OscillationConfig(**values | changed)
+    return SwingConfig(**values | changed)
 
 
 @pytest.fixture
@@ -46,7 +44,7 @@ def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
     """T = 2 pi ((7/5) (R - r) / g)^(1/2) for a ball that rolls in a cylinder, with the first term in the angle."""
     contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0, "rolling_friction": 1e-4})
     changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.19})
-    swing = make_swing(cylinder, contact, DEM, 2 * BALL, changed)
+    swing = make_swing(cylinder, contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, changed)
     times = np.arange(0, 1.6, 1e-4)
     across = swing.positions((1.0, 1e-4), 1.6)(times)[:, 0]
     crossings = times[np.flatnonzero(np.diff(np.sign(across)) != 0)]
@@ -59,7 +57,7 @@ def test_rolling_friction_takes_its_share_of_every_half_swing(cylinder, contacts
     """While a ball rolls, mu_r N r (w_ball) dissipates mu_r N per way: the height falls by about mu_r times the way."""
     changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.25})
     contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0})
-    swing = make_swing(cylinder, contact, DEM, 2 * BALL, changed)
+    swing = make_swing(cylinder, contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, changed)
     lost = {}
     for rolling in (1e-4, 0.02):
         table = describe_swings(swing, [(1.0, rolling)], 1.2).iloc[0]
@@ -71,7 +69,7 @@ def test_rolling_friction_takes_its_share_of_every_half_swing(cylinder, contacts
 
 
 def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, contacts):
-    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, settings())
+    swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
     # It touches the straight wall, half way up.
     shape = mills["emax"].geometry
     np.testing.assert_allclose(swing.start, [0.0, shape.end_radius_mm * 1e-3 - BALL, 0.0175], atol=2e-6)
@@ -85,7 +83,7 @@ def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, 
 
 def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(mills, contacts):
     """What the thesis says of Fig. 3.3: both coefficients show, each in its own way."""
-    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, settings())
+    swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
     table = describe_swings(swing, [(0.15, 0.045), (0.3, 0.045), (0.6, 0.045), (0.3, 0.02)], 2.5)
     low, reference, high, rolls = (row for _, row in table.iterrows())
     assert low["first_rise_mm"] < reference["first_rise_mm"] < high["first_rise_mm"]
@@ -95,7 +93,7 @@ def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(m
 def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
     chosen = settings()
     contact = contacts["calibrated"].model_copy(update={"static_friction": 0.42, "rolling_friction": 0.031})
-    swing = make_swing(mills["emax"], contact, DEM, 2 * BALL, chosen)
+    swing = make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     track = simulate_track(swing, chosen)
     # A camera that starts 8 ms before the ball is let go.
     track["time_s"] += 0.008
@@ -115,7 +113,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
         search_simulations=60,
         duration_s=0.6,
     )
-    swing = make_swing(cylinder, contacts["calibrated"], DEM, 2 * BALL, chosen)
+    swing = make_swing(cylinder, contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     fit = fit_friction(simulate_track(swing, chosen), swing.positions, chosen, 0.95)
     static, rolling = (row for _, row in fit.summary.iterrows())
     assert static["upper_open"] and static["upper"] == pytest.approx(1.0)
@@ -125,13 +123,13 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
 def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
     """Heights alone will do; `given` stays empty, since nobody knows the pair."""
     chosen = settings(search_simulations=40, duration_s=0.5)
-    swing = make_swing(mills["emax"], contacts["calibrated"], DEM, 2 * BALL, chosen)
+    swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     path = tmp_path / "track.tsv"
     simulate_track(swing, chosen)[["time_s", "height_mm"]].to_csv(path, sep="\t", index=False)
-    whole = CalibrationConfig(drop_test={"heights_mm": [10, 20]}, oscillation=chosen)
     test = ExperimentConfig(name="mine", contact="calibrated", track=str(path))
     mill = mills["emax"]
-    tables = fit_experiment(test, {"mill": mill, "track_mill": mill}, contacts["calibrated"], DEM, whole)
+    own = (contacts["calibrated"], RAYLEIGH_FRACTION_MAX, chosen, 0.95)
+    tables = fit_experiment(test, {"mill": mill, "track_mill": mill}, *own)
     assert list(tables["track"].columns) == ["time_s", "height_mm"]
     assert tables["fit"]["given"].isna().all() and set(tables["fit"]["source"]) == {"measured"}
     assert tables["fit"]["rms_mm"].iloc[0] < 0.5
@@ -140,4 +138,4 @@ def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
 
 def test_a_ball_that_does_not_fit_is_refused_in_one_line(mills, contacts):
     with pytest.raises(ConfigError, match=r"emax\.yaml: a ball of 60 mm does not fit"):
-        make_swing(mills["emax"], contacts["calibrated"], DEM, 0.06, settings())
+        make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 0.06, settings())

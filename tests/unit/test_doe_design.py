@@ -160,7 +160,7 @@ def test_a_full_factorial_of_any_levels_has_no_aliases():
 
 def test_as_designed_only_the_three_pairs_share_two_degrees_of_freedom():
     config = settings()
-    table = confounding_table(config, read_runs(SCREENING, config))
+    table = confounding_table(config, read_runs(SCREENING, config.factors))
     shared = table[table["shared_as_designed"] > 0]
     assert list(zip(shared["effect"], shared["with"], strict=True)) == [("A:B", "C:D"), ("A:C", "B:D"), ("A:D", "B:C")]
     assert shared["shared_as_designed"].tolist() == pytest.approx([2, 2, 2])
@@ -170,7 +170,7 @@ def test_as_designed_only_the_three_pairs_share_two_degrees_of_freedom():
 
 def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():
     config = settings()
-    audit = audit_table(config, read_runs(SCREENING, config))
+    audit = audit_table(config, read_runs(SCREENING, config.factors))
     wrong = audit[audit["check"].str.startswith("generator") & (audit["departs"] == "yes")]
     assert wrong["subject"].tolist() == ["case 4"]
     assert wrong["found"].item() == "D = 0 (speed_rpm 600)"
@@ -227,14 +227,14 @@ def with_cell(row: int, column: str, value: str):
 def test_bad_tables_are_refused_in_one_line(tmp_path, change, words):
     path = edited(tmp_path, change)
     with pytest.raises(ConfigError) as caught:
-        read_runs(path, settings())
+        read_runs(path, settings().factors)
     text = str(caught.value)
     assert "\n" not in text
     assert all(word in text for word in [path, *words])
 
 
 def test_runs_may_lack_the_treatment_code(tmp_path):
-    runs = read_runs(edited(tmp_path, lambda frame: frame.drop(columns="treatment")), settings())
+    runs = read_runs(edited(tmp_path, lambda frame: frame.drop(columns="treatment")), settings().factors)
     assert "treatment" not in runs
     assert len(runs) == 27
 

@@ -308,4 +308,4 @@ def test_an_unknown_name_is_refused_with_the_known_ones(tmp_path):
     table.loc[2, "a"] = "glass"
     table.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
     with pytest.raises(ConfigError, match=r"column a, case 3 = 'glass'.*steel, zirconia, tungsten carbide"):
-        read_runs(str(tmp_path / "runs.tsv"), config)
+        read_runs(str(tmp_path / "runs.tsv"), config.factors)

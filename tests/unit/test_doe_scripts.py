@@ -1,6 +1,7 @@
 """The rules' scripts of chapter 2 from tables to claims, for the thesis and for another design."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -46,13 +47,14 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
         f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
     }
     outputs["pareto"] = str(doe / "pareto.tsv")
-    plot_variance.main(printed, corrected, analysis["residuals"], str(CLAIMS), outputs, config)
+    plot_variance.main(printed, corrected, analysis["residuals"], str(CLAIMS), outputs, config.factors)
     return departures
 
 
 def run_wet_lab(results: Path, config: DoeConfig) -> None:
-    tables = [str(results / "doe" / f"{name}.tsv") for name in ("half_life", "wear", "powder")]
-    compute_wet_lab.main(str(SCREENING), str(ROOT / "config/data/wear.tsv"), *tables, config)
+    output = SimpleNamespace(**{name: results / f"doe/{name}.tsv" for name in ("half_life", "wear", "powder")})
+    own = (config.factors, config.half_life, config.powder, config.chemistry, config.gas)
+    compute_wet_lab.main(str(SCREENING), str(ROOT / "config/data/wear.tsv"), output, *own)
 
 
 def verdicts(results: Path) -> dict[str, str]:
@@ -103,7 +105,9 @@ def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path):
 def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(thesis, tmp_path):
     for figure in settings().interactions:
         svg, png = tmp_path / f"{figure.name}.svg", tmp_path / f"{figure.name}.png"
-        plot_interactions.main(str(thesis / "doe/interactions.tsv"), str(svg), str(png), figure.name, settings())
+        plot_interactions.main(
+            str(thesis / "doe/interactions.tsv"), str(svg), str(png), figure.name, settings().factors
+        )
         text = svg.read_text()
         # Text is kept as text: both factors' labels, with their units, can be read in the file.
         for symbol in figure.panels[0]:

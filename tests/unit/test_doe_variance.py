@@ -46,7 +46,7 @@ def config() -> DoeConfig:
 
 @pytest.fixture(scope="module")
 def runs(config) -> pd.DataFrame:
-    return read_runs(SCREENING, config)
+    return read_runs(SCREENING, config.factors)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ BORATE, HYDRIDE = CHEMISTRY.limiting, CHEMISTRY.reductant
 def test_half_life_is_10_2_hours_at_298_kelvin_and_10_1_at_25_degrees():
     assert f"{half_life(11, 298) / 3600:.1f}" == "10.2"
     assert f"{half_life(11, 298.15) / 3600:.1f}" == "10.1"
-    table = half_life_table(settings())
+    table = half_life_table(settings().half_life)
     assert table["half_life_h"][0] == pytest.approx(half_life(11, 298) / 3600)
 
 
@@ -79,7 +79,9 @@ def test_reactant_masses_have_the_powder_mass_and_the_molar_ratio():
 
 
 def test_the_reference_case_of_chapter_4_is_charged_with_1_1_grams_of_borate():
-    table = powder_table(settings(), read_runs(SCREENING, settings())).set_index("case")
+    own = settings()
+    runs = read_runs(SCREENING, own.factors)
+    table = powder_table(runs, own.powder, own.chemistry, own.gas).set_index("case")
     # Table 4.4 prints 1.10 g for ball-to-powder ratio 30 and molar ratio 10.
     assert table.loc["14", "limiting_mass_g"] == pytest.approx(1.10, rel=0.015)
     assert table.loc["14", "powder_mass_g"] == pytest.approx(97.06 / 30)

@@ -42,16 +42,20 @@ def results(tmp_path_factory) -> Path:
     stage = root / "fingerprint"
     names = ("descriptors", "counting_rules", "cycles", "densities", "table_3_5")
     described = outputs(stage, **{name: f"{name}.tsv" for name in names})
-    tabulate_descriptors.main(paths, str(DATA / "published.tsv"), described, "emax", settings)
+    tabulate_descriptors.main(
+        paths, str(DATA / "published.tsv"), described, "emax", settings.counting_rule, settings.cycle_fill_ratio
+    )
     fingerprints = {}
     for contact in CONTACTS:
         names = {name: f"{name}_{contact}.tsv" for name in ("means", "curves", "coverage")}
         files = outputs(stage, **names, fingerprint=f"fingerprint_{contact}.json")
-        fit_master_curves.main(described.descriptors, files, "emax", contact, VOLUME, settings)
+        fit_master_curves.main(
+            described.descriptors, files, "emax", contact, VOLUME, settings.interval, settings.smooth_points
+        )
         fingerprints[contact] = files.fingerprint
     scaling = outputs(stage, **{name: f"{name}.tsv" for name in ("collapse", "universal", "exponents", "zones")})
     inputs = SimpleNamespace(**vars(described), fingerprints=list(fingerprints.values()))
-    measure_scaling.main(inputs, scaling, "emax", CONTACTS, settings)
+    measure_scaling.main(inputs, scaling, "emax", CONTACTS, settings.interval)
     answers = outputs(stage, inverse="inverse.tsv", ranked="inverse_ranked.tsv")
     invert_master_curves.main(fingerprints, str(DATA / "published.tsv"), answers, settings.inverse)
     names = ["table_4_2", "table_4_3", "table_4_4", "table_4_5", "slopes", "design"]

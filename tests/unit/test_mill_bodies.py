@@ -34,7 +34,7 @@ ROD = {"kind": "cylinder", "radius_mm": 3, "height_mm": 60, "facets": 12}
 
 def mill(geometry=TANK, motion=None, inserts=(), **changes) -> MillConfig:
     content = {
-        "name": "made", "title": "made", "source": "made", "volume_ml": 700, "geometry": geometry,
+        "name": "made", "title": "made", "source": "made", "volume_ml": 783, "geometry": geometry,
         "motion": motion or {"kind": "rest"}, "inserts": list(inserts),
     }  # fmt: skip
     return check_model({**content, **changes}, MillConfig, "made.yaml")

@@ -5,7 +5,6 @@ import time
 import pytest
 import yaml
 
-from millprint.config.surrogate import RollOutConfig
 from millprint.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
 from tests.unit.surrogate_samples import CONTACTS, simulate, write_run
 from tests.unit.test_surrogate_scene import ROOT
@@ -34,12 +33,10 @@ def test_seconds_are_those_of_a_batch_and_of_its_share():
 
 
 def test_thresholds_of_smaller_balls_are_at_the_same_gaps():
-    settings = RollOutConfig(snap_back_m=-0.0049, length_s=1, frame_interval_s=1e-3)
-    rule, own = scaled_thresholds(CONTACTS, settings, 0.0025, 0.005)
-    assert rule.wall_threshold_m == pytest.approx(-0.0027) and own.snap_back_m == pytest.approx(-0.0024)
+    rule, snap_back_m = scaled_thresholds(CONTACTS, -0.0049, 0.0025, 0.005)
+    assert rule.wall_threshold_m == pytest.approx(-0.0027) and snap_back_m == pytest.approx(-0.0024)
     assert rule.ball_threshold_m == CONTACTS.ball_threshold_m
-    never = settings.model_copy(update={"snap_back_m": None})
-    assert scaled_thresholds(CONTACTS, never, 0.0025, 0.005)[1].snap_back_m is None
+    assert scaled_thresholds(CONTACTS, None, 0.0025, 0.005)[1] is None
 
 
 def test_the_simulation_is_timed_anew(tmp_path):

@@ -36,13 +36,19 @@ def models(tmp_path_factory) -> dict[str, str]:
     return paths
 
 
+def how(level: float) -> tuple:
+    """What an answer depends on besides model and conditions: limits, training, folds, level of the intervals."""
+    config = settings()
+    return config.prediction, config.training, config.honest.conformal_folds, level
+
+
 @pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
 def test_every_kind_of_model_answers_with_its_interval(models, kind):
     rows, _ = parts()
-    table = answer(models[kind], rows, settings(), 0.8)
+    table = answer(models[kind], rows, *how(0.8))
     assert (table["interval"] == kind).all() and (table["warning"] == "").all()
     assert (table["lower_percent"] <= table["upper_percent"]).all()
-    wider = answer(models[kind], rows, settings(), 0.95)
+    wider = answer(models[kind], rows, *how(0.95))
     assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
 
 
@@ -53,12 +59,12 @@ def test_what_lies_outside_is_refused_and_says_where(models):
     asked.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
     # Both energies are within their ranges and their share is not: another fill ratio.
     asked.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
-    table = answer(models["mixture"], asked, settings(), 0.95)
+    table = answer(models["mixture"], asked, *how(0.95))
     assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
     assert table["warning"][1] == "bpr = 80 is outside 9.6 to 50.4"
     assert table["warning"][3].startswith("tangential_share = 0.5455 is outside")
     assert (table["interval"] == "").tolist() == [False, True, False, True]
-    told = answer(models["mixture"], asked, settings(), 0.95, extrapolate=True)
+    told = answer(models["mixture"], asked, *how(0.95), extrapolate=True)
     assert told["predicted_percent"].notna().all() and told["warning"].tolist() == table["warning"].tolist()
 
 
@@ -100,5 +106,5 @@ def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"
     write_table(rows.assign(note="x"), table)
-    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), settings(), 0.9, False) == 0
+    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), *how(0.9), False) == 0
     assert list(pd.read_csv(tmp_path / "out.tsv", sep="\t"))[:7] == ["case", *CONDITIONS]

@@ -71,7 +71,7 @@ def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, told):
     table = tmp_path / "screening.tsv"
     table.write_text(text.replace(old, new))
     with pytest.raises(ConfigError) as caught:
-        read_parts(str(table), str(SPLIT), doe_settings())
+        read_parts(str(table), str(SPLIT), doe_settings().factors)
     assert told in str(caught.value) and "\n" not in str(caught.value) and str(table) in str(caught.value)
 
 
@@ -90,7 +90,7 @@ def test_bad_split_is_refused_in_one_line(tmp_path, old, new, told):
     split = tmp_path / "split.tsv"
     split.write_text(SPLIT.read_text().replace(old, new))
     with pytest.raises(ConfigError) as caught:
-        read_parts(str(SCREENING), str(split), doe_settings())
+        read_parts(str(SCREENING), str(split), doe_settings().factors)
     assert told in str(caught.value) and "\n" not in str(caught.value)
 
 

@@ -85,7 +85,7 @@ def run_chapter(results: Path, screening: Path) -> Path:
     """Everything of chapter 5 at a small budget; held-out predictions of two models stand for all, to save time."""
     config, folder = settings(), results / "yield"
     train, test = str(folder / "train.tsv"), str(folder / "test.tsv")
-    split_screening.main(str(screening), str(SPLIT), train, test, doe_settings())
+    split_screening.main(str(screening), str(SPLIT), train, test, doe_settings().factors)
     models = []
     for model, strategy in MODELS:
         models.append(str(folder / f"models/{model}_{strategy}.json"))
@@ -108,9 +108,12 @@ def run_chapter(results: Path, screening: Path) -> Path:
             averaged=str(folder / "models/averaged_gpr_primary.json"),
             held_out=[predictions for predictions, _ in used],
             intervals=[intervals for _, intervals in used],
+            outside=config.out_of_domain,
         ),
         SimpleNamespace(**{name: folder / f"{name}.tsv" for name in TABLES}),
-        config,
+        config.training,
+        config.honest,
+        config.interval_level,
     )
     otherwise_models = []
     for model, strategy, choice in searched_again(config.searched_again):
@@ -130,15 +133,17 @@ def run_chapter(results: Path, screening: Path) -> Path:
 def follow_up(folder: Path, parts: list[str], config) -> None:
     """What comes after the evaluation: other regimes, the next experiments, predictions for new conditions."""
     regimes = SimpleNamespace(regimes=folder / "regimes.tsv", summary=folder / "regimes_summary.tsv")
-    leave_regimes_out.main(parts, str(REGIMES), regimes, MACHINE, config)
+    own = (config.training, config.honest, config.averaging, config.interval_level)
+    leave_regimes_out.main(parts, str(REGIMES), regimes, MACHINE, *own)
     proposals = str(folder / "next_experiments.tsv")
-    propose_experiments.main(parts, str(REGIMES), None, proposals, MACHINE, 125e-6, config)
+    propose_experiments.main(parts, str(REGIMES), None, proposals, MACHINE, 125e-6, config.proposals, config.averaging)
     searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
-    search_retrospectively.main(parts, searched, config)
+    search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
     try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
-        predict_yields.main(model, config.prediction.conditions, out, config, 0.95, False)
+        own = (config.prediction, config.training, config.honest.conformal_folds, 0.95, False)
+        predict_yields.main(model, config.prediction.conditions, out, *own)
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +199,7 @@ def test_another_split_and_another_seed_go_through(tmp_path):
     path, config = tmp_path / "split.tsv", settings()
     split.to_csv(path, sep="\t", index=False)
     train, test = str(tmp_path / "train.tsv"), str(tmp_path / "test.tsv")
-    split_screening.main(str(SCREENING), str(path), train, test, doe_settings())
+    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors)
     other = config.training.model_copy(update={"seed": 7})
     for seed, training in (("first", config.training), ("other", other)):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)

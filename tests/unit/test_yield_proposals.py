@@ -5,6 +5,8 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
 from millprint.config.proposals import RegionConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.regimes import read_regimes
@@ -28,6 +30,7 @@ from millprint.predict.structured import Process
 from tests.conftest import ROOT
 from tests.unit.yield_settings import all_runs, settings
 
+MILLS = ROOT / "config/mills"
 REGIMES = ROOT / "config/data/regimes.tsv"
 MACHINE = Machine(reference_speed=10.0, density=7700.0, amplitude=0.017, diameter=0.01)
 MILL = Mill(density=7700.0, amplitude=0.017, volume=125e-6)
@@ -40,6 +43,22 @@ REGION = {
     "ball_diameter_mm": [10],
 }
 SCALES = ("linear", "linear", "log", "log", "linear")
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_smooth"])
+def test_the_amplitude_of_the_emax_is_its_own_to_the_last_bit(name):
+    """Half the longest way of a wall is the A of a circle: what the thesis's yield models were always told."""
+    mill = load_named(MILLS, name, MillConfig, "mill")
+    machine = Machine.of_mill(mill, reference_speed=10.0, density=7700.0, diameter=0.01)
+    assert machine == Machine(10.0, 7700.0, 17 * 1e-3, 0.01)
+    assert machine == MACHINE
+
+
+def test_a_mill_without_an_amplitude_of_its_own_has_that_of_its_walls():
+    planetary = load_named(MILLS, "planetary", MillConfig, "mill")
+    machine = Machine.of_mill(planetary, reference_speed=5.0, density=7700.0, diameter=0.01)
+    # The wall goes as far as the sun wheel's radius and the jar's.
+    assert machine.amplitude == pytest.approx((70.5 + 37.5) * 1e-3, rel=1e-3)
 
 
 def conditions() -> pd.DataFrame:

@@ -55,4 +55,4 @@ def all_runs() -> pd.DataFrame:
 
 def parts() -> tuple[pd.DataFrame, pd.DataFrame]:
     """The training and test rows of the locked split."""
-    return read_parts(str(SCREENING), str(SPLIT), doe_settings())
+    return read_parts(str(SCREENING), str(SPLIT), doe_settings().factors)

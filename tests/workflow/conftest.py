@@ -9,6 +9,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+# As `make smoke` and `make thesis` ask for it.
+REPORT = (
+    *("--report", "results/report/report.html", "--report-after-run"),
+    *("--report-stylesheet", "workflow/report/report.css"),
+)
 
 
 def copy_project(folder: Path) -> Path:
@@ -42,6 +47,12 @@ def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subpr
     )
 
 
+def ask_snakemake(folder: Path, *arguments: str, timeout: float = 180) -> subprocess.CompletedProcess:
+    """Run Snakemake with nothing but `arguments`, no --cores either; its two streams apart."""
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout)
+
+
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     return copy_project(tmp_path / "millprint")
@@ -51,6 +62,6 @@ def project(tmp_path: Path) -> Path:
 def smoke_project(tmp_path_factory) -> Path:
     """A clean copy in which the smoke workflow has run from nothing."""
     folder = copy_project(tmp_path_factory.mktemp("smoke") / "millprint")
-    done = run_snakemake(folder, "--configfile", "config/smoke.yaml", timeout=1200)
+    done = run_snakemake(folder, "--configfile", "config/smoke.yaml", *REPORT, timeout=1200)
     assert done.returncode == 0, done.stdout[-6000:]
     return folder

@@ -38,15 +38,28 @@ def refusal(project, monkeypatch):
     return read_line
 
 
-@pytest.mark.parametrize("key", ["time_stp_s", "rayleigh_fraction_max"])
+@pytest.mark.parametrize("key", ["time_stp_s", "rayleigh_fraction_max"], ids=["what it says", "what it means"])
 def test_snakemake_stops_before_any_job(project, key):
     edit_yaml(project / CONFIG, "dem", key, value=1e-4)
     done = run_snakemake(project)
     lines = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
     assert done.returncode == 1, done.stdout
     assert len(lines) == 1, done.stdout
+    assert "config/config.yaml: dem.time_st" in lines[0]
     assert "Traceback" not in done.stdout
     assert [path.name for path in (project / "results").iterdir()] == [".gitkeep"]
+    assert not list((project / ".snakemake/locks").glob("*"))
+
+
+def test_what_has_passed_is_not_checked_again(project):
+    target = "results/doe/design.tsv"
+    first, second = (run_snakemake(project, "--force", target).stdout for _ in range(2))
+    assert "checking geometry" in first and "checking geometry" not in second
+    table = project / "config/data/wear.tsv"
+    table.write_text(table.read_text().replace("97.06", "heavy", 1))
+    third = run_snakemake(project, "--force", target)
+    assert third.returncode == 1
+    assert "wear.tsv: column unused_mass_g" in third.stdout
 
 
 @pytest.mark.parametrize(
@@ -73,6 +86,9 @@ def test_snakemake_stops_before_any_job(project, key):
         (CONFIG, ("calibration", "oscillation", "experiments", 0, "track"), "t.tsv", ["t.tsv", "no such table"]),
         (CONFIG, ("calibration", "oscillation", "experiments", 0, "mill"), "emaks", ["emaks", "unknown mill"]),
         (CONFIG, ("data", "wear"), "config/data/no.tsv", ["config/data/no.tsv", "no such"]),
+        (CONFIG, ("doe", "chemistry", "limiting"), "nabo2", ["doe.chemistry.limiting", "'nabo2'", "NaBO2.4H2O"]),
+        (CONFIG, ("partition",), None, ["config.yaml", "partition is missing", "all of their sections, or none"]),
+        (CONFIG, ("sweep",), {"speeds_rpm": [600], "ball_diameters_mm": [10]}, ["sweep.fill_ratios", "missing"]),
         ("config/mills/emax.yaml", ("motion", "amplitude_mm"), -17, ["emax.yaml", "motion", "amplitude_mm", "-17"]),
         ("config/mills/emax.yaml", ("name",), "emaks", ["emax.yaml", "name", "emaks"]),
         ("config/contacts/steel.yaml", ("restitution",), 1.5, ["steel.yaml", "restitution", "1.5"]),

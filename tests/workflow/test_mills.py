@@ -74,7 +74,7 @@ def test_a_bad_sweep_of_a_mill_is_refused_in_one_line_that_names_its_file(projec
     described = yaml.safe_load(file.read_text())
     described["sweep"]["fill_ratios"] = [0.1, 0.2, 0.9]
     file.write_text(yaml.safe_dump(described))
-    done = run_snakemake(project, "fingerprint", "--config", "mill=mine", "-n")
+    done = run_snakemake(project, "fingerprint", "--config", "mill=mine")
     (line,) = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
     assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in line
     assert "Traceback" not in done.stdout

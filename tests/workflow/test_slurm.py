@@ -1,5 +1,6 @@
 """A part of the smoke workflow through a real SLURM; skipped where no daemon answers (.ci/slurm starts one)."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -11,7 +12,7 @@ from millprint.files import read_json
 from tests.conftest import ROOT
 from tests.workflow.conftest import copy_project, run_snakemake
 
-PROFILE = "workflow/profiles/slurm"
+PROFILE = "profiles/slurm"
 # No accounting: what a site without one sets.
 SITE = ("--slurm-status-command", "squeue", "--slurm-no-account", "--latency-wait", "10")
 CASES = [f"results/dem/emax/calibrated/d10_f{fill}_n600_s0/summary.json" for fill in ("0.06", "0.10", "0.17")]
@@ -31,11 +32,11 @@ def test_the_profile_names_rules_that_there_are():
     profile = yaml.safe_load((ROOT / PROFILE / "config.yaml").read_text())
     text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
     rules = set(re.findall(r"^\s*(?:use rule \w+ as|rule) (\w+)", text, re.MULTILINE))
-    assert set(profile["set-resources"]) <= rules
+    assert set(profile["set-resources"]) | set(profile["set-threads"]) <= rules
     assert set(profile["groups"]) <= rules
     assert set(profile["group-components"]) == set(profile["groups"].values())
-    for own in profile["set-resources"].values():
-        assert own["mem_mb"] >= 500
+    # An explicit number in a rule would be stronger than that of the profile, and than a user's --retries.
+    assert profile["retries"] > 0 and "retries:" not in text
 
 
 def test_every_rule_of_the_cluster_is_measured():
@@ -59,8 +60,41 @@ def test_smoke_jobs_run_through_slurm(tmp_path):
     done = run_snakemake(project, *arguments, timeout=1500)
     assert done.returncode == 0, done.stdout[-4000:]
     submitted = re.findall(r"submitted with SLURM jobid (\d+)", done.stdout)
-    # The kernels, the simulations as one job, the yield models as one job.
+    # The kernels, the simulations as one job, the yield models as one job; the node has two cores.
     assert len(submitted) == 3, done.stdout
     assert "Group job simulations" in done.stdout
     assert all(abs(read_json(project / case)["closure"]) < 0.005 for case in CASES)
     assert "Nothing to be done" in run_snakemake(project, *arguments).stdout
+
+
+LONG_RUN = """
+name: long
+mill: emax
+results: results
+dem: {restart_interval_s: 5}
+sweeps:
+  - {name: long, contacts: [calibrated], ball_diameters_mm: [10], fill_ratios: [0.1], speeds_rpm: [600], seeds: [0],
+     settle_s: 0.1, discard_s: 0.1, window_s: 240}
+"""
+
+
+@pytest.mark.skipif("MILLPRINT_SLURM" not in os.environ, reason="takes five minutes: `make slurm` runs it")
+def test_a_simulation_that_is_killed_for_its_time_goes_on_in_its_second_attempt(tmp_path):
+    place = partition()
+    assert place is not None, "no SLURM daemon answers `sinfo` with a node: `sudo .ci/slurm` starts one on this machine"
+    project = copy_project(tmp_path / "millprint")
+    (project / "config/config.yaml").write_text(LONG_RUN)
+    case = "results/dem/emax/calibrated/d10_f0.10_n600_s0"
+    done = run_snakemake(
+        project,
+        *("--profile", PROFILE, *SITE, "--default-resources", f"slurm_partition={place}", "runtime=30", "mem_mb=1000"),
+        # A minute for the first attempt, two for the second: SLURM counts in minutes.
+        *("--set-resources", "run_dem_case:runtime=attempt", "--", f"{case}/summary.json"),
+        timeout=1500,
+    )
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert "Trying to restart job" in done.stdout
+    log = (project / "results/logs/dem/emax/calibrated/d10_f0.10_n600_s0.log").read_text()
+    # The last attempt's log.
+    assert re.search(r"going on from", log), log
+    assert abs(read_json(project / case / "summary.json")["closure"]) < 0.005

@@ -13,6 +13,17 @@ from tests.workflow.conftest import ROOT, run_snakemake
 SMOKE = ("--configfile", "config/smoke.yaml")
 
 
+def rules_of(files: str) -> set[str]:
+    """Names of the rules in the files of workflow/rules that a pattern names."""
+    text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob(files))
+    return set(re.findall(r"^(?:use rule \w+ as |rule )(\w+)", text, re.MULTILINE))
+
+
+def planned_rules(plan: str) -> set[str]:
+    """Names of the rules in the table of planned jobs: a rule and how many of it."""
+    return set(re.findall(r"^(\w+) +\d+$", plan, re.MULTILINE)) - {"total"}
+
+
 @pytest.fixture(scope="module")
 def claims(smoke_project) -> pd.DataFrame:
     return pd.read_csv(smoke_project / "results/report/claims.tsv", sep="\t", dtype=str, keep_default_na=False)
@@ -86,11 +97,27 @@ def test_an_edit_of_the_yield_models_reruns_yield_and_report_only(smoke_project)
         plan = run_snakemake(smoke_project, *SMOKE, "-n").stdout
     finally:
         file.write_text(before)
-    # The table of planned jobs: a rule and how many of it.
-    rules = set(re.findall(r"^(\w+) +\d+$", plan, re.MULTILINE)) - {"total"}
-    yield_rules = set(
-        re.findall(r"^(?:use rule \w+ as |rule )(\w+)", (ROOT / "workflow/rules/yields.smk").read_text(), re.MULTILINE)
-    )
+    rules = planned_rules(plan)
+    yield_rules = rules_of("yields_*.smk")
     assert rules & yield_rules
-    report_rules = set(re.findall(r"^rule (\w+)", (ROOT / "workflow/rules/report.smk").read_text(), re.MULTILINE))
-    assert rules <= yield_rules | report_rules | {"all"}
+    report_rules = rules_of("report.smk")
+    assert rules <= yield_rules | report_rules | {"all", "everything"}
+
+
+@pytest.mark.parametrize(
+    ("change", "rerun"),
+    [
+        ("doe={half_life: {ph: 12}}", {"compute_wet_lab"}),
+        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_maps"}),
+        ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yield_trust"}),
+        (
+            "yields={honest: {level: 0.9}}",
+            {"evaluate_yield_models", "search_retrospectively", "plot_yield_models", "plot_yield_trust"},
+        ),
+        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_drop_test"}),
+    ],
+)
+def test_another_setting_reruns_what_uses_it_and_the_report_only(smoke_project, change, rerun):
+    plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", change).stdout
+    always = rules_of("report.smk") | {"all", "everything"}
+    assert planned_rules(plan) - always == rerun, plan[-3000:]

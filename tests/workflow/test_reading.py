@@ -1,0 +1,140 @@
+"""Commands that only look change no file, also beside a damaged result and the lock of a run that was killed."""
+
+import hashlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from millprint.liveness import RUN_VARIABLE
+from tests.workflow.conftest import ask_snakemake, copy_project, run_snakemake
+
+CONFIGURATION = ("--configfile", "config/smoke.yaml")
+RESULT = "results/doe/anova_printed.tsv"
+# Made of it, and shown in the report.
+REPORTED = "results/doe/pareto.svg"
+# Snakemake's own: its logs, and what it remembers of a dry run for the next start.
+OWN = (".snakemake/log", ".snakemake/iocache")
+
+
+def state_of(project: Path) -> dict[str, tuple[int, str]]:
+    """Every file with its date and digest."""
+    files = (path for path in sorted(project.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
+    names = {str(path.relative_to(project)): path for path in files}
+    return {
+        name: (path.stat().st_mtime_ns, hashlib.sha256(path.read_bytes()).hexdigest())
+        for name, path in names.items()
+        if not name.startswith(OWN)
+    }
+
+
+@pytest.fixture(scope="module")
+def disturbed(tmp_path_factory) -> Path:
+    """A project with a result that was changed, and with what a killed run left."""
+    project = copy_project(tmp_path_factory.mktemp("reading") / "millprint")
+    done = run_snakemake(project, *CONFIGURATION, "--", RESULT, REPORTED, timeout=600)
+    assert done.returncode == 0, done.stdout[-4000:]
+    with (project / RESULT).open("a") as file:
+        file.write("a line more\n")
+    session = subprocess.Popen(
+        [sys.executable, "-m", "snakemake", "--cores", "1", *CONFIGURATION, "--", "results/dem/kernels.json"],
+        cwd=project,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    log = project / "results/logs/dem/compile_kernels.log"
+    end = time.monotonic() + 120
+    while not log.exists():
+        assert session.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.1)
+    os.killpg(session.pid, signal.SIGKILL)
+    session.wait()
+    assert list((project / ".snakemake/locks").iterdir())
+    assert list((project / ".snakemake/millprint/runs").iterdir())
+    # Its jobs end with it, within a second.
+    time.sleep(2)
+    return project
+
+
+COMMANDS = {
+    "dry run": ["-n", RESULT],
+    "dry run of everything": ["-n"],
+    "lint": ["--lint"],
+    "rules": ["--list-rules"],
+    "targets": ["--list-target-rules"],
+    "summary": ["--summary"],
+    "detailed summary": ["--detailed-summary"],
+    "dag": ["--dag"],
+    "rulegraph": ["--rulegraph"],
+    "filegraph": ["--filegraph"],
+    "deletion": ["--delete-all-output", "-n", RESULT],
+    "report": ["--report", "report.html", REPORTED],
+    "dry run on a cluster": ["-n", "--profile", "profiles/slurm", RESULT],
+    "dry run by an executor": ["-n", "--executor", "slurm", "--jobs", "2", RESULT],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
+def test_a_command_that_looks_changes_no_file_and_needs_no_cores(disturbed, command):
+    before = state_of(disturbed)
+    done = ask_snakemake(disturbed, *CONFIGURATION, *command)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert "Traceback" not in done.stderr
+    # What --report is asked for.
+    (disturbed / "report.html").unlink(missing_ok=True)
+    assert state_of(disturbed) == before
+    assert "found:" not in done.stdout + done.stderr
+
+
+def test_a_run_and_a_touch_stop_at_a_lock_and_change_nothing(disturbed):
+    before = state_of(disturbed)
+    for command in (["--touch", "--cores", "1"], ["--cores", "1"]):
+        done = ask_snakemake(disturbed, *CONFIGURATION, *command, "--force", "results/dem/kernels.json")
+        assert done.returncode == 1
+        assert "cannot be locked" in done.stderr
+        assert state_of(disturbed) == before
+
+
+@pytest.mark.parametrize(("mode", "status"), [("remote", 0), ("subprocess", 143)])
+def test_a_job_of_a_queue_outlives_the_run_that_submitted_it_and_no_other_job_does(
+    disturbed, monkeypatch, mode, status
+):
+    """As an executor starts a job: --mode remote on a node of a cluster, which may be this machine."""
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    monkeypatch.setenv(RUN_VARIABLE, f"{socket.gethostname()} {ended.pid} {time.time()}")
+    target = ("--", "results/doe/half_life.tsv")
+    done = run_snakemake(disturbed, *CONFIGURATION, "--mode", mode, "--nolock", "--force", *target)
+    assert done.returncode == status, done.stdout[-4000:]
+    assert ("has ended, and with it this job" in done.stdout) == (mode == "subprocess")
+
+
+def test_unlocking_removes_the_lock_and_changes_nothing_else(disturbed):
+    before = state_of(disturbed)
+    done = ask_snakemake(disturbed, *CONFIGURATION, "--unlock")
+    assert done.returncode == 0, done.stderr[-4000:]
+    after = state_of(disturbed)
+    assert after == {name: state for name, state in before.items() if not name.startswith(".snakemake/locks")}
+    assert after != before
+
+
+def test_what_asks_for_a_lock_or_forgets_metadata_changes_no_result(disturbed):
+    ask_snakemake(disturbed, *CONFIGURATION, "--unlock")
+    before = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
+    commands = (["--containerize"], ["--cleanup-metadata", RESULT], ["--touch", "--cores", "1", "--", RESULT])
+    for command in commands:
+        done = ask_snakemake(disturbed, *CONFIGURATION, *command)
+        # Snakemake itself asks conda for an image's channels, where there is one to ask.
+        assert done.returncode == 0 or "Error running conda info" in done.stderr, done.stderr[-2000:]
+        after = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
+        # A touch changes dates, as its name says, and no content.
+        contents = [{name: content for name, (_, content) in state.items()} for state in (before, after)]
+        assert contents[0] == contents[1]
+        assert after == before or command[0] == "--touch"

@@ -1,0 +1,146 @@
+"""The workflow as Snakemake offers it: read with little, from another folder, as a module, asked for unknown names."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_project
+
+# What reading the Snakefile may import: what Snakemake brings, pydantic and yaml. Nothing of these.
+HEAVY = "numpy pandas scipy numba h5py trimesh molmass matplotlib statsmodels sklearn xgboost shap torch vtk tqdm"
+
+
+def test_reading_the_snakefile_imports_little(project):
+    """Snakemake in a process in which the library cannot import what the jobs need; Snakemake's plugins may."""
+    blocked = f"""
+import builtins, sys
+plain = builtins.__import__
+def checked(name, globals=None, *others, **named):
+    importer = (globals or {{}}).get("__name__") or ""
+    if importer.split(".")[0] == "millprint" and name.split(".")[0] in {HEAVY.split()!r}:
+        raise ModuleNotFoundError(f"reading the Snakefile imports {{name}} in {{importer}}", name=name)
+    return plain(name, globals, *others, **named)
+builtins.__import__ = checked
+from snakemake.cli import main
+main(sys.argv[1:])
+"""
+    for arguments in (["-n", "--quiet", "all"], ["--summary"], ["-n", "--configfile", "config/smoke.yaml"]):
+        done = subprocess.run(
+            [sys.executable, "-c", blocked, *arguments], cwd=project, capture_output=True, text=True, timeout=180
+        )
+        assert done.returncode == 0, done.stderr[-3000:]
+
+
+@pytest.mark.parametrize(
+    ("target", "parts"),
+    [
+        ("results/mills/nosuch/fingerprint.pdf", ["unknown mill 'nosuch'", "planetary"]),
+        ("results/dem/nosuch/calibrated/d10_f0.10_n600_s0/summary.json", ["unknown mill 'nosuch'"]),
+        ("results/dem/emax/calibrated/foo/summary.json", ["results/dem/emax/calibrated/foo", "no such case"]),
+    ],
+)
+def test_an_unknown_name_is_refused_in_one_line(project, target, parts):
+    done = ask_snakemake(project, "-n", target)
+    (line,) = [line for line in done.stderr.splitlines() if "error" in line.lower()]
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert all(part in line for part in parts), line
+
+
+MODULE = """
+config = {{
+    "mill": "mine",
+    "contacts": ["calibrated"],
+    "sweep": {{"speeds_rpm": [300, 500], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3]}},
+    "results": "milling",
+}}
+
+
+module millprint:
+    snakefile: {snakefile}
+    config: config
+
+
+use rule * from millprint as mill_*
+
+
+rule all:
+    input:
+        "milling/mills/mine/geometry.png",
+    default_target: True
+"""
+
+
+def as_a_clone(tmp_path, monkeypatch) -> str:
+    return repr(str(ROOT / "workflow/Snakefile"))
+
+
+def as_a_remote_repository(tmp_path, monkeypatch) -> str:
+    """As from GitHub, whose address git is told to find on this machine."""
+    clone = copy_project(tmp_path / "remote")
+    for command in (
+        ["init", "-q"],
+        ["add", "."],
+        ["-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qm", "all"],
+    ):
+        subprocess.run(["git", *command], cwd=clone, check=True)
+    subprocess.run(["git", "tag", "v1"], cwd=clone, check=True)
+    settings = tmp_path / "gitconfig"
+    settings.write_text(f'[url "file://{clone}"]\n\tinsteadOf = https://github.com/someone/millprint\n')
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(settings))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    # The library is installed beside Snakemake.
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "scripts"))
+    return 'github("someone/millprint", path="workflow/Snakefile", tag="v1")'
+
+
+@pytest.mark.parametrize("source", [as_a_clone, as_a_remote_repository])
+def test_another_workflow_uses_this_one_as_a_module(tmp_path, monkeypatch, source):
+    mill = (ROOT / "config/mills/planetary.yaml").read_text().replace("name: planetary", "name: mine")
+    folder = tmp_path / "project"
+    (folder / "config/mills").mkdir(parents=True)
+    (folder / "config/mills/mine.yaml").write_text(mill)
+    (folder / "Snakefile").write_text(MODULE.format(snakefile=source(tmp_path, monkeypatch)))
+    plan = ask_snakemake(folder, "-n", "mill_fingerprint")
+    assert plan.returncode == 0, plan.stderr[-3000:]
+    jobs = dict(re.findall(r"^(\w+) +(\d+)$", plan.stdout + plan.stderr, re.MULTILINE))
+    # Two speeds, one ball, three fill ratios.
+    assert jobs["mill_run_dem_case"] == "6" and jobs["mill_describe_mill"] == "1"
+    done = ask_snakemake(folder, "--cores", "2")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (folder / "milling/mills/mine/geometry.png").stat().st_size > 0
+    assert not (folder / "results").exists()
+
+
+TWENTY_LINES = """
+mill: planetary
+contacts: [calibrated]
+sweep:
+  speeds_rpm: [300]
+  ball_diameters_mm: [10]
+  fill_ratios: [0.1, 0.2, 0.3]
+  seeds: [0, 1]
+results: milling
+"""
+
+
+def test_a_folder_of_ones_own_needs_a_short_configuration_alone(tmp_path):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text(TWENTY_LINES)
+    arguments = ("--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(tmp_path))
+    plan = ask_snakemake(ROOT, *arguments, "-n")
+    assert plan.returncode == 0, plan.stderr[-3000:]
+    jobs = dict(re.findall(r"^(\w+) +(\d+)$", plan.stdout + plan.stderr, re.MULTILINE))
+    assert jobs["run_dem_case"] == "6" and "train_yield_model" not in jobs
+    done = ask_snakemake(ROOT, *arguments, "--cores", "1", "milling/mills/planetary/motion.png")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (tmp_path / "milling/mills/planetary/motion.png").stat().st_size > 0
+
+
+def test_the_thesis_runs_in_another_folder(tmp_path):
+    arguments = ("--snakefile", str(ROOT / "Snakefile"), "--directory", str(tmp_path))
+    done = ask_snakemake(ROOT, *arguments, "--cores", "1", "results/doe/design.tsv")
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (tmp_path / "results/doe/design.tsv").stat().st_size > 0
