@@ -114,11 +114,6 @@ def outlive_run() -> None:
     os.environ.pop(RUN_VARIABLE, None)
 
 
-def is_within_run() -> bool:
-    """Whether a run started this process: one of its jobs, or a Snakemake within one."""
-    return RUN_VARIABLE in os.environ
-
-
 def _lives(pid: int, before: float, after: float = 0.0) -> bool:
     """Whether a process of that number lives that was started between two times [s since 1970]."""
     try:
