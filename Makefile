@@ -37,15 +37,17 @@ ablations: $(VENV)/installed
 verify: $(VENV)/installed
 	$(VERIFY) $(RESULTS) -- --cores $(CORES) $(ARGS)
 
-# Both parts at once: each has long stretches that need one core only.
+# Both parts at once: each has long stretches that need one core only. Those of bad input go
+# with the library's, so that the two take about as long.
+BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_more_bad_input.py test_fuzz.py)
 test: $(VENV)/installed lint
 	$(MAKE) --jobs=2 test-library test-workflow
 
 test-library: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics $(BAD_INPUT)
 
 test-workflow: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(BAD_INPUT))
 
 # Thousands of damaged files, and as many kills as one likes; `make test` has some hundred of the ones, twenty of the others.
 fuzz: $(VENV)/installed
