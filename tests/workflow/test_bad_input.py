@@ -51,6 +51,14 @@ def test_snakemake_stops_before_any_job(project, key):
     assert not list((project / ".snakemake/locks").glob("*"))
 
 
+@pytest.mark.parametrize("fault", ["dem: {time_stp_s: 1.0e-6}", "dem: {rayleigh_fraction_max: 1.0e-4}"])
+def test_a_refusal_names_the_file_that_lies_on_top(project, fault):
+    (project / "mine.yaml").write_text(fault)
+    done = run_snakemake(project, "--configfile", "mine.yaml")
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
+    assert "/mine.yaml: dem." in line
+
+
 def test_what_has_passed_is_not_checked_again(project):
     target = "results/doe/design.tsv"
     first, second = (run_snakemake(project, "--force", target).stdout for _ in range(2))

@@ -5,7 +5,8 @@ from millprint.config.sweep import expand_sweep
 from millprint.digest import library_digest
 from millprint.fingerprint.chosen_cases import has_chapters
 
-CONFIG_FILES = [str(file) for file in dict.fromkeys([*workflow.configfiles, *workflow.overwrite_configfiles])]
+# In the order in which they lie over each other: those of --configfile are on top, and Snakemake names them first as well.
+CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
 with stop_on_bad_input():
     # Snakemake's own reader takes the last of two equal keys, and any number of aliases.
