@@ -40,7 +40,7 @@ def kernel_files() -> list[Path]:
     files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py"), *PACKAGE.glob("surrogate/contact/*.py")]
     makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
     kernels = [file for file in files if makers.search(file.read_text())]
-    return sorted({Path(__file__), PACKAGE / "dem" / "state.py", *kernels})
+    return sorted({Path(__file__), PACKAGE / "dem" / "state.py", PACKAGE / "surrogate/contact/scratch.py", *kernels})
 
 
 def kernel_digest() -> str:

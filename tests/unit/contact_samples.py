@@ -6,7 +6,7 @@ import torch
 from millprint.config.contact_surrogate import CoarseConfig, ContactTrainingConfig, PredictorConfig, TraceConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
-from millprint.surrogate.contact.arena import Arena, Settled
+from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState
 from millprint.surrogate.contact.dataset import open_tracer
 from millprint.surrogate.contact.network import Predictor
 from millprint.surrogate.contact.tracer import Tracer
@@ -40,8 +40,10 @@ def random_network(seed: int = 0, size: float = 0.1) -> Predictor:
     return model
 
 
-def in_mid_air(arena: Arena, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> Settled:
+def in_mid_air(
+    coarse: CoarseSimulation, position: np.ndarray, velocity: np.ndarray, angular_velocity: np.ndarray
+) -> SavedState:
     """Balls without contacts, before the mill starts; `position` in the jar's frame."""
-    position = position + arena.bodies[0].motion.position(-1.0)
+    position = position + coarse.bodies[0].motion.position(-1.0)
     none = np.zeros(0, dtype=np.int64)
-    return Settled(position, np.hstack([velocity, spin]), none, none, np.zeros((0, 14)), -1_000_000)
+    return SavedState(position, np.hstack([velocity, angular_velocity]), none, none, np.zeros((0, 14)), -1_000_000)

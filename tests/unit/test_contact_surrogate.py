@@ -10,13 +10,13 @@ from millprint.dem import lanes, state
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
 from millprint.surrogate.checkpoint import read_checkpoint
 from millprint.surrogate.contact import pair, samples
-from millprint.surrogate.contact.arena import Arena, coarse_step
+from millprint.surrogate.contact.coarse import CoarseSimulation, coarse_step
 from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
 from millprint.surrogate.contact.judge import judged, reached
+from millprint.surrogate.contact.scratch import make_weights, no_weights
 from millprint.surrogate.contact.step import gather_all, predict
 from millprint.surrogate.contact.store import is_ensemble, read_ensemble, write_ensemble
 from millprint.surrogate.contact.training import ContactTrainer, batch_of
-from millprint.surrogate.contact.weights import make_weights, no_weights
 from tests.unit.contact_samples import COARSE, NETWORK, TRACE, TRAINING, in_mid_air, random_network, tiny_tracer
 
 RADIUS = TRACE.ball_diameter_mm / 2e3
@@ -33,11 +33,11 @@ def followed(tracer) -> Samples:
     return follow(tracer, TRACE)
 
 
-def small_arena(balls: int) -> Arena:
+def small_simulation(balls: int) -> CoarseSimulation:
     step = coarse_step(TINY_CONTACT, RADIUS, COARSE.rayleigh_multiple, 1e-3)
-    arena = Arena(TINY_MILL, TINY_CONTACT, TRACE.speed_rpm, RADIUS, balls, step, COARSE.substeps)
-    arena.weights = make_weights(random_network().arrays())
-    return arena
+    coarse = CoarseSimulation(TINY_MILL, TINY_CONTACT, TRACE.speed_rpm, RADIUS, balls, step, COARSE.substeps)
+    coarse.weights = make_weights(random_network().arrays())
+    return coarse
 
 
 def some_states(followed: Samples, count: int) -> list[torch.Tensor]:
@@ -52,9 +52,16 @@ def test_what_is_expected_turns_with_the_jar(followed, reflect):
     turn = Rotation.random(random_state=3).as_matrix() * (-1 if reflect else 1)
     matrix, sign = torch.from_numpy(turn), np.sign(np.linalg.det(turn))
     turned = rows.clone()
-    for column in (samples.AWAY, samples.VELOCITY, samples.FORCE, samples.BASE, samples.SPIN, samples.OTHER_SPIN):
+    for column in (
+        samples.AWAY,
+        samples.VELOCITY,
+        samples.FORCE,
+        samples.BASE,
+        samples.ANGULAR_VELOCITY,
+        samples.OTHER_ANGULAR_VELOCITY,
+    ):
         # Angular velocities are axial: they keep their sense where space is mirrored.
-        axial = column in (samples.SPIN, samples.OTHER_SPIN)
+        axial = column in (samples.ANGULAR_VELOCITY, samples.OTHER_ANGULAR_VELOCITY)
         turned[:, column : column + 3] = rows[:, column : column + 3] @ matrix.T * (sign if axial else 1)
     model = random_network().double()
     _, turned_graph = batch_of([turned])
@@ -73,7 +80,7 @@ def test_exchanging_the_partners_turns_the_force_round(followed):
     for column in (samples.AWAY, samples.VELOCITY, samples.FORCE):
         swapped[pairs, column : column + 3] *= -1
     for one, other, width in (
-        (samples.SPIN, samples.OTHER_SPIN, 3), (samples.ARM, samples.OTHER_ARM, 1),
+        (samples.ANGULAR_VELOCITY, samples.OTHER_ANGULAR_VELOCITY, 3), (samples.ARM, samples.OTHER_ARM, 1),
         (samples.INVERSE_MASS, samples.OTHER_INVERSE_MASS, 1),
         (samples.INVERSE_INERTIA, samples.OTHER_INVERSE_INERTIA, 1),
     ):  # fmt: skip
@@ -89,37 +96,38 @@ def test_exchanging_the_partners_turns_the_force_round(followed):
 
 
 def test_kernel_and_torch_expect_the_same(tracer):
-    begin, arena = tracer.settled(), tracer.arena
-    rows = np.zeros((2000, samples.COLUMNS))
+    begin, coarse = tracer.saved(), tracer.coarse
+    rows = np.zeros((2000, samples.SAMPLE_COLUMNS))
     count = tracer._sample_once(rows)
     model = random_network(size=0.2)
     _, graph = batch_of([torch.from_numpy(rows[:count].astype(np.float32))])
     mean, tilt = (value.detach().numpy() for value in model(graph)[-1])
-    arena.weights = make_weights(model.arrays())
-    arena.load(begin)
-    groups = arena.groups
-    gather_all(*groups[:6], arena.coarse, *groups[6:], begin.step * arena.step)
-    predict(arena.balls, arena.contacts, arena.walls, arena.clock, arena.coarse, arena.counters)
-    used = [lane for lane in range(arena.counters[state.USED]) if arena.contacts.slot[lane] >= 0]
+    coarse.weights = make_weights(model.arrays())
+    coarse.load(begin)
+    groups = coarse.groups
+    gather_all(*groups[:6], coarse.scratch, *groups[6:], begin.step * coarse.step)
+    predict(coarse.balls, coarse.contacts, coarse.walls, coarse.clock, coarse.scratch, coarse.counters)
+    used = [lane for lane in range(coarse.counters[state.USED]) if coarse.contacts.slot[lane] >= 0]
     for quantity, wanted in ((pair.EXPECTED, mean), (pair.TILT, tilt)):
         found = [
-            [lanes.get.py_func(arena.coarse.work, lane // 8, quantity + c, lane % 8) for c in range(3)] for lane in used
+            [lanes.get.py_func(coarse.scratch.work, lane // 8, quantity + c, lane % 8) for c in range(3)]
+            for lane in used
         ]
         wanted = wanted * graph.unit.numpy()
         assert np.abs(wanted).max() > 1e-4
         np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())
-    arena.weights = no_weights()
+    coarse.weights = no_weights()
 
 
 def test_three_balls_that_meet_keep_their_momentum():
-    arena = small_arena(3)
-    arena.clock.gravity[:] = 0.0
+    coarse = small_simulation(3)
+    coarse.clock.gravity[:] = 0.0
     middle = np.array([0.0095, 0.0, 0.008])
     position = middle + np.array([[-1.05 * RADIUS, 0, 0], [1.02 * RADIUS, 0, 0], [0, 1.9 * RADIUS, 0]])
     velocity = np.array([[0.8, 0.1, 0], [-0.5, 0, 0.05], [0, -1.0, 0]])
-    spin = np.array([[0, 30.0, 0], [10.0, 0, -20.0], [0, 0, 5.0]])
-    arena.load(in_mid_air(arena, position, velocity, spin))
-    kept = arena.record(60, 1)
+    angular_velocity = np.array([[0, 30.0, 0], [10.0, 0, -20.0], [0, 0, 5.0]])
+    coarse.load(in_mid_air(coarse, position, velocity, angular_velocity))
+    kept = coarse.record(60, 1)
     momentum = kept.rate[:, :, :3].sum(axis=1)
     np.testing.assert_allclose(momentum, np.broadcast_to(velocity.sum(axis=0), momentum.shape), atol=1e-12)
     assert kept.works[-1, state.TOTAL_NORMAL] > 0
@@ -127,14 +135,14 @@ def test_three_balls_that_meet_keep_their_momentum():
 
 
 def test_nothing_is_dissipated_without_contact_and_balls_fall_as_they_do():
-    arena = small_arena(1)
+    coarse = small_simulation(1)
     position, velocity = np.array([[0.009, 0, 0.010]]), np.array([[0.02, -0.01, 0.1]])
-    arena.load(in_mid_air(arena, position, velocity, np.zeros((1, 3))))
-    kept = arena.record(100, 1)
-    time_s = arena.step * np.arange(1, 101)[:, None]
+    coarse.load(in_mid_air(coarse, position, velocity, np.zeros((1, 3))))
+    kept = coarse.record(100, 1)
+    time_s = coarse.step * np.arange(1, 101)[:, None]
     fall = np.array([0, 0, -9.81])
     np.testing.assert_allclose(
-        kept.position[:, 0] - arena.bodies[0].motion.position(-1.0),
+        kept.position[:, 0] - coarse.bodies[0].motion.position(-1.0),
         position + velocity * time_s + fall / 2 * time_s**2,
         atol=1e-12,
     )
@@ -144,24 +152,24 @@ def test_nothing_is_dissipated_without_contact_and_balls_fall_as_they_do():
 
 @pytest.mark.parametrize("height_radii", [1.2, 1.2003, 1.2007, 1.2011])
 def test_a_bounce_does_not_depend_on_where_in_the_step_it_begins(height_radii):
-    arena = small_arena(1)
-    arena.clock.gravity[:] = 0.0
+    coarse = small_simulation(1)
+    coarse.clock.gravity[:] = 0.0
     speed = 0.7
     # Away from the post and the fillets, over the flat floor.
-    floor = arena.bodies[0].vessel.bounds[0, 2]
+    floor = coarse.bodies[0].vessel.bounds[0, 2]
     position = np.array([[0.008, 0.0, floor + height_radii * RADIUS]])
-    arena.load(in_mid_air(arena, position, np.array([[0, 0, -speed]]), np.zeros((1, 3))))
-    assert arena.run(80)
-    restitution = arena.balls.rate[0, 2] / speed
+    coarse.load(in_mid_air(coarse, position, np.array([[0, 0, -speed]]), np.zeros((1, 3))))
+    assert coarse.run(80)
+    restitution = coarse.balls.rate[0, 2] / speed
     assert restitution == pytest.approx(TINY_CONTACT.restitution, rel=0.02)
 
 
 def test_dissipation_never_falls_and_no_ball_leaves_a_jar_that_nobody_has_learned(tracer):
-    arena = tracer.arena
-    arena.weights = make_weights(random_network(seed=5).arrays())
-    arena.load(tracer.settled())
-    kept = arena.record(400, 5)
-    arena.weights = no_weights()
+    coarse = tracer.coarse
+    coarse.weights = make_weights(random_network(seed=5).arrays())
+    coarse.load(tracer.saved())
+    kept = coarse.record(400, 5)
+    coarse.weights = no_weights()
     assert np.isfinite(kept.position).all()
     for channel in (state.TOTAL_NORMAL, state.TOTAL_DAMPING, state.TOTAL_ROLLING):
         assert (np.diff(kept.works[:, channel]) >= 0).all()
@@ -169,35 +177,35 @@ def test_dissipation_never_falls_and_no_ball_leaves_a_jar_that_nobody_has_learne
     assert tangential[-1] > 0
     body = (
         kept.position
-        - arena.bodies[0].motion.position((tracer.coarse_number + 5 * np.arange(1, 401)) * arena.step)[:, None]
+        - coarse.bodies[0].motion.position((tracer.coarse_number + 5 * np.arange(1, 401)) * coarse.step)[:, None]
     )
-    low, high = arena.bodies[0].vessel.bounds
+    low, high = coarse.bodies[0].vessel.bounds
     assert (body > low + 0.5 * RADIUS).all()
     assert (body < high - 0.5 * RADIUS).all()
 
 
 def test_coarse_steps_follow_the_dem_through_impacts(tracer):
-    arena, begin, before = tracer.arena, tracer.settled(), tracer.works()
-    arena.load(begin)
-    steps = round(0.004 / arena.step)
-    assert arena.run(steps)
+    coarse, begin, before = tracer.coarse, tracer.saved(), tracer.works()
+    coarse.load(begin)
+    steps = round(0.004 / coarse.step)
+    assert coarse.run(steps)
     tracer.to_step((begin.step + steps) * tracer.fine_steps)
     assert tracer.works()[state.TOTAL_NORMAL] > before[state.TOTAL_NORMAL]
     moved = np.linalg.norm(tracer.balls.position - begin.position, axis=1)
-    error = np.linalg.norm(arena.balls.position - tracer.balls.position, axis=1)
+    error = np.linalg.norm(coarse.balls.position - tracer.balls.position, axis=1)
     assert np.median(error) < 0.01 * np.median(moved)
 
 
 def test_followed_impulses_are_those_that_move_the_balls(tracer):
-    begin = tracer.settled()
-    rows = np.zeros((2000, samples.COLUMNS))
+    begin = tracer.saved()
+    rows = np.zeros((2000, samples.SAMPLE_COLUMNS))
     rows = rows[: tracer._sample_once(rows)]
     impulse = np.zeros((tracer.count, 3))
     first, second = rows[:, samples.FIRST].astype(int), rows[:, samples.SECOND].astype(int)
     pushed = rows[:, samples.IMPULSE : samples.IMPULSE + 3]
     np.add.at(impulse, first, pushed)
     np.subtract.at(impulse, second[second >= 0], pushed[second >= 0])
-    change = tracer.balls.rate_now[:, :3] - begin.rate[:, :3] - tracer.clock.gravity * tracer.arena.step
+    change = tracer.balls.rate_now[:, :3] - begin.rate[:, :3] - tracer.clock.gravity * tracer.coarse.step
     mass = tracer.balls.mass[0]
     # The end of the step is half a fine step apart, and an unforeseen contact is not followed.
     assert np.median(np.linalg.norm(impulse / mass - change, axis=1)) < 2e-3 * np.abs(change).max()
@@ -208,14 +216,14 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_p
     write_dataset([followed], found, tmp_path / "contacts.h5")
     parts, found = read_dataset(tmp_path / "contacts.h5")
     np.testing.assert_array_equal(parts[0].rows, followed.rows)
-    begin = tracer.settled()
+    begin = tracer.saved()
 
     def fresh() -> ContactTrainer:
         def own(weights):
             tracer.load(begin)
             return reached([tracer], weights, TRAINING)
 
-        judge = lambda weights: judged(tracer.arena, weights, found, JUDGE)  # noqa: E731
+        judge = lambda weights: judged(tracer.coarse, weights, found, JUDGE)  # noqa: E731
         return ContactTrainer(parts, NETWORK, TRAINING, 7, judge, own, "same", torch.device("cpu"))
 
     whole = fresh()

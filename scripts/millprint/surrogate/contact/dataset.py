@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.hdf5 import open_hdf5, whole_hdf5
-from millprint.surrogate.contact.arena import Settled, coarse_step
+from millprint.surrogate.contact.coarse import SavedState, coarse_step
 from millprint.surrogate.contact.tracer import Tracer
 
 CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
@@ -21,7 +21,7 @@ CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
 
 @dataclass(frozen=True)
 class Samples:
-    """Contacts of many states: rows (n, samples.COLUMNS), single precision, and how many each state has (states,)."""
+    """Contacts of many states: rows (n, SAMPLE_COLUMNS) in single precision, and how many each state has (states,)."""
 
     rows: np.ndarray
     sizes: np.ndarray
@@ -36,7 +36,7 @@ class Samples:
 class Truth:
     """What the DEM makes of a state: works (2,) normal and tangential [J] after length_s, positions (n, 3) [m]."""
 
-    begin: Settled
+    begin: SavedState
     works_J: np.ndarray
     position_m: np.ndarray
 
@@ -79,7 +79,7 @@ def truths(tracer: Tracer, judge: JudgeConfig) -> list[Truth]:
     """States from the present time on, each where the one before ends, and what the DEM makes of them."""
     found = []
     for _ in range(judge.starts):
-        begin, before, time_s = tracer.settled(), tracer.works(), tracer.coarse_number * tracer.arena.step
+        begin, before, time_s = tracer.saved(), tracer.works(), tracer.coarse_number * tracer.coarse.step
         tracer.to_time(time_s + judge.position_s)
         position = tracer.balls.position.copy()
         tracer.to_time(time_s + judge.length_s)
@@ -99,7 +99,7 @@ def write_dataset(parts: list[Samples], judged: list[Truth], path: str | Path) -
             group = file.create_group(f"truths/{number}")
             group["works_J"], group["position_m"] = truth.works_J, truth.position_m
             group.attrs["step"] = truth.begin.step
-            for field in fields(Settled):
+            for field in fields(SavedState):
                 if field.name != "step":
                     group[f"begin/{field.name}"] = getattr(truth.begin, field.name)
 
@@ -110,8 +110,10 @@ def read_dataset(path: str | Path) -> tuple[list[Samples], list[Truth]]:
         parts = [Samples(group["rows"][:], group["sizes"][:]) for group in _groups(file, "samples")]
         judged = []
         for group in _groups(file, "truths"):
-            arrays = {field.name: group[f"begin/{field.name}"][:] for field in fields(Settled) if field.name != "step"}
-            begin = Settled(**arrays, step=int(group.attrs["step"]))
+            arrays = {
+                field.name: group[f"begin/{field.name}"][:] for field in fields(SavedState) if field.name != "step"
+            }
+            begin = SavedState(**arrays, step=int(group.attrs["step"]))
             judged.append(Truth(begin, group["works_J"][:], group["position_m"][:]))
     return parts, judged
 

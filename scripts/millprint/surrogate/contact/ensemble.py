@@ -12,9 +12,9 @@ from millprint.config.contact_surrogate import ContactRecipe, ContactSurrogateCo
 from millprint.surrogate.checkpoint import BUDGET, read_checkpoint
 from millprint.surrogate.contact.dataset import Samples, Truth
 from millprint.surrogate.contact.judge import judged, reached
+from millprint.surrogate.contact.scratch import no_weights
 from millprint.surrogate.contact.tracer import Tracer
 from millprint.surrogate.contact.training import ContactTrainer
-from millprint.surrogate.contact.weights import no_weights
 
 logger = logging.getLogger("millprint")
 
@@ -47,15 +47,15 @@ def train_ensemble(
 
     Each member has a checkpoint of its own; one that was finished is read and not trained again.
     """
-    arena, judge = tracers[0].arena, settings.judge
-    logger.info("without a network: %s", judged(arena, no_weights(), truths, judge))
+    coarse, judge = tracers[0].coarse, settings.judge
+    logger.info("without a network: %s", judged(coarse, no_weights(), truths, judge))
     members, tables = [], []
     for number in range(settings.members):
         seed = settings.training.seed + number
         identity = identity_of(settings, parts, seed)
         trainer = ContactTrainer(
             parts, settings.network, settings.training, seed,
-            lambda weights: judged(arena, weights, truths, judge),
+            lambda weights: judged(coarse, weights, truths, judge),
             partial(reached, tracers, settings=settings.training), identity, device,
         )  # fmt: skip
         path = checkpoint.with_suffix(f".{number}.pt")

@@ -5,42 +5,42 @@ import numpy as np
 from millprint.config.contact_surrogate import ContactTrainingConfig, JudgeConfig
 from millprint.dem import state
 from millprint.dem.advance import all_works
-from millprint.surrogate.contact.arena import Arena
+from millprint.surrogate.contact.coarse import CoarseSimulation
 from millprint.surrogate.contact.dataset import CHANNELS, Samples, Truth
+from millprint.surrogate.contact.scratch import Weights
 from millprint.surrogate.contact.tracer import Tracer
-from millprint.surrogate.contact.weights import Weights
 
 # What a roll-out scores that has lost a ball [%].
 LOST = 1e6
 
 
-def arena_works(arena: Arena) -> np.ndarray:
-    """Normal and tangential work of an arena since its state was loaded (2,) [J]."""
+def dissipated_works(coarse: CoarseSimulation) -> np.ndarray:
+    """Normal and tangential work of a coarse simulation since its state was loaded (2,) [J]."""
     out = np.zeros(state.TOTALS)
-    all_works(arena.contacts, arena.counters, arena.totals, out)
+    all_works(coarse.contacts, coarse.counters, coarse.totals, out)
     return out[CHANNELS]
 
 
-def judged(arena: Arena, weights: Weights, truths: list[Truth], settings: JudgeConfig) -> dict[str, float]:
+def judged(coarse: CoarseSimulation, weights: Weights, truths: list[Truth], settings: JudgeConfig) -> dict[str, float]:
     """Roll-outs against the DEM: errors of the normal and tangential works and of the positions after a while [%].
 
     The works are summed over all roll-outs and their absolute errors over the channels, relative to both channels
     together; the position's root mean square error is relative to the ball's radius. roll_out_score is their sum.
     """
-    arena.weights = weights
+    coarse.weights = weights
     works, wanted, squares = np.zeros(2), np.zeros(2), []
-    looks = round(settings.position_s / arena.step)
+    looks = round(settings.position_s / coarse.step)
     for truth in truths:
-        arena.load(truth.begin)
-        if not arena.run(looks):
+        coarse.load(truth.begin)
+        if not coarse.run(looks):
             return {"roll_out_score": LOST, "roll_out_dissipation_percent": LOST, "roll_out_position_percent": LOST}
-        squares.append(((arena.balls.position - truth.position_m) ** 2).sum(axis=1).mean())
-        if not arena.run(round(settings.length_s / arena.step) - looks):
+        squares.append(((coarse.balls.position - truth.position_m) ** 2).sum(axis=1).mean())
+        if not coarse.run(round(settings.length_s / coarse.step) - looks):
             return {"roll_out_score": LOST, "roll_out_dissipation_percent": LOST, "roll_out_position_percent": LOST}
-        works += arena_works(arena)
+        works += dissipated_works(coarse)
         wanted += truth.works_J
     dissipation = 100 * np.abs(works - wanted).sum() / wanted.sum()
-    position = 100 * np.sqrt(np.mean(squares)) / arena.radius
+    position = 100 * np.sqrt(np.mean(squares)) / coarse.radius
     return {
         "roll_out_score": float(dissipation + position),
         "roll_out_dissipation_percent": float(dissipation),

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor, nn
 
 from millprint.surrogate.contact import samples as s
+from millprint.surrogate.contact.pair import INPUTS, OUTPUTS
 from millprint.surrogate.contact.predictor import (
     DASHPOT_FACTOR,
     KNEE,
@@ -13,7 +14,6 @@ from millprint.surrogate.contact.predictor import (
     SPRING_FACTOR,
     UNIT,
 )
-from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
 
 
 def squareplus(z: Tensor) -> Tensor:
@@ -37,7 +37,7 @@ def size(a: Tensor) -> Tensor:
 
 
 class Graph:
-    """Contacts of many states: rows of samples (n, COLUMNS), with ball numbers that are different in each state."""
+    """Contacts of many states: rows of samples (n, SAMPLE_COLUMNS), with different ball numbers in each state."""
 
     def __init__(self, rows: Tensor, first: Tensor, second: Tensor, balls: int):
         """first (n,) and second (n,; -1 for a wall): numbers of the balls; balls: how many in all."""
@@ -57,7 +57,7 @@ class Graph:
         self.unit = mass * self.length / self.step**2
         self.friction, self.overlap = take(s.FRICTION), -take(s.GAP) / self.length
         velocity = take(s.VELOCITY, 3)
-        turning = self.arm * take(s.SPIN, 3) + self.other * take(s.OTHER_SPIN, 3)
+        turning = self.arm * take(s.ANGULAR_VELOCITY, 3) + self.other * take(s.OTHER_ANGULAR_VELOCITY, 3)
         self.slip = self.step / self.length * (velocity - torch.linalg.cross(turning, self.normal))
         self.force = take(s.FORCE, 3)
         self.base = take(s.BASE, 3)
@@ -76,8 +76,8 @@ class Graph:
         mine, others = sums[self.first], sums[self.second]
         push = self.base + self.inverse[0] * (mine[:, :3] - expected) - self.inverse[1] * (others[:, :3] + expected)
         turn = self.inverse_inertia[0] * (mine[:, 3:] - torque)
-        other_turn = self.inverse_inertia[1] * (others[:, 3:] - back)
-        twisting = self.arm * turn + self.other * other_turn
+        other_angular = self.inverse_inertia[1] * (others[:, 3:] - back)
+        twisting = self.arm * turn + self.other * other_angular
         return push - torch.linalg.cross(twisting, self.normal)
 
 

@@ -4,7 +4,7 @@ All numbers are dimensionless in the units of the contact itself: the step h, th
 measure of the overlap at which the Hertz force K delta^(3/2) takes a reduced mass m by as much in a step, and the
 force m L / h^2. So contacts of other balls, moduli and steps are the same contact where their numbers are. Vectors
 enter by invariants alone and come out along the contact's own directions: its normal, the friction so far, the slip,
-and the push sideways.
+and the external acceleration sideways.
 
 `millprint.surrogate.contact.network` holds the same formulas for training; a test keeps both the same.
 """
@@ -19,7 +19,7 @@ from millprint.dem.law import KN, MU, REACH
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
 from millprint.surrogate.contact import pair
-from millprint.surrogate.contact.weights import INPUTS, OUTPUTS
+from millprint.surrogate.contact.pair import INPUTS, OUTPUTS
 
 # Where a compressed number turns from linear to its root; keeps quotients finite.
 KNEE = 0.02
@@ -56,24 +56,22 @@ def directions(work, block, m, step):
     distance = math.sqrt(dot(away, away))
     normal = scale(1.0 / distance, away)
     reach = lanes.get(work, block, lanes.LAW + REACH, m)
-    is_wall = lanes.get(work, block, lanes.IS_WALL, m)
-    arm = 0.5 * (distance + lanes.get(work, block, lanes.DIFFERENCE, m) * reach / distance + is_wall * distance)
-    other = distance - arm
+    arm, other = pair.arms(work, block, m, distance)
     velocity = lanes.get_vector(work, block, pair.VELOCITY, m)
     turning = add_scaled(
-        scale(arm, lanes.get_vector(work, block, pair.SPIN, m)),
+        scale(arm, lanes.get_vector(work, block, pair.ANGULAR_VELOCITY, m)),
         other,
-        lanes.get_vector(work, block, pair.OTHER_SPIN, m),
+        lanes.get_vector(work, block, pair.OTHER_ANGULAR_VELOCITY, m),
     )
-    push = lanes.get_vector(work, block, pair.PUSH, m)
+    external = lanes.get_vector(work, block, pair.EXTERNAL, m)
     twisting = add_scaled(
-        scale(arm, lanes.get_vector(work, block, pair.TURN, m)),
+        scale(arm, lanes.get_vector(work, block, pair.ANGULAR, m)),
         other,
-        lanes.get_vector(work, block, pair.OTHER_TURN, m),
+        lanes.get_vector(work, block, pair.OTHER_ANGULAR, m),
     )
     force = scale(1.0 / unit, lanes.get_vector(work, block, pair.FORCE, m))
     slip = scale(step / length, subtract(velocity, cross(turning, normal)))
-    shove = scale(step * step / length, subtract(push, cross(twisting, normal)))
+    shove = scale(step * step / length, subtract(external, cross(twisting, normal)))
     along = dot(force, normal)
     closing, apart = -dot(slip, normal), dot(shove, normal)
     p = add_scaled(force, -along, normal)
@@ -106,9 +104,9 @@ def bounded(number):
 def describe(work, block, step):
     """Inputs of the network for the contacts of a block, (INPUTS, LANES).
 
-    x overlap, u approach speed, f normal force at the end of the last step, a push apart by all else; p friction at
-    the end of the last step, q slip, r push sideways: their lengths and the cosines between them; how much of the
-    Coulomb cap is used; 1 for a wall; the overlap at the end of the step if the contact did nothing.
+    x overlap, u approach speed, f normal force at the end of the last step, a external acceleration apart; p friction
+    at the end of the last step, q slip, r external acceleration sideways: their lengths and the cosines between them;
+    which share of the Coulomb cap is used; 1 for a wall; the overlap at the end of the step if the contact did nothing.
     """
     for m in range(LANES):
         x, u, f, a, _, p, q, r = directions(work, block, m, step)
@@ -169,9 +167,9 @@ def combine(work, block, step):
     """The mean force expected in the step and its tilt, from the network's bounded outputs o.
 
     F = f + 2 s o_0 along the normal and p (1 + w o_2) + q' o_3 + r' o_4 across it, the tilt likewise with o_1, o_5,
-    o_6, o_7 and without f and p. s (see `may_change`) is nothing in balance, w = s / (s + |f|); q' and r' are q and r,
-    shortened to about the Coulomb cap mu (|f| + s) (q to 1.5 of it). So where nothing pushes nothing is expected to
-    change.
+    o_6, o_7 and without f and p. s (see `may_change`) is zero in balance, w = s / (s + |f|); q' and r' are q and r,
+    shortened to about the Coulomb cap mu (|f| + s) (q to 1.5 of it). In balance no change is
+    expected.
     """
     for m in range(LANES):
         x, u, f, a, normal, p, q, r = directions(work, block, m, step)

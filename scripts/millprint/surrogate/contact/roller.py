@@ -11,8 +11,8 @@ from millprint.config.mill import MillConfig
 from millprint.dem import state
 from millprint.dem.lanes import HISTORY_COLUMNS
 from millprint.hdf5 import open_hdf5
-from millprint.surrogate.contact.arena import Arena, Settled, coarse_step
-from millprint.surrogate.contact.frames import Frames
+from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState, coarse_step
+from millprint.surrogate.contact.step import Frames
 from millprint.surrogate.contact.store import read_ensemble
 from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.trajectory import read_attributes, read_rows
@@ -26,7 +26,7 @@ class ContactState:
     """A batch of states at the times time_s (batch,) since the start of motion."""
 
     time_s: np.ndarray
-    begins: list[Settled]
+    begins: list[SavedState]
 
 
 class ContactRoller:
@@ -45,7 +45,7 @@ class ContactRoller:
         coarse = self.recipe.coarse
         self.step_s = coarse_step(contact, radius, coarse.rayleigh_multiple, self.interval_s)
         speed = attributes["case"]["speed_rpm"]
-        self.arena = Arena(mill, contact, speed, radius, self.balls, self.step_s, coarse.substeps)
+        self.coarse = CoarseSimulation(mill, contact, speed, radius, self.balls, self.step_s, coarse.substeps)
 
     def first_state(self, starts_s: list[float]) -> ContactState:
         """The recorded states at each of `starts_s`, with springs from those just before.
@@ -55,11 +55,11 @@ class ContactRoller:
         """
         begins = [self._warmed_up(start) for start in starts_s]
         # A step for nothing: no roll-out waits for the compiler.
-        self.arena.load(begins[0])
-        self.arena.record(1, 1)
+        self.coarse.load(begins[0])
+        self.coarse.record(1, 1)
         return ContactState(np.array([begin.step * self.step_s for begin in begins]), begins)
 
-    def _warmed_up(self, start_s: float) -> Settled:
+    def _warmed_up(self, start_s: float) -> SavedState:
         earlier = round(self.recipe.coarse.warm_up_s / self.interval_s)
         last = round((start_s - float(self.times_s[0])) / self.interval_s)
         rows = slice(max(0, last - earlier), last + 1)
@@ -68,28 +68,28 @@ class ContactRoller:
         none = np.zeros(0, dtype=np.int64)
         per_snapshot = round(self.interval_s / self.step_s)
         first = round(float(self.times_s[rows.start]) / self.interval_s) * per_snapshot
-        arena, arena.weights = self.arena, self.members[0]
-        arena.load(Settled(position[0].astype(float), rate[0], none, none, np.zeros((0, HISTORY_COLUMNS)), first))
+        coarse, coarse.weights = self.coarse, self.members[0]
+        coarse.load(SavedState(position[0].astype(float), rate[0], none, none, np.zeros((0, HISTORY_COLUMNS)), first))
         for place in range(1, len(position)):
-            arena.run(per_snapshot)
-            arena.place(position[place], rate[place])
-        return arena.settled()
+            coarse.run(per_snapshot)
+            coarse.place(position[place], rate[place])
+        return coarse.saved()
 
     def run(
         self, begin: ContactState, steps: int, steps_per_frame: int, bar: tqdm | None = None, member: int = 0
     ) -> RollOut:
         """Advance every trajectory by `steps` steps and keep every `steps_per_frame`-th state."""
         frames = steps // steps_per_frame
-        self.arena.weights = self.members[member]
+        self.coarse.weights = self.members[member]
         parts = []
         for settled in begin.begins:
-            self.arena.load(settled)
-            parts.append((settled, self.arena.record(frames, steps_per_frame, CHUNK, bar), self._trouble()))
+            self.coarse.load(settled)
+            parts.append((settled, self.coarse.record(frames, steps_per_frame, CHUNK, bar), self._trouble()))
         return self._joined(begin, parts, steps_per_frame)
 
     def _trouble(self) -> tuple[int, float] | None:
         """The ball that was lost and the time of it since the start of motion [s]."""
-        counters = self.arena.counters
+        counters = self.coarse.counters
         if counters[state.STATUS] == state.RUNNING:
             return None
         return int(counters[state.BALL]), int(counters[state.STEP]) * self.step_s
@@ -134,12 +134,12 @@ class ContactRoller:
         found = np.full((looks, 2), np.nan)
         if len(self.members) < 2:
             return found[:, 0]
-        self.arena.weights = self.members[0]
-        self.arena.load(begin.begins[0])
+        self.coarse.weights = self.members[0]
+        self.coarse.load(begin.begins[0])
         for look in range(looks):
-            if not self.arena.run(max(1, steps // looks)):
+            if not self.coarse.run(max(1, steps // looks)):
                 break
-            forces = self.arena.expected(self.members)
+            forces = self.coarse.expected(self.members)
             mean = forces.mean(axis=0)
             found[look] = ((forces - mean) ** 2).sum() / (len(forces) - 1), (mean**2).sum()
         return np.sqrt(found[:, 0] / np.nanmean(found[:, 1]))

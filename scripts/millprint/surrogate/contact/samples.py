@@ -9,19 +9,18 @@ from millprint.dem.touching import listed
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.vectors import dot
 from millprint.surrogate.contact import pair, trace
-from millprint.surrogate.contact.pushes import arms
 from millprint.surrogate.contact.step import gather_all
 from millprint.surrogate.contact.trace import advance_traced
 
-# Columns of a sample: balls (the second -1 for a wall); relative position and velocity, spins, force at the start [N],
-# accelerations by gravity and the wall's own [m/s2]; arms and reach [m], stiffness, friction, inverse masses and
-# moments of inertia of both, 1 for a wall; step [s]. Then the labels: impulse, moment, works.
-FIRST, SECOND, AWAY, VELOCITY, SPIN, OTHER_SPIN, FORCE, BASE = 0, 1, 2, 5, 8, 11, 14, 17
+# Columns of a sample: balls (the second -1 for a wall); relative position and velocity, angular velocities, force at
+# the start [N], accelerations by gravity and the wall's own [m/s2]; arms and reach [m], stiffness, friction, inverse
+# masses and moments of inertia of both, 1 for a wall; step [s]. Then the labels: impulse, moment, works.
+FIRST, SECOND, AWAY, VELOCITY, ANGULAR_VELOCITY, OTHER_ANGULAR_VELOCITY, FORCE, BASE = 0, 1, 2, 5, 8, 11, 14, 17
 ARM, OTHER_ARM, GAP, STIFFNESS, FRICTION, INVERSE_MASS, OTHER_INVERSE_MASS, INVERSE_INERTIA, OTHER_INVERSE_INERTIA = (
     20, 21, 22, 23, 24, 25, 26, 27, 28,
 )  # fmt: skip
 IS_WALL, STEP, IMPULSE, MOMENT, WORKS = 29, 30, 31, 34, 37
-COLUMNS = 41
+SAMPLE_COLUMNS = 41
 
 
 @kernel()
@@ -69,14 +68,13 @@ def write_sample(balls, contacts, clock, coarse, lane, rows, at):
     i, j = contacts.ball[lane], contacts.partner[lane]
     rows[at, FIRST], rows[at, SECOND] = i, max(j, -1)
     for column, quantity in (
-        (AWAY, pair.AWAY), (VELOCITY, pair.VELOCITY), (SPIN, pair.SPIN), (OTHER_SPIN, pair.OTHER_SPIN),
-        (FORCE, pair.FORCE),
+        (AWAY, pair.AWAY), (VELOCITY, pair.VELOCITY), (ANGULAR_VELOCITY, pair.ANGULAR_VELOCITY),
+        (OTHER_ANGULAR_VELOCITY, pair.OTHER_ANGULAR_VELOCITY), (FORCE, pair.FORCE),
     ):  # fmt: skip
         put_three(rows, at, column, work, block, quantity, m)
-    away = lanes.get_vector(work, block, pair.AWAY, m)
-    arm, other = arms(contacts, block, m, math.sqrt(dot(away, away)))
+    away, law = lanes.get_vector(work, block, pair.AWAY, m), contacts.lanes
+    arm, other = pair.arms(law, block, m, math.sqrt(dot(away, away)))
     rows[at, ARM], rows[at, OTHER_ARM] = arm, other
-    law = contacts.lanes
     rows[at, GAP] = math.sqrt(dot(away, away)) - lanes.get(law, block, lanes.LAW + REACH, m)
     rows[at, STIFFNESS] = lanes.get(law, block, lanes.LAW + KN, m)
     rows[at, FRICTION] = lanes.get(law, block, lanes.LAW + MU, m)
@@ -86,19 +84,19 @@ def write_sample(balls, contacts, clock, coarse, lane, rows, at):
     rows[at, OTHER_INVERSE_INERTIA] = lanes.get(work, block, pair.OTHER_INVERSE_INERTIA, m)
     rows[at, IS_WALL] = lanes.get(law, block, lanes.IS_WALL, m)
     rows[at, STEP] = clock.step
-    # Nothing is expected of any contact here, so that a push is what is there without them.
-    put_three(rows, at, BASE, work, block, pair.PUSH, m)
+    # Nothing is expected of any contact here, so that this is the acceleration without them.
+    put_three(rows, at, BASE, work, block, pair.EXTERNAL, m)
 
 
 @kernel()
-def sample_step(dem, coarse_state, coarse, followed, rows, at, fine_steps):
+def sample_step(dem, coarse_groups, coarse, followed, rows, at, fine_steps):
     """Write the contacts of the present DEM state to `rows` from `at` on, advance the DEM by a coarse step, and add
     what they did; returns the next free row.
 
-    dem and coarse_state: (balls, candidates, contacts, laws, walls, clock, totals, counters, table[, recorder]).
+    dem and coarse_groups: (balls, candidates, contacts, laws, walls, clock, totals, counters, table[, recorder]).
     """
     balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder = dem
-    copy, to_candidates, to_contacts, to_laws, to_walls, to_clock, to_totals, to_counters, to_table = coarse_state
+    copy, to_candidates, to_contacts, to_laws, to_walls, to_clock, to_totals, to_counters, to_table = coarse_groups
     for i in range(balls.species.size):
         for c in range(6):
             copy.rate[i, c] = balls.rate_now[i, c]
@@ -112,7 +110,7 @@ def sample_step(dem, coarse_state, coarse, followed, rows, at, fine_steps):
     )
     if to_counters[state.STATUS] != state.RUNNING:
         return at
-    place_bare_pushes(to_contacts, to_walls, to_clock, coarse, to_counters)
+    put_bare_accelerations(to_contacts, to_walls, to_clock, coarse, to_counters)
     begin = at
     for lane in range(to_counters[state.USED]):
         if to_contacts.slot[lane] >= 0 and at < rows.shape[0]:
@@ -145,7 +143,7 @@ def mark(followed, contacts, lane, row):
 
 
 @inner()
-def place_bare_pushes(contacts, walls, clock, coarse, counters):
+def put_bare_accelerations(contacts, walls, clock, coarse, counters):
     """Gravity less the wall's own acceleration, of contacts with walls; nothing of pairs."""
     for lane in range(counters[state.USED]):
         if contacts.slot[lane] < 0:
@@ -158,4 +156,4 @@ def place_bare_pushes(contacts, walls, clock, coarse, counters):
                 body = walls.body[-1 - partner]
                 change = coarse.wall_velocity[body, c] - clock.motions.pose[body, 3 + c]
                 push = clock.gravity[c] - change / clock.step
-            lanes.put(coarse.work, block, pair.PUSH + c, m, push)
+            lanes.put(coarse.work, block, pair.EXTERNAL + c, m, push)

@@ -1,14 +1,19 @@
-"""One coarse step of all balls: contacts foreseen, pushes expected, every pair solved, bodies moved."""
+"""One coarse step of all balls: contacts foreseen, forces expected, every pair solved, bodies moved."""
+
+from typing import NamedTuple
+
+import numpy as np
 
 from millprint.dem import lanes, state
+from millprint.dem.advance import all_works
 from millprint.dem.lanes import HISTORY, LANES
 from millprint.dem.steps import blocks_in_use
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.motion import write_poses
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.listing import close_lane, foresee, relist
+from millprint.surrogate.contact.pair_input import expect, gather, put_external, touch_lane
 from millprint.surrogate.contact.predictor import predict_all
-from millprint.surrogate.contact.pushes import expect, gather, push_lane, put3, touch_lane
 
 
 @inlined()
@@ -73,18 +78,18 @@ def move(balls, clock, coarse):
 @inner()
 def expect_all(contacts, coarse, counters):
     """Sum what all contacts are expected to exert on every ball."""
-    clear(coarse.push)
+    clear(coarse.load)
     for lane in range(counters[state.USED]):
         if contacts.slot[lane] >= 0:
             expect(contacts, coarse, lane)
 
 
 @inner()
-def push_all(balls, contacts, walls, clock, coarse, counters):
+def put_all_externals(balls, contacts, walls, clock, coarse, counters):
     """Accelerations of every contact by everything but itself."""
     for lane in range(counters[state.USED]):
         if contacts.slot[lane] >= 0:
-            push_lane(balls, contacts, walls, clock, coarse, lane)
+            put_external(balls, contacts, walls, clock, coarse, lane)
 
 
 @kernel()
@@ -111,13 +116,13 @@ def gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, 
 
 @kernel()
 def predict(balls, contacts, walls, clock, coarse, counters):
-    """Rounds of messages: pushes as expected so far, what contacts do under them, and so the next pushes."""
+    """Rounds of messages: external accelerations by the forces expected so far, and the forces expected under them."""
     expect_all(contacts, coarse, counters)
-    push_all(balls, contacts, walls, clock, coarse, counters)
+    put_all_externals(balls, contacts, walls, clock, coarse, counters)
     for layer in range(coarse.weights.first.shape[0]):
         predict_all(coarse.weights, layer, coarse, blocks_in_use(counters), clock.step)
         expect_all(contacts, coarse, counters)
-        push_all(balls, contacts, walls, clock, coarse, counters)
+        put_all_externals(balls, contacts, walls, clock, coarse, counters)
 
 
 @inner()
@@ -134,7 +139,7 @@ def finish(balls, contacts, clock, coarse, counters):
             block, m = lane // LANES, lane % LANES
             # What the contact did at the end of the step is where the next one's expectation begins.
             force = lanes.get_vector(coarse.work, block, pair.FORCE, m)
-            put3(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m, force)
+            lanes.put_vector(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m, force)
     move(balls, clock, coarse)
 
 
@@ -149,3 +154,42 @@ def run_steps(balls, candidates, contacts, laws, walls, clock, coarse, totals, c
         predict(balls, contacts, walls, clock, coarse, counters)
         finish(balls, contacts, clock, coarse, counters)
         counters[state.STEP] += 1
+
+
+class Frames(NamedTuple):
+    """What is kept of a roll-out; `works` and `ended` count from its start."""
+
+    position: np.ndarray  # (frames, n, 3) [m]
+    rate: np.ndarray  # (frames, n, 6) velocity [m/s] and angular velocity [rad/s]
+    works: np.ndarray  # (frames, TOTALS) see millprint.dem.state [J]
+    ended: np.ndarray  # (frames,) contacts that have ended
+
+
+def make_frames(frames: int, balls: int) -> Frames:
+    """Room for `frames` states; what is never written stays not a number."""
+    return Frames(
+        position=np.full((frames, balls, 3), np.nan),
+        rate=np.full((frames, balls, 6), np.nan),
+        works=np.full((frames, state.TOTALS), np.nan),
+        ended=np.full(frames, np.nan),
+    )
+
+
+@kernel()
+def run_frames(balls, candidates, contacts, laws, walls, clock, totals, counters, table, coarse, per_frame, frames, at):
+    """Run until the frames from `at` on are written, `per_frame` steps apart; returns how many of them were."""
+    for frame in range(at, frames.position.shape[0]):
+        run_steps(
+            balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table,
+            counters[state.STEP] + per_frame - 1,
+        )  # fmt: skip
+        if counters[state.STATUS] != state.RUNNING:
+            return frame - at
+        for i in range(balls.species.size):
+            for c in range(3):
+                frames.position[frame, i, c] = balls.position[i, c]
+            for c in range(6):
+                frames.rate[frame, i, c] = balls.rate[i, c]
+        all_works(contacts, counters, totals, frames.works[frame])
+        frames.ended[frame] = coarse.ended[0]
+    return frames.position.shape[0] - at

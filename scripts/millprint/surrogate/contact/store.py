@@ -5,7 +5,7 @@ from pathlib import Path
 from millprint.config.contact_surrogate import ContactRecipe
 from millprint.surrogate.checkpoint import read_tensors, write_tensors
 from millprint.surrogate.contact.network import Predictor
-from millprint.surrogate.contact.weights import Weights, make_weights
+from millprint.surrogate.contact.scratch import Weights, make_weights
 
 KIND = "contact"
 

@@ -12,16 +12,16 @@ from millprint.dem.recording import make_table, silent_recorder
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
 from millprint.surrogate.contact import samples
-from millprint.surrogate.contact.arena import Arena, Groups, Settled
+from millprint.surrogate.contact.coarse import CoarseSimulation, Groups, SavedState
+from millprint.surrogate.contact.scratch import Weights, no_weights
 from millprint.surrogate.contact.trace import COLUMNS, Trace
-from millprint.surrogate.contact.weights import Weights, no_weights
 
 # Contacts that are followed at once, for each ball.
 ROWS_PER_BALL = 40
 
 
 class Tracer(Simulation):
-    """A simulation beside an arena in which the same balls are seen by coarse steps."""
+    """A simulation beside a coarse simulation, in which the same balls are seen by coarse steps."""
 
     def __init__(
         self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, coarse_step: float, substeps: int
@@ -29,16 +29,16 @@ class Tracer(Simulation):
         # A whole number of fine steps makes a coarse one.
         super().__init__(case.model_copy(update={"snapshot_interval_s": coarse_step}), mill, contact, dem)
         self.fine_steps = self.snapshot_every
-        self.arena = Arena(
+        self.coarse = CoarseSimulation(
             self.mill, self.contact, case.speed_rpm, self.radius, self.count, self.fine_steps * self.step, substeps
         )
-        self.followed = self._make_trace(self.arena)
+        self.followed = self._make_trace(self.coarse)
         self.counters[state.STEP] = -self.settle_steps
         self.to_step(0)
         # The walls start with a jolt, which no look at the lists has foreseen.
         self.counters[state.CHECK_IN] = 0
 
-    def _make_trace(self, arena: Arena) -> Trace:
+    def _make_trace(self, coarse: CoarseSimulation) -> Trace:
         place = np.full((self.count, self.count + len(self.walls.body)), -1, dtype=np.int64)
         return Trace(place, np.zeros((ROWS_PER_BALL * self.count, COLUMNS)))
 
@@ -54,7 +54,7 @@ class Tracer(Simulation):
 
     def to_time(self, time_s: float) -> None:
         """Advance to the coarse step at `time_s` [s] or the next one."""
-        self.to_step(int(np.ceil(time_s / self.arena.step - 1e-6)) * self.fine_steps)
+        self.to_step(int(np.ceil(time_s / self.coarse.step - 1e-6)) * self.fine_steps)
 
     @property
     def _groups(self) -> Groups:
@@ -77,19 +77,19 @@ class Tracer(Simulation):
         all_works(self.contacts, self.counters, self.totals, out)
         return out
 
-    def settled(self) -> Settled:
-        """The present state for an arena."""
-        samples.put_contacts_aside(self.contacts, self.counters, self.arena.contacts, self.arena.counters)
-        kept = int(self.arena.counters[state.ASIDE])
-        aside = self.arena.contacts
-        self.arena.counters[state.ASIDE] = -1
-        return Settled(
+    def saved(self) -> SavedState:
+        """The present state, for the coarse simulation."""
+        samples.put_contacts_aside(self.contacts, self.counters, self.coarse.contacts, self.coarse.counters)
+        kept = int(self.coarse.counters[state.ASIDE])
+        aside = self.coarse.contacts
+        self.coarse.counters[state.ASIDE] = -1
+        return SavedState(
             self.balls.position.copy(), self.balls.rate_now.copy(), aside.kept_ball[:kept].copy(),
             aside.kept_partner[:kept].copy(), aside.kept_history[:kept].copy(), self.coarse_number,
         )  # fmt: skip
 
-    def load(self, begin: Settled) -> bool:
-        """Put the DEM into a state of an arena; False where the DEM cannot go on from it.
+    def load(self, begin: SavedState) -> bool:
+        """Put the DEM into a state of the coarse simulation; False where the DEM cannot go on from it.
 
         Rates of the DEM are those of half a fine step ago: by the forces that act now.
         """
@@ -113,7 +113,7 @@ class Tracer(Simulation):
         self._put_forces(begin)
         return self.counters[state.STATUS] == state.RUNNING
 
-    def _put_forces(self, begin: Settled) -> None:
+    def _put_forces(self, begin: SavedState) -> None:
         """Put present forces into the lanes of open contacts: the DEM has not computed them yet."""
         partners = zip(begin.first.tolist(), begin.second.tolist(), strict=True)
         forces = dict(zip(partners, begin.history[:, lanes.LAST_SLIP : lanes.LAST_SLIP + 3], strict=True))
@@ -124,7 +124,7 @@ class Tracer(Simulation):
                 force = forces[int(self.contacts.ball[lane]), int(self.contacts.partner[lane])]
                 self.contacts.lanes[block, at] = force
 
-    def _set_aside(self, begin: Settled, chosen: np.ndarray) -> None:
+    def _set_aside(self, begin: SavedState, chosen: np.ndarray) -> None:
         """Set contacts of a state aside, for the next look at the lists to take up."""
         samples.forget(self.candidates, self.contacts, self.counters)
         kept = len(chosen)
@@ -143,19 +143,19 @@ class Tracer(Simulation):
         The DEM goes on from each such state for `between` coarse steps, and the next one begins there.
         """
         parts, sizes = [], []
-        rows = np.zeros((ROWS_PER_BALL * self.count, samples.COLUMNS))
-        self.arena.weights = weights
+        rows = np.zeros((ROWS_PER_BALL * self.count, samples.SAMPLE_COLUMNS))
+        self.coarse.weights = weights
         for _ in range(states):
-            begin = self.settled()
-            self.arena.load(begin)
-            if not self.arena.run(own_steps) or not self.load(self.arena.settled()):
+            begin = self.saved()
+            self.coarse.load(begin)
+            if not self.coarse.run(own_steps) or not self.load(self.coarse.saved()):
                 # The surrogate has lost a ball: what it does there is no matter.
                 self.load(begin)
                 self.to_step(int(self.counters[state.STEP]) + between * self.fine_steps)
                 continue
-            self.arena.weights, kept = no_weights(), self.arena.weights
+            self.coarse.weights, kept = no_weights(), self.coarse.weights
             written = self._sample_once(rows)
-            self.arena.weights = kept
+            self.coarse.weights = kept
             parts.append(rows[:written].astype(np.float32))
             sizes.append(written)
             self.to_step(int(self.counters[state.STEP]) + (between - 1) * self.fine_steps)
@@ -164,8 +164,8 @@ class Tracer(Simulation):
     def sample(self, every: int, until_s: float) -> tuple[np.ndarray, np.ndarray]:
         """Samples of the contacts in every `every`-th coarse step until `until_s`: rows, and how many a state has."""
         parts, sizes = [], []
-        rows = np.zeros((ROWS_PER_BALL * self.count, samples.COLUMNS))
-        while self.coarse_number * self.arena.step < until_s:
+        rows = np.zeros((ROWS_PER_BALL * self.count, samples.SAMPLE_COLUMNS))
+        while self.coarse_number * self.coarse.step < until_s:
             written = self._sample_once(rows)
             parts.append(rows[:written].astype(np.float32))
             sizes.append(written)
@@ -174,11 +174,11 @@ class Tracer(Simulation):
 
     def _sample_once(self, rows: np.ndarray) -> int:
         """Write the contacts of the present state and what they do in the next coarse step; returns how many."""
-        arena = self.arena
+        coarse = self.coarse
         written = samples.sample_step(
             (*self._groups, make_table(0), silent_recorder()),
-            arena.groups,
-            arena.coarse,
+            coarse.groups,
+            coarse.scratch,
             self.followed,
             rows,
             0,

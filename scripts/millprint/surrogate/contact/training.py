@@ -16,7 +16,7 @@ from millprint.surrogate.checkpoint import write_checkpoint
 from millprint.surrogate.contact import samples as columns
 from millprint.surrogate.contact.dataset import Samples
 from millprint.surrogate.contact.network import Graph, Predictor, wanted
-from millprint.surrogate.contact.weights import Weights, make_weights
+from millprint.surrogate.contact.scratch import Weights, make_weights
 
 logger = logging.getLogger("millprint")
 

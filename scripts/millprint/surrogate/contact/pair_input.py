@@ -1,4 +1,8 @@
-"""What a local problem begins with, and what the rest of the world does to it meanwhile."""
+"""Inputs of the local problem of a contact: its state at the start of the step, and the external accelerations.
+
+External accelerations are those by everything but the contact itself: the other contacts of both balls, gravity, and
+the motion of a wall.
+"""
 
 import math
 
@@ -14,12 +18,6 @@ from millprint.mill.walls import body_of, direction_to_laboratory, wall_velocity
 from millprint.surrogate.contact import pair
 
 
-@inlined()
-def put3(array, block, quantity, m, vector):
-    """Set a vector of a lane."""
-    lanes.put_vector(array, block, quantity, m, vector)
-
-
 @inner()
 def gather(balls, candidates, contacts, walls, clock, coarse, lane):
     """Put what the local problem begins with into a lane; returns whether it touches, or will soon."""
@@ -28,7 +26,7 @@ def gather(balls, candidates, contacts, walls, clock, coarse, lane):
     i, j = contacts.ball[lane], contacts.partner[lane]
     position, a = row(balls.position, i), balls.species[i]
     velocity = row(balls.rate, i)
-    other_spin = (0.0, 0.0, 0.0)
+    other_omega = (0.0, 0.0, 0.0)
     fixed, is_plane = (0.0, 0.0, 0.0), 0.0
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     inverse_mass, other_inverse = 1.0 / balls.mass[a], 0.0
@@ -36,7 +34,7 @@ def gather(balls, candidates, contacts, walls, clock, coarse, lane):
         other = np.uint32(j)
         away = subtract(position, row(balls.position, other))
         velocity = subtract(velocity, row(balls.rate, other))
-        other_spin = (balls.rate[other, 3], balls.rate[other, 4], balls.rate[other, 5])
+        other_omega = (balls.rate[other, 3], balls.rate[other, 4], balls.rate[other, 5])
         b = balls.species[other]
         inverse_mass += 1.0 / balls.mass[b]
         other_inverse = 1.0 / balls.inertia[b]
@@ -49,7 +47,7 @@ def gather(balls, candidates, contacts, walls, clock, coarse, lane):
         if away[0] >= FAR:
             return False
         velocity = subtract(velocity, wall_velocity(motions, body, subtract(position, away)))
-        other_spin = (motions.pose[body, 6], motions.pose[body, 7], motions.pose[body, 8])
+        other_omega = (motions.pose[body, 6], motions.pose[body, 7], motions.pose[body, 8])
         facets = walls.plane.shape[0]
         if feature < facets:
             is_plane = 1.0
@@ -60,31 +58,21 @@ def gather(balls, candidates, contacts, walls, clock, coarse, lane):
     approach = -dot(velocity, away) / distance
     if distance - reach - approach * clock.step >= coarse.margin and distance >= reach:
         return False
-    put3(work, block, pair.AWAY, m, away)
-    put3(work, block, pair.VELOCITY, m, velocity)
-    put3(work, block, pair.SPIN, m, (balls.rate[i, 3], balls.rate[i, 4], balls.rate[i, 5]))
-    put3(work, block, pair.OTHER_SPIN, m, other_spin)
-    put3(work, block, pair.FIXED, m, fixed)
+    lanes.put_vector(work, block, pair.AWAY, m, away)
+    lanes.put_vector(work, block, pair.VELOCITY, m, velocity)
+    lanes.put_vector(work, block, pair.ANGULAR_VELOCITY, m, (balls.rate[i, 3], balls.rate[i, 4], balls.rate[i, 5]))
+    lanes.put_vector(work, block, pair.OTHER_ANGULAR_VELOCITY, m, other_omega)
+    lanes.put_vector(work, block, pair.FIXED, m, fixed)
     lanes.put(work, block, pair.IS_PLANE, m, is_plane)
     lanes.put(work, block, pair.INVERSE_MASS, m, inverse_mass)
     lanes.put(work, block, pair.INVERSE_INERTIA, m, 1.0 / balls.inertia[a])
     lanes.put(work, block, pair.OTHER_INVERSE_INERTIA, m, other_inverse)
     # What the contact did at the end of the last step is a first guess of what it does now.
     force = lanes.get_vector(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m)
-    put3(work, block, pair.FORCE, m, force)
-    put3(work, block, pair.EXPECTED, m, force)
-    put3(work, block, pair.TILT, m, (0.0, 0.0, 0.0))
+    lanes.put_vector(work, block, pair.FORCE, m, force)
+    lanes.put_vector(work, block, pair.EXPECTED, m, force)
+    lanes.put_vector(work, block, pair.TILT, m, (0.0, 0.0, 0.0))
     return True
-
-
-@inlined()
-def arms(contacts, block, m, distance):
-    """Distances of both centres from the contact point [m]."""
-    reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
-    is_wall = lanes.get(contacts.lanes, block, lanes.IS_WALL, m)
-    difference = lanes.get(contacts.lanes, block, lanes.DIFFERENCE, m)
-    arm = 0.5 * (distance + difference * reach / distance + is_wall * distance)
-    return arm, distance - arm
 
 
 @inlined()
@@ -92,7 +80,7 @@ def torques_of(contacts, work, block, m, force):
     """Torques of a force at the contact point on both bodies [N m]."""
     away = lanes.get_vector(work, block, pair.AWAY, m)
     distance = math.sqrt(dot(away, away))
-    arm, other = arms(contacts, block, m, distance)
+    arm, other = pair.arms(contacts.lanes, block, m, distance)
     lever = scale(1.0 / distance, cross(force, away))
     return scale(arm, lever), scale(other, lever)
 
@@ -101,29 +89,29 @@ def torques_of(contacts, work, block, m, force):
 def expect(contacts, coarse, lane):
     """Add what a contact is expected to exert, mean and tilt, forces and torques, to its balls."""
     block, m = lane // LANES, lane % LANES
-    work, push = coarse.work, coarse.push
+    work, load = coarse.work, coarse.load
     i, j = contacts.ball[lane], contacts.partner[lane]
     for part in range(2):
         force = lanes.get_vector(work, block, pair.EXPECTED + 3 * part, m)
         torque, back = torques_of(contacts, work, block, m, force)
         for c in range(3):
-            push[i, 6 * part + c] += force[c]
-            push[i, 6 * part + 3 + c] += torque[c]
+            load[i, 6 * part + c] += force[c]
+            load[i, 6 * part + 3 + c] += torque[c]
             if j >= 0:
-                push[j, 6 * part + c] -= force[c]
-                push[j, 6 * part + 3 + c] += back[c]
+                load[j, 6 * part + c] -= force[c]
+                load[j, 6 * part + 3 + c] += back[c]
 
 
 @inlined()
-def sums(push, i, part):
-    """Force and torque of one part that push ball i."""
+def load_on(load, i, part):
+    """Force [N] and torque [N m] on ball i of one part: the mean (0) or its tilt (1)."""
     at = 6 * part
-    return (push[i, at], push[i, at + 1], push[i, at + 2]), (push[i, at + 3], push[i, at + 4], push[i, at + 5])
+    return (load[i, at], load[i, at + 1], load[i, at + 2]), (load[i, at + 3], load[i, at + 4], load[i, at + 5])
 
 
 @inner()
-def push_lane(balls, contacts, walls, clock, coarse, lane):
-    """Accelerations of a contact by everything but itself: mean and tilt."""
+def put_external(balls, contacts, walls, clock, coarse, lane):
+    """Put the external accelerations of a contact into its lane: mean and tilt."""
     block, m = lane // LANES, lane % LANES
     work, step, motions = coarse.work, clock.step, clock.motions
     i, j = contacts.ball[lane], contacts.partner[lane]
@@ -131,30 +119,32 @@ def push_lane(balls, contacts, walls, clock, coarse, lane):
     for part in range(2):
         force = lanes.get_vector(work, block, pair.EXPECTED + 3 * part, m)
         torque, back = torques_of(contacts, work, block, m, force)
-        load, twist = sums(coarse.push, i, part)
-        push = scale(1.0 / balls.mass[a], subtract(load, force))
-        turn = scale(1.0 / balls.inertia[a], subtract(twist, torque))
-        other_turn = (0.0, 0.0, 0.0)
+        load, twist = load_on(coarse.load, i, part)
+        external = scale(1.0 / balls.mass[a], subtract(load, force))
+        angular = scale(1.0 / balls.inertia[a], subtract(twist, torque))
+        other_angular = (0.0, 0.0, 0.0)
         if j >= 0:
             other = np.uint32(j)
             b = balls.species[other]
-            load, twist = sums(coarse.push, other, part)
-            push = add_scaled(push, -1.0 / balls.mass[b], add(load, force))
-            other_turn = scale(1.0 / balls.inertia[b], subtract(twist, back))
+            load, twist = load_on(coarse.load, other, part)
+            external = add_scaled(external, -1.0 / balls.mass[b], add(load, force))
+            other_angular = scale(1.0 / balls.inertia[b], subtract(twist, back))
         elif part == 0:
             body = body_of(walls, -1 - j)
-            push = add(push, (clock.gravity[0], clock.gravity[1], clock.gravity[2]))
+            external = add(external, (clock.gravity[0], clock.gravity[1], clock.gravity[2]))
             now = (motions.pose[body, 3], motions.pose[body, 4], motions.pose[body, 5])
-            push = add_scaled(push, -1.0 / step, subtract(row(coarse.wall_velocity, body), now))
-        put3(work, block, pair.PUSH + (pair.PUSH_TILT - pair.PUSH) * part, m, push)
-        put3(work, block, pair.TURN + (pair.TURN_TILT - pair.TURN) * part, m, turn)
-        put3(work, block, pair.OTHER_TURN + (pair.OTHER_TURN_TILT - pair.OTHER_TURN) * part, m, other_turn)
+            external = add_scaled(external, -1.0 / step, subtract(row(coarse.wall_velocity, body), now))
+        lanes.put_vector(work, block, pair.EXTERNAL + (pair.EXTERNAL_TILT - pair.EXTERNAL) * part, m, external)
+        lanes.put_vector(work, block, pair.ANGULAR + (pair.ANGULAR_TILT - pair.ANGULAR) * part, m, angular)
+        lanes.put_vector(
+            work, block, pair.OTHER_ANGULAR + (pair.OTHER_ANGULAR_TILT - pair.OTHER_ANGULAR) * part, m, other_angular
+        )
 
 
 @inlined()
-def touch_time(gap, speed, push, step):
-    """First time in 0 to `step` at which gap + speed t + push t^2 / 2 is nothing; `step` if there is none."""
-    root = speed * speed - 2.0 * push * gap
+def touch_time(gap, speed, acceleration, step):
+    """First time in 0 to `step` at which gap + speed t + acceleration t^2 / 2 is zero; `step` if there is none."""
+    root = speed * speed - 2.0 * acceleration * gap
     if root < 0.0:
         return step
     below = -speed + math.sqrt(root)
@@ -170,8 +160,8 @@ def touch_lane(contacts, clock, coarse, lane):
     work, step = coarse.work, clock.step
     away = lanes.get_vector(work, block, pair.AWAY, m)
     velocity = lanes.get_vector(work, block, pair.VELOCITY, m)
-    spin = lanes.get_vector(work, block, pair.SPIN, m)
-    other_spin = lanes.get_vector(work, block, pair.OTHER_SPIN, m)
+    omega = lanes.get_vector(work, block, pair.ANGULAR_VELOCITY, m)
+    other_omega = lanes.get_vector(work, block, pair.OTHER_ANGULAR_VELOCITY, m)
     distance = math.sqrt(dot(away, away))
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     begin = 0.0
@@ -180,35 +170,37 @@ def touch_lane(contacts, clock, coarse, lane):
         if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
             coarse.ended[0] += 1.0
             lanes.put(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m, 0.0)
-        push = lanes.get_vector(work, block, pair.PUSH, m)
-        begin = touch_time(distance - reach, dot(velocity, away) / distance, dot(push, away) / distance, step)
+        external = lanes.get_vector(work, block, pair.EXTERNAL, m)
+        begin = touch_time(distance - reach, dot(velocity, away) / distance, dot(external, away) / distance, step)
         # Of an acceleration that grows from mean less tilt: its mean up to the touch, and what acts on the position.
         faster, farther = begin / step - 1.0, begin / step * 2.0 / 3.0 - 1.0
-        tilt = lanes.get_vector(work, block, pair.PUSH_TILT, m)
-        away = add_scaled(add_scaled(away, begin, velocity), 0.5 * begin * begin, add_scaled(push, farther, tilt))
-        velocity = add_scaled(velocity, begin, add_scaled(push, faster, tilt))
-        spin = add_scaled(spin, begin, pair.tilted(work, block, pair.TURN, pair.TURN_TILT, m, faster))
-        other_spin = add_scaled(
-            other_spin, begin, pair.tilted(work, block, pair.OTHER_TURN, pair.OTHER_TURN_TILT, m, faster)
+        tilt = lanes.get_vector(work, block, pair.EXTERNAL_TILT, m)
+        away = add_scaled(add_scaled(away, begin, velocity), 0.5 * begin * begin, add_scaled(external, farther, tilt))
+        velocity = add_scaled(velocity, begin, add_scaled(external, faster, tilt))
+        omega = add_scaled(omega, begin, pair.tilted(work, block, pair.ANGULAR, pair.ANGULAR_TILT, m, faster))
+        other_omega = add_scaled(
+            other_omega,
+            begin,
+            pair.tilted(work, block, pair.OTHER_ANGULAR, pair.OTHER_ANGULAR_TILT, m, faster),
         )
-        put3(work, block, pair.AWAY, m, away)
-        put3(work, block, pair.VELOCITY, m, velocity)
-        put3(work, block, pair.SPIN, m, spin)
-        put3(work, block, pair.OTHER_SPIN, m, other_spin)
+        lanes.put_vector(work, block, pair.AWAY, m, away)
+        lanes.put_vector(work, block, pair.VELOCITY, m, velocity)
+        lanes.put_vector(work, block, pair.ANGULAR_VELOCITY, m, omega)
+        lanes.put_vector(work, block, pair.OTHER_ANGULAR_VELOCITY, m, other_omega)
         # Nothing acts before the touch.
-        put3(work, block, pair.FORCE, m, (0.0, 0.0, 0.0))
-        put3(work, block, pair.TORQUE, m, (0.0, 0.0, 0.0))
-        put3(work, block, pair.BACK, m, (0.0, 0.0, 0.0))
-        put3(work, block, pair.SLIP, m, (0.0, 0.0, 0.0))
-        put3(contacts.lanes, block, HISTORY + lanes.SPRING, m, (0.0, 0.0, 0.0))
+        lanes.put_vector(work, block, pair.FORCE, m, (0.0, 0.0, 0.0))
+        lanes.put_vector(work, block, pair.TORQUE, m, (0.0, 0.0, 0.0))
+        lanes.put_vector(work, block, pair.BACK, m, (0.0, 0.0, 0.0))
+        lanes.put_vector(work, block, pair.SLIP, m, (0.0, 0.0, 0.0))
+        lanes.put_vector(contacts.lanes, block, HISTORY + lanes.SPRING, m, (0.0, 0.0, 0.0))
     else:
-        arm, other_arm = arms(contacts, block, m, distance)
+        arm, other_arm = pair.arms(contacts.lanes, block, m, distance)
         normal = scale(1.0 / distance, away)
         torque, back = torques_of(contacts, work, block, m, lanes.get_vector(work, block, pair.FORCE, m))
-        put3(work, block, pair.TORQUE, m, torque)
-        put3(work, block, pair.BACK, m, back)
-        sliding = subtract(velocity, cross(add_scaled(scale(arm, spin), other_arm, other_spin), normal))
-        put3(work, block, pair.SLIP, m, add_scaled(sliding, -dot(sliding, normal), normal))
+        lanes.put_vector(work, block, pair.TORQUE, m, torque)
+        lanes.put_vector(work, block, pair.BACK, m, back)
+        sliding = subtract(velocity, cross(add_scaled(scale(arm, omega), other_arm, other_omega), normal))
+        lanes.put_vector(work, block, pair.SLIP, m, add_scaled(sliding, -dot(sliding, normal), normal))
     lanes.put(work, block, pair.BEGIN, m, begin)
     lanes.put(work, block, pair.TAU, m, (step - begin) / coarse.substeps)
     for c in range(12):

@@ -16,11 +16,9 @@ from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.mill.bodies import build_bodies
 from millprint.mill.walls import Walls, build_walls
 from millprint.surrogate.contact import pair
-from millprint.surrogate.contact.frames import Frames, make_frames, run_frames
 from millprint.surrogate.contact.samples import forget
-from millprint.surrogate.contact.state import Coarse, make_coarse
-from millprint.surrogate.contact.step import gather_all, predict, run_steps
-from millprint.surrogate.contact.weights import Weights, no_weights
+from millprint.surrogate.contact.scratch import Scratch, Weights, make_scratch, no_weights
+from millprint.surrogate.contact.step import Frames, gather_all, make_frames, predict, run_frames, run_steps
 
 # Overlap over the ball's radius at which a roll-out is given up: the network has lost the ball [-].
 OVERLAP_MAX = 0.5
@@ -33,7 +31,7 @@ Groups = tuple[state.Balls, state.Candidates, state.Contacts, state.Laws, Walls,
 
 
 @dataclass(frozen=True)
-class Settled:
+class SavedState:
     """One state: positions (n, 3) [m], rates (n, 6) [m/s, rad/s], open contacts with their histories, and the step."""
 
     position: np.ndarray
@@ -53,7 +51,7 @@ def coarse_step(contact: ContactConfig, radius: float, rayleigh_multiple: float,
     return aligned_step(rayleigh_multiple * rayleigh, interval_s)[0]
 
 
-class Arena:
+class CoarseSimulation:
     """Balls of one size in a mill at a speed; `weights` may be exchanged at any time."""
 
     def __init__(
@@ -78,12 +76,12 @@ class Arena:
         self.contacts = state.make_contacts(self.candidates.partner.size)
         self.totals, self.counters = np.zeros(state.TOTALS), state.make_counters()
         blocks = len(self.contacts.lanes)
-        self.scratch = make_coarse(len(self.balls.position), len(self.bodies), blocks, self.step, self.substeps)
+        self._scratch = make_scratch(len(self.balls.position), len(self.bodies), blocks, self.step, self.substeps)
 
     @property
-    def coarse(self) -> Coarse:
+    def scratch(self) -> Scratch:
         """Scratch with the present weights."""
-        return self.scratch._replace(weights=self.weights)
+        return self._scratch._replace(weights=self.weights)
 
     @property
     def groups(self) -> tuple[*Groups, Table]:
@@ -93,10 +91,10 @@ class Arena:
             make_table(0),
         )  # fmt: skip
 
-    def load(self, begin: Settled) -> None:
+    def load(self, begin: SavedState) -> None:
         """Take over a state; works and ended contacts count from here."""
         forget(self.candidates, self.contacts, self.counters)
-        self.totals[:], self.scratch.ended[:] = 0.0, 0.0
+        self.totals[:], self._scratch.ended[:] = 0.0, 0.0
         self.counters[:] = 0
         kept = len(begin.first)
         self.contacts.kept_ball[:kept], self.contacts.kept_partner[:kept] = begin.first, begin.second
@@ -113,7 +111,7 @@ class Arena:
     def run(self, steps: int) -> bool:
         """Advance; False if a ball was lost."""
         groups = self.groups
-        run_steps(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] + steps - 1)
+        run_steps(*groups[:6], self.scratch, *groups[6:], self.counters[state.STEP] + steps - 1)
         return self.counters[state.STATUS] == state.RUNNING
 
     def record(self, frames: int, per_frame: int, chunk: int = 0, bar: tqdm | None = None) -> Frames:
@@ -123,7 +121,7 @@ class Arena:
         while at < frames:
             part = Frames(*(array[: min(at + chunk, frames)] for array in kept))
             wanted = len(part.position) - at
-            written = run_frames(*self.groups, self.coarse, per_frame, part, at)
+            written = run_frames(*self.groups, self.scratch, per_frame, part, at)
             if bar is not None:
                 bar.update(wanted * per_frame)
             if written < wanted:
@@ -137,22 +135,22 @@ class Arena:
         for weights in members:
             self.weights = weights
             groups = self.groups
-            gather_all(*groups[:6], self.coarse, *groups[6:], self.counters[state.STEP] * self.step)
-            predict(self.balls, self.contacts, self.walls, self.clock, self.coarse, self.counters)
+            gather_all(*groups[:6], self.scratch, *groups[6:], self.counters[state.STEP] * self.step)
+            predict(self.balls, self.contacts, self.walls, self.clock, self.scratch, self.counters)
             used = np.flatnonzero(self.contacts.slot >= 0)
-            rows = self.scratch.work.reshape(-1, pair.QUANTITIES, LANES)
+            rows = self._scratch.work.reshape(-1, pair.LOCAL_QUANTITIES, LANES)
             at = slice(pair.EXPECTED, pair.EXPECTED + 3)
             found.append(rows[used // LANES, at, used % LANES])
         self.weights = before
         return np.array(found)
 
-    def settled(self) -> Settled:
+    def saved(self) -> SavedState:
         """The present state, to load again."""
         put_aside(self.candidates, self.contacts, self.counters)
         kept = int(self.counters[state.ASIDE])
         self.counters[state.REBUILDS] = 0
         history = self.contacts.kept_history[:kept].copy()
-        return Settled(
+        return SavedState(
             self.balls.position.copy(),
             self.balls.rate.copy(),
             self.contacts.kept_ball[:kept].copy(),
