@@ -4,21 +4,25 @@ import pandas as pd
 
 from millprint.config.fingerprint import InverseConfig
 from millprint.files import write_table
-from millprint.fingerprint.inverse import CurvePoint, invert_speed
-from millprint.fingerprint.match import match_targets, wanted
+from millprint.fingerprint.condition import BASIC
+from millprint.fingerprint.inverse import invert_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.published import published_point, read_published
+from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.job import job
 
 
-def solve_speeds(own: Fingerprint, points: dict[str, CurvePoint], inverse: InverseConfig) -> pd.DataFrame:
+def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:
     """Speeds at the fixed fill ratio and ball size by the scaling alone, for every target and set of curves."""
-    about, fill = own.about, inverse.fixed_fill_ratio
-    machine = (about["density_kg_m3"], about["amplitude_m"], inverse.fixed_ball_diameter_mm * 1e-3, about["volume_m3"])
+    condition = own.condition(
+        speed_hz=1.0,  # is what is sought
+        ball_diameter_m=inverse.fixed_ball_diameter_mm * 1e-3,
+        fill_ratio=inverse.fixed_fill_ratio,
+    )
     tables = []
     for target in inverse.targets:
         for source, point in points.items():
-            table = invert_speed(wanted(target, [own]), point, fill, *machine)
+            table = invert_speed(target_descriptors(target, [own]), point, condition, own.about["volume_m3"])
             table.insert(0, "curves", source)
             table.insert(0, "target", target.name)
             tables.append(table)
@@ -31,7 +35,7 @@ def main(fingerprints: dict[str, str], published_path: str, output, inverse: Inv
     own, fill = read[inverse.contact], inverse.fixed_fill_ratio
     printed = published_point(read_published(published_path), inverse.contact, fill)
     scaled = own.at(fill)
-    points = {"ours": CurvePoint(scaled["Pn"].value, scaled["Pt"].value, scaled["f"].value)}
+    points = {"ours": {name: scaled[name].value for name in BASIC}}
     points |= {"published": printed} if printed else {}
     write_table(solve_speeds(own, points, inverse), output.inverse)
     write_table(match_targets(inverse, [read[contact] for contact in inverse.contacts]), output.ranked)

@@ -7,11 +7,12 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.mill import MillConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.files import write_table
+from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job, progress
 from millprint.predict.catalogue import AVERAGED
 from millprint.predict.learners import make_learner
-from millprint.predict.regimes import Machine, leave_regimes_out, regime_rows, summarise_regimes
+from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
 from millprint.predict.tables import read_rows
 
 # The averaged process with the tangential share and without; the two models of Table 5.8.
@@ -25,9 +26,9 @@ LEARNERS = {
 
 def main(
     parts: list[str],
-    regimes: str,
+    cases: pd.DataFrame,
     output,
-    machine: Machine,
+    reference: Condition[float],
     training: TrainingConfig,
     honest: HeldOutConfig,
     averaging: AveragingConfig,
@@ -35,7 +36,7 @@ def main(
 ) -> None:
     """Write predictions for every regime left out, and their summary."""
     screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    rows = regime_rows(read_regimes(regimes), machine)
+    rows = regime_rows(cases, reference)
     learners = {
         name: (make_learner(model, strategy, training, honest, averaging), hidden)
         for name, (model, strategy, hidden) in LEARNERS.items()
@@ -48,11 +49,12 @@ def main(
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "leave regimes out"):
+        cases = read_regimes(snakemake.input.regimes)
         main(
             [snakemake.input.train, snakemake.input.test],
-            snakemake.input.regimes,
+            cases,
             snakemake.output,
-            Machine.of_mill(MillConfig(**snakemake.params.mill), **snakemake.params.machine),
+            reference_of_mill(cases, MillConfig(**snakemake.params.mill), **snakemake.params.machine),
             TrainingConfig(**snakemake.params.training),
             HeldOutConfig(**snakemake.params.honest),
             AveragingConfig(**snakemake.params.averaging),

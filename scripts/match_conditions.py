@@ -19,8 +19,8 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
-from millprint.fingerprint.match import match_targets
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import match_targets
 
 SHOWN = {
     "rank": "rank",

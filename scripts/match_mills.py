@@ -3,8 +3,8 @@
 from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.files import write_table
-from millprint.fingerprint.match import match_targets
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import match_targets
 from millprint.job import job
 
 

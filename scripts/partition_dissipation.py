@@ -5,9 +5,14 @@ import pandas as pd
 from millprint.config.partition import PartitionConfig
 from millprint.files import write_table
 from millprint.fingerprint import regimes
-from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
+from millprint.fingerprint.energy import (
+    Chemistry,
+    compare_with_prior,
+    energy_leverage,
+    fit_slopes,
+    specific_yields,
+)
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.slopes import fit_slopes
 from millprint.job import job
 
 
@@ -27,8 +32,14 @@ def side_by_side(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
 def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionConfig) -> None:
     """Design the cases and judge the measured yields, with the published curves and with ours."""
     measured, fingerprint = regimes.read_regimes(regimes_path), Fingerprint.read(fingerprint_path)
-    diameter, about = settings.ball_diameter_mm * 1e-3, fingerprint.about
-    machine = (settings.reference_speed_rpm / 60.0, about["density_kg_m3"], about["amplitude_m"], diameter)
+    about = fingerprint.about
+    reference = regimes.reference_condition(
+        measured,
+        speed_hz=settings.reference_speed_rpm / 60.0,
+        ball_diameter_m=settings.ball_diameter_mm * 1e-3,
+        density_kg_m3=about["density_kg_m3"],
+        amplitude_m=about["amplitude_m"],
+    )
     chemistry = Chemistry(
         borate_molar_mass=settings.borate_molar_mass_g_mol * 1e-3,
         borohydride_molar_mass=settings.borohydride_molar_mass_g_mol * 1e-3,
@@ -37,11 +48,11 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
         lower_heating_value=settings.lower_heating_value_kJ_mol * 1e3,
     )
     chosen = {"published": measured, "ours": regimes.with_curves(measured, fingerprint)}
-    cases = {name: regimes.design_cases(table, *machine) for name, table in chosen.items()}
+    cases = {name: regimes.design_cases(table, reference) for name, table in chosen.items()}
     # The yields were measured at the speeds of the published design, so our curves give the power at those.
     run_speed = cases["published"]["speed_hz"]
     for table in cases.values():
-        table["power_as_run_W"] = regimes.power_as_run(table, run_speed, *machine[1:])
+        table["power_as_run_W"] = regimes.power_as_run(table, run_speed, reference)
         table["yield_percent"] = measured["yield_percent"]
     cases["ours"]["power_as_printed_W"] = float("nan")
     powers = {"published": cases["published"]["power_as_printed_W"], "ours": cases["ours"]["power_as_run_W"]}
@@ -57,10 +68,9 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
     for name, pair in tables.items():
         write_table(side_by_side(pair), getattr(output, name))
     write_table(fit_slopes(measured, settings.interval), output.slopes)
-    reference_fill = measured.loc[measured["mode"] == "reference", "fill_ratio"].iloc[0]
-    free = regimes.cases_at(settings.fill_ratios, reference_fill, about["volume_m3"], diameter)
+    free = regimes.cases_at(settings.fill_ratios, reference, about["volume_m3"])
     designs = {"published": regimes.with_published(free, measured), "ours": regimes.with_curves(free, fingerprint)}
-    designs = {name: regimes.design_cases(table, *machine) for name, table in designs.items()}
+    designs = {name: regimes.design_cases(table, reference) for name, table in designs.items()}
     write_table(side_by_side(designs).drop(columns="power_as_printed_W"), output.design)
 
 

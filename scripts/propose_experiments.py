@@ -8,34 +8,34 @@ from millprint.config.mill import MillConfig
 from millprint.config.proposals import ProposalConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
+from millprint.fingerprint.condition import BASIC, Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job
 from millprint.predict.averaging import average, fit_library
 from millprint.predict.proposals import propose
-from millprint.predict.regimes import Machine, regime_rows
-from millprint.predict.region import CURVES, Mill, check_region, region_conditions
+from millprint.predict.regimes import reference_of_mill, regime_rows
+from millprint.predict.region import Mill, check_region, region_conditions
 from millprint.predict.tables import read_rows
 
 
 def main(
     parts: list[str],
-    regimes: str,
+    cases: pd.DataFrame,
     curves: str | None,
     proposals: str,
-    machine: Machine,
+    reference: Condition[float],
     volume: float,
     settings: ProposalConfig,
     averaging: AveragingConfig,
 ) -> None:
-    """Write the proposals; `curves` is a table of master curves, or None for those of `regimes`."""
-    cases = read_regimes(regimes)
+    """Write the proposals; `curves` is a table of master curves, or None for those of the cases."""
     known = [read_rows(path) for path in parts]
     if settings.regimes:
-        known.append(regime_rows(cases, machine))
+        known.append(regime_rows(cases, reference))
     rows = pd.concat(known, ignore_index=True)
-    table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *CURVES])
+    table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *BASIC])
     check_region(settings.region, table, "config")
-    mill = Mill(machine.density, machine.amplitude, volume)
+    mill = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
     with threadpool_limits(1):
         model = average(fit_library(rows, rows[YIELD].to_numpy(float), averaging), averaging)
         conditions = region_conditions(settings.region, table, mill)
@@ -44,12 +44,13 @@ def main(
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "propose experiments"):
+        cases = read_regimes(snakemake.input.regimes)
         main(
             [snakemake.input.train, snakemake.input.test],
-            snakemake.input.regimes,
+            cases,
             snakemake.input.get("curves"),
             snakemake.output.proposals,
-            Machine.of_mill(MillConfig(**snakemake.params.mill), **snakemake.params.machine),
+            reference_of_mill(cases, MillConfig(**snakemake.params.mill), **snakemake.params.machine),
             snakemake.params.volume_m3,
             ProposalConfig(**snakemake.params.settings),
             AveragingConfig(**snakemake.params.averaging),

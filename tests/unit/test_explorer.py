@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from millprint.config.averaging import AveragingConfig
-from millprint.config.fingerprint import DESCRIPTORS, InverseConfig
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
 from millprint.config.load import read_yaml
 from millprint.config.proposals import PredictionConfig
 from millprint.doe.runs import YIELD
@@ -16,7 +16,7 @@ from millprint.explorer.content import explorer_content, sliders
 from millprint.explorer.page import explorer_page
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import Allowed, rank_conditions
+from millprint.fingerprint.search import rank_conditions
 from millprint.predict.answer import range_warnings, trained_ranges
 from millprint.predict.archive import load_averaged, save_averaged, training_rows
 from millprint.predict.averaging import average, fit_library
@@ -98,7 +98,8 @@ def _states(content: dict, count: int) -> list[dict]:
 def _library(run: dict, state: dict) -> dict:
     """What the library says of a state of the page."""
     condition = {name: state[name] for name in ("speed_hz", "ball_diameter_m", "fill_ratio", "density_kg_m3")}
-    found = run["fingerprints"][state["contact"]].predict(**condition)
+    own = run["fingerprints"][state["contact"]]
+    found = own.predict(own.condition(**condition))
     rows = pd.DataFrame(
         [
             {name: state[name] for name in CHEMICAL}
@@ -153,17 +154,14 @@ def test_the_page_computes_what_the_library_computes(run, page):
 @needs_browser
 @pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
 def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
-    wanted = run["request"].targets[0].wanted
-    target = {name: wanted[name] for name in DESCRIPTORS if name not in left_open}
+    wanted = run["request"].targets[0].given
+    target = {name: wanted[name] for name in TARGET_DESCRIPTORS if name not in left_open}
     script = f"""
       const rows = await explorer.search({target!r});
       return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,
         row.condition.fill_ratio, row.condition.speed_hz * 60]);"""
     ours = np.array(page.run(script))
-    request = run["request"]
-    allowed = Allowed(tuple(speed / 60 for speed in request.speeds_rpm), tuple(request.fill_ratios), (5e-3, 10e-3))
-    weights = request.weights.model_dump()
-    table = rank_conditions(target, run["fingerprints"], allowed, weights, request.ranked)
+    table = rank_conditions(target, run["fingerprints"], run["request"])
     theirs = table[["distance", "ball_diameter_mm", "fill_ratio", "speed_rpm"]].to_numpy(float)
     assert len(ours) == len(theirs) > 2
     np.testing.assert_allclose(ours[:, 0], theirs[:, 0], rtol=1e-4, atol=1e-6)

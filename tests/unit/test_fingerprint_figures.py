@@ -10,15 +10,15 @@ import pytest
 
 from millprint.errors import ConfigError
 from millprint.figures import chapter3, chapter4
+from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.curves import average_curves
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.energy import specific_yields
+from millprint.fingerprint.energy import fit_slopes, specific_yields
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.occupancy import DATASETS, read_occupancy
 from millprint.fingerprint.published import published_curves, published_cycles, read_published
 from millprint.fingerprint.regimes import design_cases, read_regimes
-from millprint.fingerprint.slopes import fit_slopes
 from millprint.fingerprint.zones import find_zones
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 
@@ -114,7 +114,7 @@ def test_maps_are_read_from_a_run_and_masked_where_no_ball_came(tmp_path):
 
 def test_chapter_4_draws_both_lines_and_both_sources():
     measured = read_regimes(DATA / "regimes.tsv")
-    cases = design_cases(measured, 10.0, 7700.0, 0.017, 0.01)
+    cases = design_cases(measured, Condition(0.10, 10.0, 0.01, 7700.0, 0.017))
     figure = chapter4.plot_yield(cases.assign(yield_percent=measured["yield_percent"]), fit_slopes(measured, 0.95))
     assert_units(figure)
     np.testing.assert_allclose(sorted(points(figure.axes[0], "constant power")[:, 1]), [40, 71, 94])

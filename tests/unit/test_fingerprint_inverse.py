@@ -12,16 +12,31 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError
 from millprint.files import read_table
+from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.inverse import CurvePoint, descriptors_at, invert_speed, solve_speed
-from millprint.fingerprint.match import match_targets
+from millprint.fingerprint.inverse import invert_speed, nearest_speed
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import Allowed, rank_conditions
+from millprint.fingerprint.search import match_targets, rank_conditions
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
-PRINTED = CurvePoint(39.7, 90.0, 40.0)  # Table 4.2, fill 0.10
+PRINTED = {"Pn": 39.7, "Pt": 90.0, "f": 40.0}  # Table 4.2, fill 0.10
 TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "frequency_per_ball_hz": 400.0}
-EQUAL = dict.fromkeys(TARGET, 1.0)
+
+
+def at(diameter: float) -> Condition:
+    """A condition of the thesis's mill at fill 0.10, at any speed."""
+    return Condition(0.10, 1.0, diameter, DENSITY, AMPLITUDE)
+
+
+def allowed(speeds_rpm, fill_ratios, diameters_mm, ranked=5, **other) -> MatchConfig:
+    return MatchConfig(
+        targets=[{"name": "target", **TARGET}],
+        speeds_rpm=speeds_rpm,
+        fill_ratios=fill_ratios,
+        ball_diameters_mm=diameters_mm,
+        ranked=ranked,
+        **other,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +44,13 @@ def curves() -> Fingerprint:
     return fingerprint()
 
 
+def target_at(mill: Fingerprint, **condition: float) -> dict[str, float]:
+    known = mill.predict(mill.condition(**condition))
+    return {name: getattr(known, name).value for name in TARGET}
+
+
 def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
-    table = invert_speed(TARGET, PRINTED, 0.10, DENSITY, AMPLITUDE, 0.005, VOLUME).set_index("kept")
+    table = invert_speed(TARGET, PRINTED, at(0.005), VOLUME).set_index("kept")
     assert round(table.loc["normal energy", "speed_rpm"]) == 1698
     assert table.loc["both energies", "speed_rpm"] == pytest.approx(1698, rel=2e-3)
     assert table.loc["both energies", "balls"] == 191
@@ -42,21 +62,21 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
 
 @pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"])
 def test_a_descriptor_kept_alone_is_met_exactly(kept):
-    speed = solve_speed(TARGET, PRINTED, DENSITY, AMPLITUDE, 0.007, {kept: 1.0})
-    assert descriptors_at(PRINTED, speed, DENSITY, AMPLITUDE, 0.007)[kept] == pytest.approx(TARGET[kept], rel=1e-12)
+    nearest = nearest_speed(TARGET, PRINTED, at(0.007), {kept: 1.0})
+    assert nearest.ball_diameter_m == 0.007
+    found = descriptors_of(nearest, scaled_quantities(PRINTED))
+    assert found[kept] == pytest.approx(TARGET[kept], rel=1e-12)
 
 
 def test_no_weight_at_all_is_refused():
     with pytest.raises(ValueError, match="weight"):
-        solve_speed(TARGET, PRINTED, DENSITY, AMPLITUDE, 0.01, {})
+        nearest_speed(TARGET, PRINTED, at(0.01), {})
 
 
 @pytest.mark.parametrize(("speed", "diameter", "fill"), [(10.0, 0.01, 0.10), (18.0, 0.005, 0.17), (12.5, 0.008, 0.06)])
 def test_a_condition_is_found_again_from_its_descriptors(curves, speed, diameter, fill):
-    known = curves.predict(speed, diameter, fill)
-    target = {name: getattr(known, name).value for name in TARGET}
-    allowed = Allowed((5.0, 33.0), (0.04, 0.40), (0.005, 0.008, 0.01))
-    best = rank_conditions(target, [curves], allowed, EQUAL, 5).iloc[0]
+    target = target_at(curves, speed_hz=speed, ball_diameter_m=diameter, fill_ratio=fill)
+    best = rank_conditions(target, [curves], allowed((300, 1980), (0.04, 0.40), (5, 8, 10))).iloc[0]
     assert best["distance"] < 1e-3
     assert best["ball_diameter_mm"] == pytest.approx(diameter * 1e3)
     assert best["fill_ratio"] == pytest.approx(fill, rel=5e-3)
@@ -64,8 +84,7 @@ def test_a_condition_is_found_again_from_its_descriptors(curves, speed, diameter
 
 
 def test_ranking_stays_in_the_allowed_range_and_is_sorted(curves):
-    allowed = Allowed((8.0, 9.0), (0.06, 0.20), (0.005, 0.01))
-    table = rank_conditions(TARGET, [curves], allowed, EQUAL, 3)
+    table = rank_conditions(TARGET, [curves], allowed((480, 540), (0.06, 0.20), (5, 10), ranked=3))
     assert table["speed_rpm"].between(480 - 1e-9, 540 + 1e-9).all()
     assert table["fill_ratio"].between(0.06, 0.20).all()
     assert list(table["rank"]) == list(range(1, len(table) + 1)) and len(table) <= 3
@@ -74,29 +93,29 @@ def test_ranking_stays_in_the_allowed_range_and_is_sorted(curves):
 
 
 def test_no_common_fill_ratio_gives_an_empty_ranking(curves):
-    table = rank_conditions(TARGET, [curves], Allowed((8.0, 9.0), (0.5, 0.6), (0.01,)), EQUAL, 3)
+    table = rank_conditions(TARGET, [curves], allowed((480, 540), (0.5, 0.6), (10,)))
     assert table.empty and "distance" in table
 
 
 def test_a_target_that_leaves_a_descriptor_open_is_met_in_the_others(curves):
     target = {name: TARGET[name] for name in ("normal_energy_J", "tangential_energy_J")}
-    best = rank_conditions(target, [curves], Allowed((8.0, 25.0), (0.04, 0.40), (0.006,)), EQUAL, 1).iloc[0]
+    best = rank_conditions(target, [curves], allowed((480, 1500), (0.04, 0.40), (6,))).iloc[0]
     assert best["distance"] < 1e-3 and np.isnan(best["frequency_per_ball_hz_residual_percent"])
     assert best["within_interval"] == "normal_energy_J, tangential_energy_J"
 
 
 def test_the_density_of_the_balls_can_be_chosen(curves):
     """Lighter balls of the right density are told from those at hand."""
-    known = curves.predict(12.0, 0.01, 0.10, density_kg_m3=4000.0)
-    target = {name: getattr(known, name).value for name in TARGET}
-    allowed = Allowed((11.9, 12.1), (0.099, 0.101), (0.01,), (3900.0, 4000.0, 7700.0))
-    best = rank_conditions(target, [curves], allowed, EQUAL, 3).iloc[0]
+    light = {"speed_hz": 12.0, "ball_diameter_m": 0.01, "fill_ratio": 0.10, "density_kg_m3": 4000.0}
+    known = curves.predict(curves.condition(**light))
+    request = allowed((714, 726), (0.099, 0.101), (10,), densities_kg_m3=[3900.0, 4000.0, 7700.0])
+    best = rank_conditions(target_at(curves, **light), [curves], request).iloc[0]
     assert best["density_kg_m3"] == 4000.0 and best["inside"] == "yes"
     assert best["power_W"] == pytest.approx(known.power_W.value, rel=1e-3)
 
 
 def test_conditions_beyond_the_simulations_are_marked(curves):
-    table = rank_conditions(TARGET, [curves], Allowed((25.0, 30.0), (0.06, 0.20), (0.005, 0.02)), EQUAL, 5)
+    table = rank_conditions(TARGET, [curves], allowed((1500, 1800), (0.06, 0.20), (5, 20)))
     assert set(table["inside"]) == {"no"}
     assert table["outside"].str.contains("speed_hz").all()
     assert table.loc[table["ball_diameter_mm"] == 20.0, "outside"].str.contains("ball_diameter_m").all()
@@ -113,9 +132,8 @@ REQUEST = {"speeds_rpm": [300, 1200], "fill_ratios": [0.04, 0.40], "ball_diamete
 
 
 def test_the_command_line_finds_a_known_condition(curves, file, tmp_path, capsys):
-    known = curves.predict(15.0, 0.008, 0.12)
-    energies = [f"{getattr(known, name).value:.10g}" for name in ("normal_energy_J", "tangential_energy_J")]
-    frequency = f"{known.frequency_per_ball_hz.value:.10g}"
+    target = target_at(curves, speed_hz=15.0, ball_diameter_m=0.008, fill_ratio=0.12)
+    *energies, frequency = (f"{target[name]:.10g}" for name in TARGET)
     options = ["--speeds", "300", "1200", "--balls", "5", "8", "10", "--out", str(tmp_path / "ranked.tsv")]
     match_conditions.main([file, "--energies", *energies, "--frequency", frequency, *options])
     best = read_table(tmp_path / "ranked.tsv").iloc[0]
@@ -140,10 +158,9 @@ def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
 def test_the_powder_that_gives_the_target_is_chosen(curves):
     """Of two contact sets, the one that the target came from."""
     strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_3ms"), VOLUME, 0.95)
-    known = strong.predict(12.0, 0.01, 0.10)
-    target = {name: getattr(known, name).value for name in TARGET}
-    allowed = Allowed((5.0, 20.0), (0.04, 0.40), (0.01,))
-    assert rank_conditions(target, [curves, strong], allowed, EQUAL, 1)["contact"].iloc[0] == "steel"
+    target = target_at(strong, speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.10)
+    table = rank_conditions(target, [curves, strong], allowed((300, 1200), (0.04, 0.40), (10,)))
+    assert table["contact"].iloc[0] == "steel"
 
 
 def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):

@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 from millprint.errors import ConfigError
+from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import QUANTITIES
+from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Band, Fingerprint
 from millprint.fingerprint.processes import varied_components
@@ -43,6 +44,10 @@ def scattered(seed: int, size: float = 0.05) -> pd.DataFrame:
     return tabulate_descriptors(runs, "gap_3ms")
 
 
+def at(mill: Fingerprint, speed_hz: float, ball_diameter_m: float, fill_ratio: float, **other: float) -> Condition:
+    return mill.condition(speed_hz=speed_hz, ball_diameter_m=ball_diameter_m, fill_ratio=fill_ratio, **other)
+
+
 @pytest.fixture(scope="module")
 def exact() -> pd.DataFrame:
     return descriptors()
@@ -62,7 +67,7 @@ def test_the_curve_passes_through_an_exact_mill(own):
     table = own.curve(np.geomspace(0.04, 0.40, 60))
     for name, curve in zip(("Pn", "Pt", "f"), true_curves(table["fill_ratio"]), strict=True):
         np.testing.assert_allclose(table[name], curve, rtol=0.02)
-    for name in QUANTITIES:
+    for name in CURVES:
         assert (table[f"{name}_lower"] < table[name]).all() and (table[name] < table[f"{name}_upper"]).all()
     np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
 
@@ -98,7 +103,7 @@ def test_a_band_that_is_too_narrow_is_found_out(noisy):
 
 def test_predictions_return_the_simulated_conditions(exact, own):
     for row in exact.itertuples():
-        found = own.predict(row.speed_hz, row.ball_diameter_m, row.fill_ratio)
+        found = own.predict(at(own, row.speed_hz, row.ball_diameter_m, row.fill_ratio))
         assert found.outside == ()
         assert found.balls == row.balls
         assert found.normal_energy_J.value == pytest.approx(row.normal_energy_J, rel=0.02)
@@ -107,20 +112,18 @@ def test_predictions_return_the_simulated_conditions(exact, own):
 
 
 def test_energies_times_frequency_are_the_power(own):
-    found = own.predict(13.14, 0.01, 0.06)
+    found = own.predict(at(own, 13.14, 0.01, 0.06))
     energies = found.normal_energy_J.value + found.tangential_energy_J.value
     assert found.balls * found.frequency_per_ball_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
 
 
 def test_predictions_of_an_exact_mill_scale_as_the_equations_say(own):
-    base = own.predict(10.0, 0.01, 0.10)
-    assert own.predict(20.0, 0.01, 0.10).power_W.value == pytest.approx(8 * base.power_W.value, rel=5e-3)
-    assert own.predict(20.0, 0.01, 0.10).normal_energy_J.value == pytest.approx(
-        4 * base.normal_energy_J.value, rel=5e-3
-    )
-    half = own.predict(10.0, 0.005, 0.10)
+    base, fast = own.predict(at(own, 10.0, 0.01, 0.10)), own.predict(at(own, 20.0, 0.01, 0.10))
+    assert fast.power_W.value == pytest.approx(8 * base.power_W.value, rel=5e-3)
+    assert fast.normal_energy_J.value == pytest.approx(4 * base.normal_energy_J.value, rel=5e-3)
+    half = own.predict(at(own, 10.0, 0.005, 0.10))
     assert half.tangential_energy_J.value == pytest.approx(base.tangential_energy_J.value / 8, rel=5e-3)
-    far = own.predict(10.0, 0.01, 0.10, density_kg_m3=2 * DENSITY, amplitude_m=1.4 * AMPLITUDE)
+    far = own.predict(at(own, 10.0, 0.01, 0.10, density_kg_m3=2 * DENSITY, amplitude_m=1.4 * AMPLITUDE))
     assert far.power_W.value == pytest.approx(2 * 1.4**2 * base.power_W.value, rel=5e-3)
 
 
@@ -131,7 +134,7 @@ def test_a_departure_from_the_scaling_is_learned():
         for counted in run["collisions"]:
             counted["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
     model = Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)
-    found = model.predict(1000.0 / 60.0, 0.01, 0.12).frequency_per_ball_hz
+    found = model.predict(at(model, 1000.0 / 60.0, 0.01, 0.12)).frequency_per_ball_hz
     true = true_curves(0.12)[2] * (1000.0 / 60.0) * (1000.0 / 600.0) ** -0.3
     assert found.value == pytest.approx(true, rel=0.01)
     assert found.lower < true < found.upper and found.upper / found.lower < 1.1
@@ -141,30 +144,30 @@ def test_a_departure_from_the_scaling_is_learned():
 
 
 def test_the_band_widens_away_from_what_was_simulated(noisy):
-    width = {speed: (band := noisy.predict(speed, 0.01, 0.10).power_W).upper / band.lower for speed in (10.0, 60.0)}
-    assert width[60.0] >= width[10.0]
+    near, far = (noisy.predict(at(noisy, speed, 0.01, 0.10)).power_W for speed in (10.0, 60.0))
+    assert far.upper / far.lower >= near.upper / near.lower
 
 
 def test_what_lies_outside_is_named_or_refused(own):
-    assert own.predict(20.0, 0.005, 0.40, density_kg_m3=3900.0, amplitude_m=0.024).outside == ()
-    assert set(own.predict(30.0, 0.02, 0.10, amplitude_m=0.03).outside) == {
+    assert own.predict(at(own, 20.0, 0.005, 0.40, density_kg_m3=3900.0, amplitude_m=0.024)).outside == ()
+    assert set(own.predict(at(own, 30.0, 0.02, 0.10, amplitude_m=0.03)).outside) == {
         "speed_hz",
         "ball_diameter_m",
         "amplitude_m",
     }
-    assert own.predict(10.0, 0.01, 0.5).outside == ("fill_ratio",)
-    assert own.predict(10.0, 0.01, 0.10, volume_m3=2 * VOLUME).outside == ("volume_m3",)
+    assert own.predict(at(own, 10.0, 0.01, 0.5)).outside == ("fill_ratio",)
+    assert own.predict(at(own, 10.0, 0.01, 0.10), volume_m3=2 * VOLUME).outside == ("volume_m3",)
     with pytest.raises(ConfigError, match=r"fill_ratio = 0\.5.*0\.04 to 0\.4"):
         own.at(0.5)
     for wrong in ({"fill_ratio": 1.0}, {"speed_hz": 0.0}, {"ball_diameter_m": -0.01}):
         with pytest.raises(ConfigError, match=f"{next(iter(wrong))} = .*must be over 0"):
-            own.predict(**(AT | wrong))
+            own.predict(own.condition(**(AT | wrong)))
 
 
 def test_amplitude_and_density_are_ranged_only_if_they_were_varied(exact):
     assert set(varied_components(exact)) == {"fill", "machine"}
     model = Fingerprint.fit(exact, VOLUME, 0.95)
-    assert model.predict(10.0, 0.01, 0.10, amplitude_m=0.02).outside == ("amplitude_m",)
+    assert model.predict(at(model, 10.0, 0.01, 0.10, amplitude_m=0.02)).outside == ("amplitude_m",)
     both = tabulate_descriptors(summaries() + overrides(), "gap_3ms")
     assert set(varied_components(both)) == {"fill", "machine", "amplitude", "density"}
     alone = tabulate_descriptors(summaries(diameters=(10.0,), speeds=(600.0,)), "gap_3ms")
@@ -179,8 +182,8 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
     with pytest.raises(pickle.UnpicklingError):
         pickle.loads(path.read_bytes())
     again = Fingerprint.read(path)
-    for name, one in vars(own.predict(12.0, 0.008, 0.13)).items():
-        other = getattr(again.predict(12.0, 0.008, 0.13), name)
+    for name, one in vars(own.predict(at(own, 12.0, 0.008, 0.13))).items():
+        other = getattr(again.predict(at(again, 12.0, 0.008, 0.13)), name)
         if isinstance(one, Band):
             assert vars(other) == pytest.approx(vars(one), rel=1e-9)
         else:
@@ -230,10 +233,10 @@ def test_the_library_of_fingerprints_is_free_of_pickle():
 
 
 def test_the_tangential_share_follows_from_the_powers(own):
-    found = own.predict(**AT)
+    found = own.predict(own.condition(**AT))
     both = found.normal_power_W.value + found.tangential_power_W.value
     assert found.tangential_share.value == pytest.approx(found.tangential_power_W.value / both, rel=1e-12)
-    band = own.scaled(pd.DataFrame([{**AT, **own.machine()}])).iloc[0]
+    band = own.scaled(own.condition(**AT)).iloc[0]
     for end in ("lower", "upper"):
         ratio = band[f"ratio_{end}"]
         assert getattr(found.tangential_share, end) == pytest.approx(ratio / (1 + ratio), rel=1e-12)

@@ -1,5 +1,6 @@
 """Chapter 4: every printed digit of Tables 4.2 to 4.5 from the master-curve values."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
-from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, specific_yields
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
 from millprint.fingerprint.regimes import (
     cases_at,
     design_cases,
@@ -18,11 +20,10 @@ from millprint.fingerprint.regimes import (
     with_curves,
     with_published,
 )
-from millprint.fingerprint.slopes import fit_slopes
 from tests.unit.synthetic_mill import fingerprint
 
 DATA = Path(__file__).parents[2] / "config/data"
-MACHINE = (10.0, 7700.0, 0.017, 0.01)
+REFERENCE = Condition(0.10, 10.0, 0.01, 7700.0, 0.017)
 CHEMISTRY = Chemistry(0.13786, 0.03783, 1226e3, 1510e3, 2908e3)
 ORDER = ["reference", "speed.tangential", "speed.normal", "power.tangential", "power.normal"]
 
@@ -54,7 +55,7 @@ def measured() -> pd.DataFrame:
 
 @pytest.fixture(scope="module")
 def runs(measured) -> pd.DataFrame:
-    return measured.assign(power_W=design_cases(measured, *MACHINE)["power_as_printed_W"])
+    return measured.assign(power_W=design_cases(measured, REFERENCE)["power_as_printed_W"])
 
 
 def assert_printed(table: pd.DataFrame, printed: dict[str, list[str]], scale: float = 1.0) -> None:
@@ -66,11 +67,11 @@ def assert_printed(table: pd.DataFrame, printed: dict[str, list[str]], scale: fl
 
 
 def test_table_4_2_to_the_printed_digits(measured):
-    assert_printed(design_cases(measured, *MACHINE), TABLE_4_2)
+    assert_printed(design_cases(measured, REFERENCE), TABLE_4_2)
 
 
 def test_62_8_rad_s_gives_energies_powers_and_ratios_by_rounding_alone(measured):
-    table = design_cases(measured, 62.8 / (2 * np.pi), *MACHINE[1:])
+    table = design_cases(measured, replace(REFERENCE, speed_hz=62.8 / (2 * np.pi)))
     normal, tangential = (table[f"{name}_energy_J"].mul(1e4).round(2) for name in ("normal", "tangential"))
     assert [f"{value:.2f}" for value in normal] == TABLE_4_2["normal_energy_J"]
     assert [f"{value:.2f}" for value in tangential] == TABLE_4_2["tangential_energy_J"]
@@ -84,7 +85,7 @@ def test_tables_4_4_and_4_5_to_the_printed_digits(runs):
 
 
 def test_equal_power_is_equal_and_a_like_case_keeps_the_speed(measured):
-    table = design_cases(measured, *MACHINE)
+    table = design_cases(measured, REFERENCE)
     kept = table[table["mode"].isin(["reference", "power"])]
     np.testing.assert_allclose(kept["power_W"], kept["power_W"].iloc[0], rtol=1e-12)
     assert equal_power_speed(10.0, 24, 129.7, 24, 129.7) == pytest.approx(10.0)
@@ -119,23 +120,23 @@ def test_changes_against_prior_work():
 
 
 def test_our_curves_take_the_place_of_the_published(measured):
-    ours = design_cases(with_curves(measured, fingerprint()), *MACHINE)
+    ours = design_cases(with_curves(measured, fingerprint()), REFERENCE)
     assert (ours["power_lower_W"] < ours["power_W"]).all() and (ours["power_W"] < ours["power_upper_W"]).all()
     assert ours["power_W"][3] == pytest.approx(ours["power_W"][0], rel=1e-9)
-    np.testing.assert_allclose(power_as_run(ours, ours["speed_hz"], *MACHINE[1:]), ours["power_W"], rtol=1e-12)
+    np.testing.assert_allclose(power_as_run(ours, ours["speed_hz"], REFERENCE), ours["power_W"], rtol=1e-12)
 
 
 def test_cases_at_any_fill_keep_speed_or_power_of_the_reference(measured):
-    cases = cases_at([0.30, 0.08, 0.30], 0.10, 125e-6, 0.01)
+    cases = cases_at([0.30, 0.08, 0.30], REFERENCE, 125e-6)
     assert list(cases["case"]) == ["reference", "speed.0.08", "speed.0.3", "power.0.08", "power.0.3"]
     assert list(cases["balls"]) == [24, 19, 72, 19, 72]
-    table = design_cases(with_curves(cases, fingerprint()), *MACHINE).set_index("case")
+    table = design_cases(with_curves(cases, fingerprint()), REFERENCE).set_index("case")
     assert (table.loc[["speed.0.08", "speed.0.3"], "speed_hz"] == 10.0).all()
     np.testing.assert_allclose(table.loc[["power.0.08", "power.0.3"], "power_W"], table.loc["reference", "power_W"])
-    printed = with_published(cases_at([0.06, 0.08, 0.17], 0.10, 125e-6, 0.01), measured)
+    printed = with_published(cases_at([0.06, 0.08, 0.17], REFERENCE, 125e-6), measured)
     assert set(printed["fill_ratio"]) == {0.06, 0.10, 0.17}
-    assert design_cases(printed, *MACHINE).set_index("case").loc["power.0.06", "speed_hz"] == pytest.approx(
-        design_cases(measured, *MACHINE).set_index("case").loc["power.tangential", "speed_hz"]
+    assert design_cases(printed, REFERENCE).set_index("case").loc["power.0.06", "speed_hz"] == pytest.approx(
+        design_cases(measured, REFERENCE).set_index("case").loc["power.tangential", "speed_hz"]
     )
 
 

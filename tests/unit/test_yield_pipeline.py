@@ -25,9 +25,10 @@ import try_yield_models
 from millprint.claims.chapter5 import findings
 from millprint.claims.compare import verdict
 from millprint.files import read_table
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.regimes import read_regimes
 from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
 from millprint.predict.honest import LOCKED_AGAIN
-from millprint.predict.regimes import Machine
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -35,7 +36,7 @@ from tests.unit.yield_settings import SPLIT, parts, settings
 
 CLAIMS = ROOT / "config/data/claims.tsv"
 REGIMES = ROOT / "config/data/regimes.tsv"
-MACHINE = Machine(reference_speed=10.0, density=7700.0, amplitude=0.017, diameter=0.01)
+REFERENCE = Condition(0.10, speed_hz=10.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=0.017)
 TABLES = [
     "locked",
     "honest",
@@ -134,9 +135,10 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     """What comes after the evaluation: other regimes, the next experiments, predictions for new conditions."""
     regimes = SimpleNamespace(regimes=folder / "regimes.tsv", summary=folder / "regimes_summary.tsv")
     own = (config.training, config.honest, config.averaging, config.interval_level)
-    leave_regimes_out.main(parts, str(REGIMES), regimes, MACHINE, *own)
+    cases = read_regimes(str(REGIMES))
+    leave_regimes_out.main(parts, cases, regimes, REFERENCE, *own)
     proposals = str(folder / "next_experiments.tsv")
-    propose_experiments.main(parts, str(REGIMES), None, proposals, MACHINE, 125e-6, config.proposals, config.averaging)
+    propose_experiments.main(parts, cases, None, proposals, REFERENCE, 125e-6, config.proposals, config.averaging)
     searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
     try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)

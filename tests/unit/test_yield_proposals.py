@@ -9,13 +9,20 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.proposals import RegionConfig
 from millprint.errors import ConfigError
+from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.predict.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
 from millprint.predict.averaging import AveragedModel, Candidate, average, fit_library, fit_member
 from millprint.predict.inputs import describe
 from millprint.predict.learners import Answer
 from millprint.predict.proposals import propose, shortlist
-from millprint.predict.regimes import Machine, leave_regimes_out, regime_rows, summarise_regimes, without_regime
+from millprint.predict.regimes import (
+    leave_regimes_out,
+    reference_of_mill,
+    regime_rows,
+    summarise_regimes,
+    without_regime,
+)
 from millprint.predict.region import Mill, check_region, region_conditions
 from millprint.predict.retrospective import (
     MERITS,
@@ -32,7 +39,7 @@ from tests.unit.yield_settings import all_runs, settings
 
 MILLS = ROOT / "config/mills"
 REGIMES = ROOT / "config/data/regimes.tsv"
-MACHINE = Machine(reference_speed=10.0, density=7700.0, amplitude=0.017, diameter=0.01)
+REFERENCE = Condition(0.10, speed_hz=10.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=17 * 1e-3)
 MILL = Mill(density=7700.0, amplitude=0.017, volume=125e-6)
 REGION = {
     "bpr": [10, 30],
@@ -49,16 +56,16 @@ SCALES = ("linear", "linear", "log", "log", "linear")
 def test_the_amplitude_of_the_emax_is_its_own_to_the_last_bit(name):
     """Half the longest way of a wall is the A of a circle: what the thesis's yield models were always told."""
     mill = load_named(MILLS, name, MillConfig, "mill")
-    machine = Machine.of_mill(mill, reference_speed=10.0, density=7700.0, diameter=0.01)
-    assert machine == Machine(10.0, 7700.0, 17 * 1e-3, 0.01)
-    assert machine == MACHINE
+    cases = read_regimes(str(REGIMES))
+    assert reference_of_mill(cases, mill, reference_speed=10.0, density=7700.0, diameter=0.01) == REFERENCE
 
 
 def test_a_mill_without_an_amplitude_of_its_own_has_that_of_its_walls():
     planetary = load_named(MILLS, "planetary", MillConfig, "mill")
-    machine = Machine.of_mill(planetary, reference_speed=5.0, density=7700.0, diameter=0.01)
+    cases = read_regimes(str(REGIMES))
+    reference = reference_of_mill(cases, planetary, reference_speed=5.0, density=7700.0, diameter=0.01)
     # The wall goes as far as the sun wheel's radius and the jar's.
-    assert machine.amplitude == pytest.approx((70.5 + 37.5) * 1e-3, rel=1e-3)
+    assert reference.amplitude_m == pytest.approx((70.5 + 37.5) * 1e-3, rel=1e-3)
 
 
 def conditions() -> pd.DataFrame:
@@ -201,7 +208,7 @@ def test_search_ends_with_the_best_run_and_beats_nobody_by_cheating():
 
 
 def test_regime_rows_are_those_of_table_5_7():
-    rows = regime_rows(read_regimes(str(REGIMES)), MACHINE).set_index("case")
+    rows = regime_rows(read_regimes(str(REGIMES)), REFERENCE).set_index("case")
     assert "reference" not in rows.index and len(rows) == 4
     names = ["normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz"]
     np.testing.assert_allclose(rows.loc["speed.tangential", names].astype(float), [73, 238, 700], rtol=0.01)
@@ -227,14 +234,14 @@ def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, told):
 
 
 def test_without_regime_keeps_the_energy_and_hides_the_share():
-    rows = pd.concat([all_runs(), regime_rows(read_regimes(str(REGIMES)), MACHINE)], ignore_index=True)
+    rows = pd.concat([all_runs(), regime_rows(read_regimes(str(REGIMES)), REFERENCE)], ignore_index=True)
     hidden = without_regime(rows)
     np.testing.assert_allclose(describe(hidden)["power_per_ball_mW"], describe(rows)["power_per_ball_mW"])
     assert describe(hidden)["tangential_share"].std() < 1e-12 < describe(rows)["tangential_share"].std()
 
 
 def test_regimes_left_out_are_not_in_the_training():
-    screening, regimes = all_runs(), regime_rows(read_regimes(str(REGIMES)), MACHINE)
+    screening, regimes = all_runs(), regime_rows(read_regimes(str(REGIMES)), REFERENCE)
     seen = []
 
     def spy(rows, yields, asked, levels):

@@ -16,8 +16,8 @@ from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.sweep import ball_count
 from millprint.files import read_table
+from millprint.fingerprint.condition import effective_restitution
 from millprint.fingerprint.descriptors import NOTHING
-from millprint.fingerprint.scaling import effective_restitution
 
 JAR_VOLUME_ML = 125.0
 CHANNELS = {"n": "normal", "t": "tangential"}

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from millprint.config.counting import RuleName
 from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
-DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+TARGET_DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
@@ -33,14 +33,14 @@ class TargetConfig(Section):
     like: LikeConfig | None = Field(default=None, description="a condition of another mill, in place of numbers")
 
     @property
-    def wanted(self) -> dict[str, float]:
+    def given(self) -> dict[str, float]:
         """The descriptors that are given as numbers."""
-        return {name: value for name in DESCRIPTORS if (value := getattr(self, name)) is not None}
+        return {name: value for name in TARGET_DESCRIPTORS if (value := getattr(self, name)) is not None}
 
     @model_validator(mode="after")
     def _numbers_or_a_condition(self) -> "TargetConfig":
-        if bool(self.wanted) == (self.like is not None):
-            raise ValueError(f"either one at least of {', '.join(DESCRIPTORS)}, or like: is wanted")
+        if bool(self.given) == (self.like is not None):
+            raise ValueError(f"either one at least of {', '.join(TARGET_DESCRIPTORS)}, or like: is wanted")
         return self
 
 
@@ -78,7 +78,7 @@ class MatchConfig(Section):
     @model_validator(mode="after")
     def _something_weighs(self) -> "MatchConfig":
         for target in self.targets:
-            counted = target.wanted or DESCRIPTORS
+            counted = target.given or TARGET_DESCRIPTORS
             if not any(getattr(self.weights, name) for name in counted):
                 raise ValueError(f"weights: at least one of target {target.name} must be over 0 ({', '.join(counted)})")
         return self

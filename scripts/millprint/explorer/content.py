@@ -6,10 +6,10 @@ import numpy as np
 from scipy.stats import norm
 
 from millprint.config.averaging import INPUTS
-from millprint.config.fingerprint import DESCRIPTORS, MatchConfig
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
 from millprint.config.proposals import PredictionConfig
+from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.content import read_content
-from millprint.fingerprint.processes import VARIABLES
 from millprint.fingerprint.search import GRID
 from millprint.predict.answer import trained_ranges
 from millprint.predict.archive import load_averaged, training_rows
@@ -44,7 +44,7 @@ def explorer_content(
         "name": name,
         "title": title,
         "variables": list(VARIABLES),
-        "descriptors": list(DESCRIPTORS),
+        "descriptors": list(TARGET_DESCRIPTORS),
         "widths": [float(norm.ppf(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
         "fingerprints": kept,
         "yield": yield_content(yield_model, prediction, level),
@@ -58,7 +58,7 @@ def explorer_content(
             "densities_kg_m3": list(request.densities_kg_m3),
             "weights": request.weights.model_dump(),
             "ranked": request.ranked,
-            "targets": {target.name: target.wanted for target in request.targets if target.like is None},
+            "targets": {target.name: target.given for target in request.targets if target.like is None},
         },
     }
 

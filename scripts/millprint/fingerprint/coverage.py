@@ -5,8 +5,9 @@ import pandas as pd
 from scipy.stats import norm
 from statsmodels.stats.proportion import proportion_confint
 
+from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import VARIABLES, Process
+from millprint.fingerprint.processes import Process
 
 # What is left out at a time -> the variables that its conditions share.
 LEFT_OUT = {

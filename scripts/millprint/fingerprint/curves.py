@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 
 from millprint.errors import ConfigError
-from millprint.fingerprint.scaling import universal_factor
+from millprint.fingerprint.condition import universal_factor
 
-# The four panels of thesis Fig. 3.12, then what the predictions need besides.
+# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then what predictions need besides.
 PANELS = ("Pn", "Pt", "f", "ratio")
-QUANTITIES = (*PANELS, "P", "En", "Et")
-FEWEST_FILLS = 3  # a master curve needs
+CURVES = (*PANELS, "P", "En", "Et")
+FEWEST_FILLS = 3  # that a master curve needs
 
 
 def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.DataFrame:
@@ -41,7 +41,7 @@ def average_curves(descriptors: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for group in groups:
         row = {"fill_ratio": group["fill_ratio"].iloc[0]}
-        for quantity in QUANTITIES:
+        for quantity in CURVES:
             mean = group[quantity].mean()
             spread = group[quantity].std(ddof=1) if len(group) > 1 else mean * _pooled_spread(groups, quantity)
             if np.isnan(spread):

@@ -3,52 +3,20 @@
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.scaling import (
-    effective_restitution,
-    energy_scale,
-    specific_frequency,
-    specific_power,
-)
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
+from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.summaries import counted
 
 # What tells conditions apart. `varied` names what a sweep changed of the mill or its balls: NOTHING where as built.
-CONDITION = [
-    "mill",
-    "contact",
-    "varied",
-    "ball_diameter_mm",
-    "fill_ratio",
-    "speed_rpm",
-    "density_kg_m3",
-    "amplitude_m",
-]
+CONDITION_TEXT = ["mill", "contact", "varied"]
+CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
+CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
-# What a table of descriptors must hold for the stages after it.
-TEXT = ["mill", "contact", "varied", "counting_rule"]
-NUMBERS = [
-    *CONDITION[3:],
-    "balls",
-    "ball_diameter_m",
-    "restitution",
-    "static_friction",
-    "effective_restitution",
-    "speed_hz",
-    "collision_gap_s",
-    "normal_energy_J",
-    "tangential_energy_J",
-    "frequency_per_ball_hz",
-    "normal_power_W",
-    "tangential_power_W",
-    "Pn",
-    "Pt",
-    "f",
-    "ratio",
-    "P",
-    "En",
-    "Et",
-]
+# What the stages after it need of a table of descriptors.
+TEXT = [*CONDITION_TEXT, "counting_rule"]
+NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
 RULE_COLUMNS = {
@@ -79,29 +47,13 @@ def as_built(table: pd.DataFrame) -> pd.DataFrame:
 
 def run_row(summary: dict, rule_name: str) -> dict:
     """What one run measured, collisions counted by the rule of that name, which has no threshold."""
-    rule = counted(summary, rule_name)
-    power, error = summary["power_W"], summary["power_standard_error_W"]
+    rule, error = counted(summary, rule_name), summary["power_standard_error_W"]
     return {
         **condition_of(summary),
-        "balls": summary["balls"],
-        "ball_diameter_m": summary["ball_diameter_m"],
-        "restitution": summary["restitution"],
-        "static_friction": summary["static_friction"],
-        "speed_hz": summary["frequency_hz"],
-        "window_s": summary["window_s"],
         "counting_rule": rule["name"],
-        "collision_gap_s": rule["gap_s"],
-        "collision_frequency_hz": rule["frequency_hz"],
-        "collisions": rule["count"],
-        "normal_power_W": power["normal"],
-        "tangential_power_W": power["tangential"],
-        "rolling_power_W": power["rolling"],
-        "wall_power_W": power["wall"],
+        **{column.name: column.of_run(summary, rule) for column in MEASURED},
         "normal_variance_W2": np.nan if error["normal"] is None else error["normal"] ** 2,
         "tangential_variance_W2": np.nan if error["tangential"] is None else error["tangential"] ** 2,
-        "mean_ball_height_m": summary["mean_ball_height_m"],
-        "median_contact_duration_s": summary["median_contact_duration_s"],
-        "closure": summary["closure"],
     }
 
 
@@ -123,36 +75,13 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
-    """Add energies per collision and scaled quantities to powers [W] and frequencies [1/s].
-
-    normal_energy_J, tangential_energy_J: Eqs 3.20 and 3.21, the dissipated energy over the number of collisions.
-    Pn, Pt: Eq. 3.28; f: Eq. 3.29; ratio = Pt / Pn; P = Pn + Pt; En = Pn / f and Et = Pt / f, the energies over
-    rho omega^2 A^2 d^3. A column ending in _se is a standard error in time: of the powers over revolutions, of the
-    frequency as if collisions were independent (so a lower bound).
-    """
+    """Add the computed descriptors to the measured ones, then a column NAME_se for each that has a standard error."""
     table = table.copy()
-    machine = [table[name] for name in ("density_kg_m3", "speed_hz", "amplitude_m", "ball_diameter_m")]
-    table["normal_energy_J"] = table["normal_power_W"] / table["collision_frequency_hz"]
-    table["tangential_energy_J"] = table["tangential_power_W"] / table["collision_frequency_hz"]
-    table["frequency_per_ball_hz"] = table["collision_frequency_hz"] / table["balls"]
-    table["effective_restitution"] = effective_restitution(table["restitution"], table["static_friction"])
-    table["Pn"] = specific_power(table["normal_power_W"], table["balls"], *machine)
-    table["Pt"] = specific_power(table["tangential_power_W"], table["balls"], *machine)
-    table["f"] = specific_frequency(table["collision_frequency_hz"], table["balls"], table["speed_hz"])
-    table["ratio"] = table["Pt"] / table["Pn"]
-    table["P"] = table["Pn"] + table["Pt"]
-    table["En"] = table["normal_energy_J"] / energy_scale(*machine)
-    table["Et"] = table["tangential_energy_J"] / energy_scale(*machine)
-    normal = table["normal_power_se_W"] / table["normal_power_W"]
-    tangential = table["tangential_power_se_W"] / table["tangential_power_W"]
-    counting = 1.0 / np.sqrt(table["collisions"])
-    table["Pn_se"] = table["Pn"] * normal
-    table["Pt_se"] = table["Pt"] * tangential
-    table["f_se"] = table["f"] * counting
-    table["ratio_se"] = table["ratio"] * np.hypot(normal, tangential)
-    table["P_se"] = np.hypot(table["Pn_se"], table["Pt_se"])
-    table["En_se"] = table["En"] * np.hypot(normal, counting)
-    table["Et_se"] = table["Et"] * np.hypot(tangential, counting)
+    for column in COMPUTED:
+        table[column.name] = column.values(table)
+    for column in COMPUTED:
+        if column.standard_error:
+            table[f"{column.name}_se"] = column.standard_error(table)
     return table
 
 

@@ -5,16 +5,16 @@ import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.descriptors import as_built
-from millprint.fingerprint.exponents import ENERGY, FREQUENCY, POWER
+from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
-# Quantity of one ball or collision -> exponents of the thesis's scaling, of speed and of ball size.
-QUANTITIES = {
-    "power_per_ball_W": POWER,
-    "normal_power_per_ball_W": POWER,
-    "tangential_power_per_ball_W": POWER,
-    "frequency_per_ball_hz": FREQUENCY,
-    "normal_energy_J": ENERGY,
-    "tangential_energy_J": ENERGY,
+# Quantities of one ball or collision -> short name in the table of all mills, empty where that leaves it out.
+COLLAPSED = {
+    "power_per_ball_W": "power",
+    "normal_power_per_ball_W": "normal",
+    "tangential_power_per_ball_W": "tangential",
+    "frequency_per_ball_hz": "frequency",
+    "normal_energy_J": "",
+    "tangential_energy_J": "",
 }
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powers of speed and ball size")
@@ -55,15 +55,13 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
     with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one
     fill ratio only tell nothing; density and amplitude are those of the mill.
     """
-    table = as_built(descriptors)
-    for channel in ("normal", "tangential"):
-        table = table.assign(**{f"{channel}_power_per_ball_W": table[f"{channel}_power_W"] / table["balls"]})
-    table["power_per_ball_W"] = table["normal_power_per_ball_W"] + table["tangential_power_per_ball_W"]
+    table = with_power_per_ball(as_built(descriptors))
     table = table[table.groupby("fill_ratio")["fill_ratio"].transform("size") > 1]
     constants = pd.get_dummies(table["fill_ratio"]).to_numpy(dtype=float)
     varied = {name: np.log(table[column].to_numpy(dtype=float)) for name, column in VARIED.items()}
     rows = []
-    for quantity, supposed in QUANTITIES.items():
+    for quantity in COLLAPSED:
+        supposed = SUPPOSED[quantity]
         logs = np.log(table[quantity].to_numpy(dtype=float))
         scaled = logs - sum(supposed[name] * values for name, values in varied.items())
         row = {
@@ -83,19 +81,15 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
 
 def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
     """The collapse of several mills: a row a mill, columns `power_*`, `normal_*`, `tangential_*` and `frequency_*`."""
-    short = {
-        "power_per_ball_W": "power",
-        "normal_power_per_ball_W": "normal",
-        "tangential_power_per_ball_W": "tangential",
-        "frequency_per_ball_hz": "frequency",
-    }
     kept = [f"spread_{name}" for name in ("before", "thesis", "own")]
     kept += [f"{name}{end}" for name in VARIED for end in ("", "_lower", "_upper")]
     rows = []
     for table in tables:
         first = table.iloc[0]
         row = {name: first[name] for name in ("mill", "contact", "conditions")}
-        for quantity, name in short.items():
+        for quantity, name in COLLAPSED.items():
+            if not name:
+                continue
             own = table[table["quantity"] == quantity].iloc[0]
             row[f"{name}_collapse"] = own["collapse"]
             row |= {f"{name}_{column}": own[column] for column in kept}

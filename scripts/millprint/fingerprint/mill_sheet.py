@@ -3,16 +3,12 @@
 import pandas as pd
 
 from millprint.config.mill import MillConfig
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.model import Fingerprint, Prediction
 
 SHEET = ["section", "quantity", "value", "lower", "upper", "unit", "text"]
-DESCRIBED = {
-    "normal_energy_J": ("normal energy of a collision", "J"),
-    "tangential_energy_J": ("tangential energy of a collision", "J"),
-    "frequency_per_ball_hz": ("collisions of one ball", "1/s"),
-    "normal_power_W": ("normal power", "W"),
-    "tangential_power_W": ("tangential power", "W"),
-}
+DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W")
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
     "speed_hz": ("speed", "rpm", 60.0),
@@ -22,13 +18,15 @@ RANGES = {
 }
 
 
-def reference_of(fingerprint: Fingerprint) -> dict[str, float]:
-    """The condition that a sheet describes: the first speed and ball size, the middle one of the simulated fills."""
+def sheet_condition(fingerprint: Fingerprint) -> Condition[float]:
+    """The condition that a sheet describes: the slowest speed of the largest balls, the middle fill ratio."""
     settings = fingerprint.about["settings"]
     diameter = max(settings["ball_diameter_m"])
     of_largest = [s for s, d in zip(settings["speed_hz"], settings["ball_diameter_m"], strict=True) if d == diameter]
     low, high = fingerprint.fill_range
-    return {"speed_hz": min(of_largest), "ball_diameter_m": diameter, "fill_ratio": float((low * high) ** 0.5)}
+    return fingerprint.condition(
+        speed_hz=min(of_largest), ball_diameter_m=diameter, fill_ratio=float((low * high) ** 0.5)
+    )
 
 
 def shown_speed(mill: MillConfig, speed_hz: float) -> str:
@@ -50,9 +48,9 @@ def _row(
 
 def _described(prediction: Prediction) -> list[dict]:
     rows = []
-    for name, (title, unit) in DESCRIBED.items():
-        band = getattr(prediction, name)
-        rows.append(_row("descriptors", title, band.value, band.lower, band.upper, unit))
+    for name in DESCRIBED:
+        band, column = getattr(prediction, name), DESCRIPTORS[name]
+        rows.append(_row("descriptors", column.title, band.value, band.lower, band.upper, column.unit))
     return rows
 
 
@@ -63,8 +61,8 @@ def tabulate_sheet(
 
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-].
     """
-    about, condition = fingerprint.about, reference_of(fingerprint)
-    prediction, speed = fingerprint.predict(**condition), condition["speed_hz"]
+    about, condition = fingerprint.about, sheet_condition(fingerprint)
+    prediction, speed = fingerprint.predict(condition), condition.speed_hz
     rows = [
         _row("mill", "name", text=f"{mill.name}: {mill.title}"),
         _row("mill", "nominal volume", mill.volume_ml, unit="mL"),
@@ -72,8 +70,8 @@ def tabulate_sheet(
         _row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
         _row("mill", "collisions counted by", text=about["counting_rule"]),
         _row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
-        _row("condition", "ball diameter", 1e3 * condition["ball_diameter_m"], unit="mm"),
-        _row("condition", "fill ratio", condition["fill_ratio"], unit="-"),
+        _row("condition", "ball diameter", 1e3 * condition.ball_diameter_m, unit="mm"),
+        _row("condition", "fill ratio", condition.fill_ratio, unit="-"),
         _row("condition", "balls", prediction.balls, unit="-"),
         *_described(prediction),
     ]

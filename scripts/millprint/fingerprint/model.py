@@ -1,6 +1,5 @@
 """The fingerprint of one mill and contact set: an object that predicts descriptors with an interval, kept as JSON."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,16 +11,21 @@ from scipy.stats import norm
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
+from millprint.fingerprint.condition import (
+    BASIC,
+    VARIABLES,
+    Condition,
+    descriptors_of,
+    power_scale,
+    scaled_quantities,
+)
 from millprint.fingerprint.content import FORMAT, read_content
-from millprint.fingerprint.curves import FEWEST_FILLS, QUANTITIES
+from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import as_built
-from millprint.fingerprint.processes import VARIABLES, Predictor, Process, logarithms, varied_components
-from millprint.fingerprint.scaling import energy_scale, power_scale
+from millprint.fingerprint.processes import Predictor, Process, logarithms, varied_components
 
 # What a fingerprint says of the runs that it was made of.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
-# Quantities whose value follows from those of others, so that all agree; their bands are those of their own process.
-BASIC = ("Pn", "Pt", "f")
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,7 @@ class Band:
     lower: float
     upper: float
 
-    def times(self, factor: float) -> "Band":
-        """Value and ends times a factor."""
+    def __mul__(self, factor: float) -> "Band":
         return Band(self.value * factor, self.lower * factor, self.upper * factor)
 
 
@@ -57,20 +60,6 @@ def share_of(ratio: Band) -> Band:
     return Band(*(end / (1.0 + end) for end in (ratio.value, ratio.lower, ratio.upper)))
 
 
-def complete(basic: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Every quantity from Pn, Pt and f: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f."""
-    normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
-    return {
-        "Pn": normal,
-        "Pt": tangential,
-        "f": frequency,
-        "ratio": tangential / normal,
-        "P": normal + tangential,
-        "En": normal / frequency,
-        "Et": tangential / frequency,
-    }
-
-
 def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) -> dict:
     """What a fingerprint was made of: mill, balls, counting rule, settings of the mill as built, simulated ranges."""
     built = as_built(descriptors)
@@ -89,7 +78,7 @@ def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) ->
 class Fingerprint:
     """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
 
-    `about` is what `describe` returns, `processes` a Process for each of QUANTITIES.
+    `about` is what `describe` returns, `processes` a Process for each of CURVES.
     """
 
     def __init__(self, about: dict, processes: dict[str, Process]) -> None:
@@ -111,7 +100,7 @@ class Fingerprint:
             )
         inputs, components = logarithms(descriptors), varied_components(descriptors)
         processes = {}
-        for quantity in QUANTITIES:
+        for quantity in CURVES:
             known = descriptors[quantity].to_numpy(dtype=float)
             if not np.all(known > 0):
                 raise ConfigError(
@@ -139,7 +128,7 @@ class Fingerprint:
         content = read_content(path)
         try:
             inputs = np.log(np.column_stack([content["inputs"][name] for name in VARIABLES]))
-            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in QUANTITIES}
+            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
             return cls(content["about"], processes)
         except (KeyError, TypeError, ValueError) as error:
             raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
@@ -154,25 +143,41 @@ class Fingerprint:
         """The smallest and the largest fill ratio that was simulated."""
         return tuple(self.about["ranges"]["fill_ratio"])
 
-    def machine(self) -> dict[str, float]:
-        """Density [kg/m3] and amplitude [m] of the mill as built."""
-        return {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
+    def condition(
+        self,
+        *,
+        speed_hz: float,
+        ball_diameter_m: float,
+        fill_ratio: float,
+        density_kg_m3: float | None = None,
+        amplitude_m: float | None = None,
+    ) -> Condition[float]:
+        """A condition of this mill; density and amplitude are those of the mill as built where they are left out."""
+        return Condition(
+            fill_ratio=fill_ratio,
+            speed_hz=speed_hz,
+            ball_diameter_m=ball_diameter_m,
+            density_kg_m3=self.about["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
+            amplitude_m=self.about["amplitude_m"] if amplitude_m is None else amplitude_m,
+        )
 
-    def means(self, conditions: pd.DataFrame) -> dict[str, np.ndarray]:
-        """Every scaled quantity (m,) of the conditions, a row each with the columns VARIABLES; without bands."""
-        inputs = logarithms(conditions)
-        return complete({name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC})
+    def descriptors(self, condition: Condition) -> dict[str, np.ndarray]:
+        """Energies per collision [J] and collisions of one ball [1/s] (m,) of the conditions, without bands."""
+        inputs = logarithms(condition.table())
+        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC}
+        return descriptors_of(condition, scaled_quantities(basic))
 
-    def scaled(self, conditions: pd.DataFrame) -> pd.DataFrame:
+    def scaled(self, condition: Condition) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with Q_lower and Q_upper, the interval of a new condition."""
-        inputs = logarithms(conditions)
+        inputs = logarithms(condition.table())
         logs = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
-        values = complete({name: np.exp(logs[name][0]) for name in BASIC})
+        values = scaled_quantities({name: np.exp(logs[name][0]) for name in BASIC})
         return banded(values, {name: deviation for name, (_, deviation) in logs.items()}, self.width)
 
     def at_settings(self, fill_ratios: np.ndarray) -> pd.DataFrame:
         """Each fill ratio with each speed and ball size of the mill as built: rows of VARIABLES, fill by fill."""
-        settings = pd.DataFrame(self.about["settings"]).assign(**self.machine())
+        built = {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
+        settings = pd.DataFrame(self.about["settings"]).assign(**built)
         return pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)}).merge(settings, how="cross")
 
     def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
@@ -194,73 +199,58 @@ class Fingerprint:
             log, deviation = (part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs))
             means[name] = log.mean(axis=1)
             deviations[name] = np.sqrt((deviation**2).mean(axis=1) + log.var(axis=1))
-        table = banded(complete({name: np.exp(means[name]) for name in BASIC}), deviations, self.width)
+        table = banded(scaled_quantities({name: np.exp(means[name]) for name in BASIC}), deviations, self.width)
         table.insert(0, "fill_ratio", fill_ratios)
         return table
 
     def at(self, fill_ratio: float) -> dict[str, Band]:
         """The master curves at one fill ratio; raises ConfigError outside the simulated fill ratios."""
-        row = self.curve(np.array([fill_ratio])).iloc[0]
-        return {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in QUANTITIES}
+        return bands(self.curve(np.array([fill_ratio])))
 
-    def outside(self, condition: Mapping[str, float], volume_m3: float) -> tuple[str, ...]:
+    def outside(self, condition: Condition[float], volume_m3: float) -> tuple[str, ...]:
         """Names of what lies beyond the simulated range, VARIABLES and the jar's volume."""
-        ranges = self.about["ranges"]
-        beyond = [
-            name
-            for name in VARIABLES
-            if not ranges[name][0] * (1 - 1e-9) <= condition[name] <= ranges[name][1] * (1 + 1e-9)
-        ]
+        beyond = []
+        for name in VARIABLES:
+            low, high = self.about["ranges"][name]
+            if not low * (1 - 1e-9) <= getattr(condition, name) <= high * (1 + 1e-9):
+                beyond.append(name)
         return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
 
-    def predict(
-        self,
-        speed_hz: float,
-        ball_diameter_m: float,
-        fill_ratio: float,
-        density_kg_m3: float | None = None,
-        amplitude_m: float | None = None,
-        volume_m3: float | None = None,
-    ) -> Prediction:
+    def predict(self, condition: Condition[float], volume_m3: float | None = None) -> Prediction:
         """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, as `Prediction`, with what lies outside the range.
 
-        Density, amplitude and jar volume are those of the mill as built if left out. Beyond the simulated range the
-        scaling of the thesis carries the curves on, with an interval that widens. Raises ConfigError for a condition
-        that cannot be: a value of 0 or less, or a fill ratio of 1 or more.
+        volume_m3: of the jar, that of the mill as built if left out. Beyond the simulated range the scaling of the
+        thesis carries the curves on, with an interval that widens. Raises ConfigError for a condition that cannot be: a
+        value of 0 or less, or a fill ratio of 1 or more.
         """
-        machine = self.machine()
-        condition = {
-            "fill_ratio": fill_ratio,
-            "speed_hz": speed_hz,
-            "ball_diameter_m": ball_diameter_m,
-            "density_kg_m3": machine["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
-            "amplitude_m": machine["amplitude_m"] if amplitude_m is None else amplitude_m,
-        }
         volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
-        for name, value in (*condition.items(), ("volume_m3", volume)):
+        for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
-        row = self.scaled(pd.DataFrame([condition])).iloc[0]
-        band = {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in QUANTITIES}
-        scale = condition["density_kg_m3"], speed_hz, condition["amplitude_m"], ball_diameter_m
-        balls = ball_count(fill_ratio, volume, ball_diameter_m)
+        scaled = bands(self.scaled(condition))
+        balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
+        power = balls * power_scale(condition)
         return Prediction(
             balls=balls,
-            normal_energy_J=band["En"].times(energy_scale(*scale)),
-            tangential_energy_J=band["Et"].times(energy_scale(*scale)),
-            frequency_per_ball_hz=band["f"].times(speed_hz),
-            normal_power_W=band["Pn"].times(balls * power_scale(*scale)),
-            tangential_power_W=band["Pt"].times(balls * power_scale(*scale)),
-            power_W=band["P"].times(balls * power_scale(*scale)),
-            tangential_share=share_of(band["ratio"]),
+            **descriptors_of(condition, scaled),
+            normal_power_W=scaled["Pn"] * power,
+            tangential_power_W=scaled["Pt"] * power,
+            power_W=scaled["P"] * power,
+            tangential_share=share_of(scaled["ratio"]),
             outside=self.outside(condition, volume),
         )
+
+
+def bands(table: pd.DataFrame) -> dict[str, Band]:
+    """The quantities of the first row of a table of `banded`, each with its interval."""
+    row = table.iloc[0]
+    return {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in CURVES}
 
 
 def banded(values: dict[str, np.ndarray], deviations: dict[str, np.ndarray], width: float) -> pd.DataFrame:
     """Q, Q_lower and Q_upper for every quantity from values and standard deviations of their logarithms."""
     table: dict[str, np.ndarray] = {}
-    for name in QUANTITIES:
+    for name in CURVES:
         factor = np.exp(width * deviations[name])
         table |= {name: values[name], f"{name}_lower": values[name] / factor, f"{name}_upper": values[name] * factor}
     return pd.DataFrame(table)

@@ -17,7 +17,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 
-VARIABLES = ("fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m")
+from millprint.fingerprint.condition import VARIABLES
 
 # Component -> what it depends on besides the fill ratio, the start and the bounds of its variance.
 COMPONENTS = {

@@ -6,7 +6,7 @@ import pandas as pd
 
 from millprint.errors import ConfigError
 from millprint.files import read_table
-from millprint.fingerprint.inverse import CurvePoint
+from millprint.fingerprint.condition import BASIC
 
 
 def read_published(path: str | Path) -> pd.DataFrame:
@@ -24,13 +24,13 @@ def published_curves(published: pd.DataFrame, contact: str) -> pd.DataFrame:
     return curves.pivot_table(index="fill_ratio", columns="quantity", values="value").reset_index()
 
 
-def published_point(published: pd.DataFrame, contact: str, fill_ratio: float) -> CurvePoint | None:
-    """The published curves at a fill ratio, or None where the thesis gives no values there."""
+def published_point(published: pd.DataFrame, contact: str, fill_ratio: float) -> dict[str, float] | None:
+    """The published Pn, Pt and f at a fill ratio, or None where the thesis gives no values there."""
     curves = published_curves(published, contact)
     row = curves[(curves["fill_ratio"] - fill_ratio).abs() < 1e-9]
     if row.empty:
         return None
-    return CurvePoint(*(float(row[name].iloc[0]) for name in ("Pn", "Pt", "f")))
+    return {name: float(row[name].iloc[0]) for name in BASIC}
 
 
 def published_cycles(published: pd.DataFrame) -> pd.DataFrame:

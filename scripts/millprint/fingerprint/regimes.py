@@ -1,5 +1,6 @@
 """Design of milling cases at constant speed and at constant total power (thesis Sec. 4.2.1, Table 4.2)."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,7 +9,7 @@ import pandas as pd
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import read_table
-from millprint.fingerprint.scaling import Quantity, energy_scale, power_scale
+from millprint.fingerprint.condition import Condition, Quantity, descriptors_of, power_scale, scaled_quantities
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
@@ -50,6 +51,20 @@ def read_regimes(path: str) -> pd.DataFrame:
     return table.rename(columns={column: name for name, column in CURVES.items()})
 
 
+def reference_condition(
+    cases: pd.DataFrame, *, speed_hz: float, ball_diameter_m: float, density_kg_m3: float, amplitude_m: float
+) -> Condition[float]:
+    """How the reference case is run: at its own fill ratio, and with what is given."""
+    reference = cases[cases["mode"] == "reference"].iloc[0]
+    return Condition(
+        fill_ratio=float(reference["fill_ratio"]),
+        speed_hz=speed_hz,
+        ball_diameter_m=ball_diameter_m,
+        density_kg_m3=density_kg_m3,
+        amplitude_m=amplitude_m,
+    )
+
+
 def equal_power_speed(
     reference_speed: float, reference_balls: float, reference_power: float, balls: Quantity, power: Quantity
 ) -> Quantity:
@@ -60,16 +75,13 @@ def equal_power_speed(
     return reference_speed * np.cbrt(reference_balls * reference_power / (balls * power))
 
 
-def design_cases(
-    cases: pd.DataFrame, reference_speed: float, density: float, amplitude: float, diameter: float
-) -> pd.DataFrame:
+def design_cases(cases: pd.DataFrame, condition: Condition[float]) -> pd.DataFrame:
     """Speed, frequency, energies and power of every case: Table 4.2 from its curve values.
 
-    cases: case, mode, fill_ratio, balls, Pn, Pt, f; reference_speed [Hz]; density [kg/m3]; amplitude and diameter [m].
-    Speeds follow from the mode (Eq. 4.6 for `power`), frequency and energies from Eqs 4.3 and 4.4, the power from
-    Eq. 4.5. Nothing is rounded, but `power_as_printed_W`, which Tables 4.4 and 4.5 go on with: Eq. 4.5 with energies
-    to two decimals of 1e-4 J and whole collisions a second, rounded to 0.1 W. That gives 3.0 W for the 3.053 W of the
-    tangential case.
+    cases: case, mode, fill_ratio, balls, Pn, Pt, f; condition: of the reference case. Speeds follow from the mode
+    (Eq. 4.6 for `power`), frequency and energies from Eqs 4.3 and 4.4, the power from Eq. 4.5. Nothing is rounded, but
+    `power_as_printed_W`, which Tables 4.4 and 4.5 go on with: Eq. 4.5 with energies to two decimals of 1e-4 J and whole
+    collisions a second, rounded to 0.1 W. That gives 3.0 W for the 3.053 W of the tangential case.
 
     The digits of Table 4.2 are ours, rounded or truncated. All its energies and powers come out by plain rounding if
     600 rpm is taken as 62.8 rad/s, and the ratio as that of the rounded energies (a test holds this).
@@ -78,13 +90,13 @@ def design_cases(
     reference = table[table["mode"] == "reference"].iloc[0]
     total = table["Pn"] + table["Pt"]
     even = equal_power_speed(
-        reference_speed, reference["balls"], reference["Pn"] + reference["Pt"], table["balls"], total
+        condition.speed_hz, reference["balls"], reference["Pn"] + reference["Pt"], table["balls"], total
     )
-    table["speed_hz"] = even.where(table["mode"] == "power", reference_speed)
-    scale = energy_scale(density, table["speed_hz"], amplitude, diameter)
-    table["frequency_per_ball_hz"] = table["f"] * table["speed_hz"]
-    table["normal_energy_J"] = table["Pn"] / table["f"] * scale
-    table["tangential_energy_J"] = table["Pt"] / table["f"] * scale
+    table["speed_hz"] = even.where(table["mode"] == "power", condition.speed_hz)
+    as_run = replace(condition, fill_ratio=table["fill_ratio"], speed_hz=table["speed_hz"])
+    found = descriptors_of(as_run, scaled_quantities(table))
+    for name in ("frequency_per_ball_hz", "normal_energy_J", "tangential_energy_J"):
+        table[name] = found[name]
     both = table["normal_energy_J"] + table["tangential_energy_J"]
     table["power_W"] = table["balls"] * table["frequency_per_ball_hz"] * both
     for end in ("lower", "upper"):
@@ -111,15 +123,15 @@ def with_curves(cases: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame
     return cases.assign(**{name: curve[name] for name in CURVES}, **shares)
 
 
-def cases_at(fill_ratios: list[float], reference_fill: float, volume: float, diameter: float) -> pd.DataFrame:
+def cases_at(fill_ratios: list[float], reference: Condition[float], volume_m3: float) -> pd.DataFrame:
     """Cases at any fill ratios, without curve values: the reference, then each fill at its speed and at its power.
 
-    volume of the jar [m3], ball diameter [m].
+    volume_m3: of the jar.
     """
-    rows = [("reference", "reference", reference_fill)]
+    rows = [("reference", "reference", reference.fill_ratio)]
     rows += [(f"{mode}.{fill:g}", mode, fill) for mode in MODES[1:] for fill in sorted(set(fill_ratios))]
     table = pd.DataFrame(rows, columns=["case", "mode", "fill_ratio"])
-    return table.assign(balls=[ball_count(fill, volume, diameter) for fill in table["fill_ratio"]])
+    return table.assign(balls=[ball_count(fill, volume_m3, reference.ball_diameter_m) for fill in table["fill_ratio"]])
 
 
 def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
@@ -128,6 +140,10 @@ def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
     return cases.merge(printed, on="fill_ratio", how="inner")
 
 
-def power_as_run(cases: pd.DataFrame, speed: pd.Series, density: float, amplitude: float, diameter: float) -> pd.Series:
-    """Total power n (Pn + Pt) rho omega^3 A^2 d^3 [W] of the cases (Eqs 4.3, 4.5) at the speeds [Hz] that were run."""
-    return cases["balls"] * (cases["Pn"] + cases["Pt"]) * power_scale(density, speed, amplitude, diameter)
+def power_as_run(cases: pd.DataFrame, speed: pd.Series, condition: Condition[float]) -> pd.Series:
+    """Total power n (Pn + Pt) rho omega^3 A^2 d^3 [W] of the cases (Eqs 4.3, 4.5) at the speeds [Hz] that were run.
+
+    condition: of the reference case.
+    """
+    as_run = replace(condition, fill_ratio=cases["fill_ratio"], speed_hz=speed)
+    return cases["balls"] * (cases["Pn"] + cases["Pt"]) * power_scale(as_run)

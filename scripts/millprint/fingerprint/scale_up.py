@@ -6,6 +6,8 @@ they are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1
 share A omega^2 / g included.
 """
 
+from dataclasses import replace
+
 import pandas as pd
 
 from millprint.config.mill_sweep import ScaleUpConfig
@@ -25,28 +27,34 @@ def tabulate_scale_up(
     amplitude: beyond what was simulated, so by the scaling of the thesis, and `outside` says so. `froude` is
     A omega^2 / g over that of the small mill: where it is not 1, gravity weighs more or less than in the small mill.
     """
-    small_speed, small_ball = settings.speed_rpm / 60, settings.ball_diameter_mm / 1e3
-    amplitude, density = fingerprint.about["amplitude_m"], fingerprint.about["density_kg_m3"]
     volume = fingerprint.about["volume_m3"]
-    small = fingerprint.predict(small_speed, small_ball, settings.fill_ratio)
-    small_mass = settings.fill_ratio * volume * density
+    small = fingerprint.condition(
+        speed_hz=settings.speed_rpm / 60,
+        ball_diameter_m=settings.ball_diameter_mm / 1e3,
+        fill_ratio=settings.fill_ratio,
+    )
+    small_found = fingerprint.predict(small)
+    small_mass = small.fill_ratio * volume * small.density_kg_m3
     rows = []
     for way in WAYS:
-        speed, diameter = small_speed * factor**way.power, small_ball * (factor if way.balls_grow else 1.0)
-        found = fingerprint.predict(
-            speed, diameter, settings.fill_ratio, amplitude_m=amplitude * factor, volume_m3=volume * factor**3
+        large = replace(
+            small,
+            speed_hz=small.speed_hz * factor**way.power,
+            ball_diameter_m=small.ball_diameter_m * (factor if way.balls_grow else 1.0),
+            amplitude_m=small.amplitude_m * factor,
         )
+        found = fingerprint.predict(large, volume_m3=volume * factor**3)
         step = step_s * (factor if way.balls_grow else 1.0)
-        steps = settings.revolutions / speed / step
+        steps = settings.revolutions / large.speed_hz / step
         rows.append(
             {
                 "way": way.name,
                 "keeps": way.keeps,
                 "length_factor": factor,
                 "volume_L": 1e3 * volume * factor**3,
-                "amplitude_mm": 1e3 * amplitude * factor,
-                "ball_diameter_mm": 1e3 * diameter,
-                "speed_rpm": 60 * speed,
+                "amplitude_mm": 1e3 * small.amplitude_m * factor,
+                "ball_diameter_mm": 1e3 * large.ball_diameter_m,
+                "speed_rpm": 60 * large.speed_hz,
                 "balls": found.balls,
                 "froude": factor ** (1 + 2 * way.power),
                 "normal_energy_J": found.normal_energy_J.value,
@@ -54,9 +62,9 @@ def tabulate_scale_up(
                 "frequency_per_ball_hz": found.frequency_per_ball_hz.value,
                 "power_W": found.power_W.value,
                 "specific_power_W_kg": found.power_W.value / (small_mass * factor**3),
-                "normal_energy_ratio": found.normal_energy_J.value / small.normal_energy_J.value,
-                "frequency_per_ball_ratio": found.frequency_per_ball_hz.value / small.frequency_per_ball_hz.value,
-                "specific_power_ratio": found.power_W.value / small.power_W.value / factor**3,
+                "normal_energy_ratio": found.normal_energy_J.value / small_found.normal_energy_J.value,
+                "frequency_per_ball_ratio": found.frequency_per_ball_hz.value / small_found.frequency_per_ball_hz.value,
+                "specific_power_ratio": found.power_W.value / small_found.power_W.value / factor**3,
                 "outside": ", ".join(found.outside) or "nothing",
                 "time_step_s": step,
                 "steps": steps,

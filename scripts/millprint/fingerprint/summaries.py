@@ -8,48 +8,32 @@ import numpy as np
 
 from millprint.errors import ConfigError
 from millprint.files import read_json
+from millprint.fingerprint.columns import MEASURED
 
+# Numbers that a summary must have: group.key, or a key of its own.
+ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 NUMBERS = (
-    "balls",
-    "ball_diameter_m",
-    "density_kg_m3",
-    "restitution",
-    "static_friction",
-    "frequency_hz",
-    "amplitude_m",
-    "window_s",
-    "closure",
-    "mean_ball_height_m",
-    "median_contact_duration_s",
+    *(column.key for column in MEASURED if not column.key.startswith("rule.")),
+    *("density_kg_m3", "amplitude_m", "case.ball_diameter_mm", "case.fill_ratio", "case.speed_rpm", "case.seed"),
+    *ERRORS,
 )
-GROUPS = {
-    "case": ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"),
-    "power_W": ("normal", "tangential", "rolling", "wall"),
-    "power_standard_error_W": ("normal", "tangential"),
-}
-
-
-def _finite(source: str, key: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise ConfigError(f"{source}: {key} = {value!r}: a finite number is wanted")
+# A run without a finished contact has no median duration, a window of less than two revolutions no standard error.
+OPTIONAL = {*(column.key for column in MEASURED if column.optional), *ERRORS}
 
 
 def check_summary(summary: dict, source: str) -> dict:
     """Return `summary` unchanged; raises ConfigError that names the file, the key and the value."""
-    wanted = [*NUMBERS, *GROUPS, "mill", "contact", "collisions", "per_revolution"]
-    missing = [key for key in wanted if key not in summary]
-    if missing:
-        raise ConfigError(f"{source}: {missing[0]}: this key is missing; rerun the simulation that wrote the summary")
+    for key in [*(key.split(".")[0] for key in NUMBERS), "mill", "contact", "collisions", "per_revolution"]:
+        if key not in summary:
+            raise ConfigError(f"{source}: {key}: this key is missing; rerun the simulation that wrote the summary")
     for key in NUMBERS:
-        # A run without a single finished contact has no median duration: that is a result, not a fault.
-        if not (key == "median_contact_duration_s" and summary[key] is None):
-            _finite(source, key, summary[key])
-    for group, keys in GROUPS.items():
-        for key in keys:
-            # A window of less than two revolutions has no standard error.
-            if not (group == "power_standard_error_W" and summary[group].get(key) is None):
-                _finite(source, f"{group}.{key}", summary[group].get(key))
-    # A rule with a threshold may well count none; a run in which nothing touched is no run.
+        group, _, name = key.rpartition(".")
+        value = summary[group].get(name) if group else summary[name]
+        if value is None and key in OPTIONAL:
+            continue
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise ConfigError(f"{source}: {key} = {value!r}: must be a finite number")
+    # A rule with a threshold may well count none; in a run something must touch.
     if not any(rule["frequency_hz"] > 0 for rule in summary["collisions"]):
         raise ConfigError(f"{source}: no collision in {summary['window_s']:g} s; make dem.window_s longer")
     if summary["frequency_hz"] <= 0:

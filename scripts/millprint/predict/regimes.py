@@ -1,7 +1,6 @@
 """A change of the mechanical regime: what a model trained at one fill ratio says of another (thesis Sec. 5.3.3)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -9,7 +8,8 @@ import pandas as pd
 
 from millprint.config.mill import MillConfig
 from millprint.doe.runs import YIELD
-from millprint.fingerprint.regimes import design_cases
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.regimes import design_cases, reference_condition
 from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
 from millprint.predict.features import CONDITIONS
 from millprint.predict.learners import Learner
@@ -17,31 +17,30 @@ from millprint.predict.learners import Learner
 SCREENING, REFERENCE = "screening", "reference"
 
 
-@dataclass(frozen=True)
-class Machine:
-    """What turns master curves into descriptors: speed [Hz], density [kg/m3], amplitude and ball diameter [m]."""
+def reference_of_mill(
+    cases: pd.DataFrame, mill: MillConfig, reference_speed: float, density: float, diameter: float
+) -> Condition[float]:
+    """How the reference case is run in a mill: at a speed [Hz], with balls of a density [kg/m3] and diameter [m].
 
-    reference_speed: float
-    density: float
-    amplitude: float
-    diameter: float
-
-    @classmethod
-    def of_mill(cls, mill: MillConfig, reference_speed: float, density: float, diameter: float) -> "Machine":
-        """The machine that a mill is: its amplitude is half the longest way of a wall, as in every run's summary.
-
-        Raises ConfigError for a mill whose shape does not hold.
-        """
-        amplitude = travel_m(build_bodies(mill, CHECK_RPM), CHECK_RPM)
-        return cls(reference_speed, density, amplitude, diameter)
+    The amplitude is half the longest way of a wall, as in every run's summary. Raises ConfigError for a mill whose
+    shape does not hold.
+    """
+    return reference_condition(
+        cases,
+        speed_hz=reference_speed,
+        ball_diameter_m=diameter,
+        density_kg_m3=density,
+        amplitude_m=travel_m(build_bodies(mill, CHECK_RPM), CHECK_RPM),
+    )
 
 
-def regime_rows(cases: pd.DataFrame, machine: Machine) -> pd.DataFrame:
+def regime_rows(cases: pd.DataFrame, reference: Condition[float]) -> pd.DataFrame:
     """The cases of chapter 4 as rows of a yield model: case, regime (the fill ratio), the six conditions, yield.
 
-    cases: as read_regimes gives them. The reference case is left out: it is a run of the screening (case 14).
+    cases: as read_regimes gives them; reference: the condition of the reference case. That case is left out: it is a
+    run of the screening (case 14).
     """
-    designed = design_cases(cases, machine.reference_speed, machine.density, machine.amplitude, machine.diameter)
+    designed = design_cases(cases, reference)
     rows = cases[["case", "mode", "bpr", "molar_ratio", "time_h", YIELD]].assign(
         regime=[f"fill {fill:.2f}" for fill in cases["fill_ratio"]],
         normal_energy_uJ=1e6 * designed["normal_energy_J"],

@@ -9,10 +9,9 @@ import pandas as pd
 from millprint.config.proposals import RegionConfig
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
-from millprint.fingerprint.inverse import CurvePoint, descriptors_at
+from millprint.fingerprint.condition import BASIC, Condition, descriptors_of, scaled_quantities
 
 SETTINGS = ("bpr", "molar_ratio", "time_h", "speed_rpm", "fill_ratio", "ball_diameter_mm")
-CURVES = ("Pn", "Pt", "f")
 GRAM = 1e-3
 
 
@@ -25,8 +24,8 @@ class Mill:
     volume: float
 
 
-def curve_point(curves: pd.DataFrame, fill_ratio: float) -> CurvePoint:
-    """Master curves at a fill ratio, interpolated between logarithms; NaN outside the curves.
+def curve_point(curves: pd.DataFrame, fill_ratio: float) -> dict[str, float]:
+    """The master curves of BASIC at a fill ratio, interpolated between logarithms; NaN outside the curves.
 
     curves: fill_ratio, Pn, Pt, f; rows of equal fill ratio count once.
     """
@@ -34,15 +33,15 @@ def curve_point(curves: pd.DataFrame, fill_ratio: float) -> CurvePoint:
     fills = np.log(table["fill_ratio"].to_numpy(float))
     place = np.log(fill_ratio)
     inside = fills[0] - 1e-9 <= place <= fills[-1] + 1e-9
-    values = [float(np.exp(np.interp(place, fills, np.log(table[name].to_numpy(float))))) for name in CURVES]
-    return CurvePoint(*(value if inside else float("nan") for value in values))
+    found = {name: float(np.exp(np.interp(place, fills, np.log(table[name].to_numpy(float))))) for name in BASIC}
+    return found if inside else dict.fromkeys(BASIC, float("nan"))
 
 
 def check_region(region: RegionConfig, curves: pd.DataFrame, source: str) -> None:
     """Raise ConfigError, in one line, for a fill ratio outside the master curves."""
     low, high = curves["fill_ratio"].min(), curves["fill_ratio"].max()
     for fill in region.fill_ratio:
-        if np.isnan(curve_point(curves, fill).normal):
+        if np.isnan(curve_point(curves, fill)["Pn"]):
             raise ConfigError(
                 f"{source}: yields.proposals.region.fill_ratio = {fill:g}: the master curves hold from {low:g} to "
                 f"{high:g}"
@@ -55,11 +54,12 @@ def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) ->
     Columns: case, the settings, balls, powder_mass_g, normal_energy_uJ, tangential_energy_uJ, specific_frequency_hz.
     """
     table = pd.DataFrame(list(product(*(getattr(region, name) for name in SETTINGS))), columns=list(SETTINGS))
-    points = {fill: curve_point(curves, fill) for fill in region.fill_ratio}
+    scaled = {fill: scaled_quantities(curve_point(curves, fill)) for fill in region.fill_ratio}
     found = []
     for row in table.itertuples():
         diameter = row.ball_diameter_mm * 1e-3
-        at = descriptors_at(points[row.fill_ratio], row.speed_rpm / 60, mill.density, mill.amplitude, diameter)
+        condition = Condition(row.fill_ratio, row.speed_rpm / 60, diameter, mill.density, mill.amplitude)
+        at = descriptors_of(condition, scaled[row.fill_ratio])
         balls = ball_count(row.fill_ratio, mill.volume, diameter)
         found.append(
             {

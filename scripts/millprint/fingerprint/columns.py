@@ -1,0 +1,156 @@
+"""The columns of a table of descriptors: name, unit, title, meaning, and how each is measured or computed.
+
+A new descriptor is a new record here: tables, figures, sheets and workflow/descriptors.md take it from these.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from operator import getitem
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from millprint.fingerprint.condition import (
+    Condition,
+    effective_restitution,
+    energy_scale,
+    specific_frequency,
+    specific_power,
+)
+
+Column = Callable[[pd.DataFrame], pd.Series]
+
+
+@dataclass(frozen=True)
+class Descriptor:
+    """A column of descriptors.tsv.
+
+    title: in sheets; axis: at the axis of a figure, where that is not the title; optional: whether it may be empty.
+    """
+
+    name: str
+    unit: str
+    title: str
+    meaning: str
+    axis: str = ""
+    optional: bool = False
+
+    @property
+    def label(self) -> str:
+        """The label of an axis, with the unit."""
+        return f"{self.axis or self.title} [{self.unit}]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured(Descriptor):
+    """What a run measured; the table has the mean over the seeds.
+
+    key: its place in the run's summary, with a dot between group and key. The group `rule` holds the collisions that
+    the counting rule found.
+    """
+
+    key: str
+
+    def of_run(self, summary: dict, rule: dict) -> Any:
+        """The value of one run."""
+        return reduce(getitem, self.key.split("."), summary | {"rule": rule})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Computed(Descriptor):
+    """What follows from the columns before it.
+
+    values: of the conditions (n,), from their table; standard_error: likewise, for the column NAME_se.
+    """
+
+    values: Column
+    standard_error: Column | None = None
+
+
+# fmt: off
+MEASURED = (
+    Measured("balls", "-", "balls", "number n of balls", key="balls"),
+    Measured("ball_diameter_m", "m", "ball diameter", "diameter d of the balls", key="ball_diameter_m"),
+    Measured("restitution", "-", "restitution", "coefficient e of the contact set", key="restitution"),
+    Measured("static_friction", "-", "static friction", "coefficient mu of the contact set", key="static_friction"),
+    Measured("speed_hz", "1/s", "speed", "omega, what the mill is set to", key="frequency_hz"),
+    Measured("window_s", "s", "window", "recorded time of a run", key="window_s"),
+    Measured("collision_gap_s", "s", "gap", "gap of the counting rule", key="rule.gap_s"),
+    Measured("collision_frequency_hz", "1/s", "collision frequency", "collisions of all balls a second",
+             key="rule.frequency_hz"),
+    Measured("collisions", "-", "collisions", "counted collisions, the sum over the seeds", key="rule.count"),
+    Measured("normal_power_W", "W", "normal power", "normal dissipation of all balls", key="power_W.normal"),
+    Measured("tangential_power_W", "W", "tangential power", "tangential dissipation of all balls",
+             key="power_W.tangential"),
+    Measured("rolling_power_W", "W", "rolling power", "rolling dissipation of all balls", key="power_W.rolling"),
+    Measured("wall_power_W", "W", "power of the walls", "work of the walls over the window", key="power_W.wall"),
+    Measured("mean_ball_height_m", "m", "mean height of the balls", "height of their centres over the body's origin",
+             key="mean_ball_height_m"),
+    Measured("median_contact_duration_s", "s", "median duration of a contact",
+             "of single contacts; empty where none ended", key="median_contact_duration_s", optional=True),
+    Measured("closure", "-", "error of the energy balance", "over the wall work; the largest of the seeds",
+             key="closure"),
+)
+# fmt: on
+
+
+def _specific(table: pd.DataFrame, channel: str) -> pd.Series:
+    return specific_power(table[f"{channel}_power_W"], table["balls"], Condition.of_table(table))
+
+
+def _normal_error(table: pd.DataFrame) -> pd.Series:
+    """Relative standard error of the normal power, from the spread between revolutions."""
+    return table["normal_power_se_W"] / table["normal_power_W"]
+
+
+def _tangential_error(table: pd.DataFrame) -> pd.Series:
+    """Relative standard error of the tangential power, from the spread between revolutions."""
+    return table["tangential_power_se_W"] / table["tangential_power_W"]
+
+
+def _counting_error(table: pd.DataFrame) -> pd.Series:
+    """Relative standard error of a number of independent collisions; a lower bound, for they are not quite that."""
+    return 1.0 / np.sqrt(table["collisions"])
+
+
+# fmt: off
+COMPUTED = (
+    Computed("normal_energy_J", "J", "normal energy of a collision", "normal power over collision frequency (Eq. 3.20)",
+             axis="normal energy\nper collision",
+             values=lambda table: table["normal_power_W"] / table["collision_frequency_hz"]),
+    Computed("tangential_energy_J", "J", "tangential energy of a collision",
+             "tangential power over collision frequency (Eq. 3.21)", axis="tangential energy\nper collision",
+             values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
+    Computed("frequency_per_ball_hz", "1/s", "collisions of one ball", "collision frequency over the number of balls",
+             values=lambda table: table["collision_frequency_hz"] / table["balls"]),
+    Computed("effective_restitution", "-", "effective restitution", "eps = e - 3/2 mu exp(-3 mu) (Eq. 3.30)",
+             values=lambda table: effective_restitution(table["restitution"], table["static_friction"])),
+    Computed("Pn", "-", "specific normal power", "normal power over n rho omega^3 A^2 d^3 (Eq. 3.28)",
+             values=lambda table: _specific(table, "normal"),
+             standard_error=lambda table: table["Pn"] * _normal_error(table)),
+    Computed("Pt", "-", "specific tangential power", "tangential power over n rho omega^3 A^2 d^3 (Eq. 3.28)",
+             values=lambda table: _specific(table, "tangential"),
+             standard_error=lambda table: table["Pt"] * _tangential_error(table)),
+    Computed("f", "-", "specific collision frequency", "collision frequency over n omega (Eq. 3.29)",
+             values=lambda table: specific_frequency(
+                 table["collision_frequency_hz"], table["balls"], table["speed_hz"]),
+             standard_error=lambda table: table["f"] * _counting_error(table)),
+    Computed("ratio", "-", "tangential over normal", "Pt / Pn, tangential over normal dissipation",
+             values=lambda table: table["Pt"] / table["Pn"],
+             standard_error=lambda table: table["ratio"] * np.hypot(_normal_error(table), _tangential_error(table))),
+    Computed("P", "-", "specific power", "Pn + Pt",
+             values=lambda table: table["Pn"] + table["Pt"],
+             standard_error=lambda table: np.hypot(table["Pn_se"], table["Pt_se"])),
+    Computed("En", "-", "specific normal energy", "normal energy of a collision over rho omega^2 A^2 d^3, Pn / f",
+             values=lambda table: table["normal_energy_J"] / energy_scale(Condition.of_table(table)),
+             standard_error=lambda table: table["En"] * np.hypot(_normal_error(table), _counting_error(table))),
+    Computed("Et", "-", "specific tangential energy",
+             "tangential energy of a collision over rho omega^2 A^2 d^3, Pt / f",
+             values=lambda table: table["tangential_energy_J"] / energy_scale(Condition.of_table(table)),
+             standard_error=lambda table: table["Et"] * np.hypot(_tangential_error(table), _counting_error(table))),
+)
+# fmt: on
+
+DESCRIPTORS: dict[str, Descriptor] = {column.name: column for column in (*MEASURED, *COMPUTED)}

@@ -1,0 +1,105 @@
+"""A condition of a mill, the scales of its dissipation and its descriptors (thesis Eqs 3.20 to 3.32).
+
+The mill speed is in Hz, not in rad/s.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+import pandas as pd
+
+# A number, or an array of them; a column of a table counts as an array.
+Quantity = TypeVar("Quantity", float, np.ndarray)
+
+
+@dataclass(frozen=True)
+class Condition(Generic[Quantity]):
+    """How a mill is run, and with which balls: numbers, or arrays of one shape (numbers among them hold for all).
+
+    fill_ratio: volume of the balls over that of the jar; speed_hz: what the mill is set to, omega; amplitude_m: half
+    the longest way of a point of the wall along an axis, A.
+    """
+
+    fill_ratio: Quantity | float
+    speed_hz: Quantity
+    ball_diameter_m: Quantity | float
+    density_kg_m3: Quantity | float
+    amplitude_m: Quantity | float
+
+    @classmethod
+    def of_table(cls, table: pd.DataFrame) -> "Condition":
+        """The conditions of a table that has a column for each field."""
+        return cls(**{name: table[name] for name in VARIABLES})
+
+    def table(self) -> pd.DataFrame:
+        """A row for each condition, a column for each field."""
+        columns = np.broadcast_arrays(*np.atleast_1d(*vars(self).values()))
+        return pd.DataFrame(dict(zip(VARIABLES, columns, strict=True)))
+
+
+# The variables of a condition, in the order of every table, array and file of fingerprints.
+VARIABLES = tuple(field.name for field in fields(Condition))
+
+
+def energy_scale(condition: Condition[Quantity]) -> Quantity:
+    """Scale of the energy of one collision: rho omega^2 A^2 d^3 [J]."""
+    speed, amplitude, diameter = condition.speed_hz, condition.amplitude_m, condition.ball_diameter_m
+    return condition.density_kg_m3 * speed**2 * amplitude**2 * diameter**3
+
+
+def power_scale(condition: Condition[Quantity]) -> Quantity:
+    """Scale of the power of one ball: rho omega^3 A^2 d^3 [W], the denominator of Eq. 3.28 without the ball count."""
+    return energy_scale(condition) * condition.speed_hz
+
+
+def specific_power(power: Quantity, balls: Quantity | float, condition: Condition[Quantity]) -> Quantity:
+    """Specific power of Eq. 3.28 [-]: power [W] of all balls over n rho omega^3 A^2 d^3."""
+    return power / (balls * power_scale(condition))
+
+
+def specific_frequency(frequency: Quantity, balls: Quantity | float, speed: Quantity) -> Quantity:
+    """Specific collision frequency of Eq. 3.29 [-]: collisions of all balls [1/s] over n omega."""
+    return frequency / (balls * speed)
+
+
+def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Quantity:
+    """Effective restitution of Eq. 3.30 [-]: e - 3/2 mu exp(-3 mu)."""
+    return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
+
+
+def universal_factor(effective: Quantity) -> Quantity:
+    """Factor (1 - eps)^(1/2) of Eqs 3.31 and 3.32 [-], eps the effective restitution of Eq. 3.30."""
+    return np.sqrt(1.0 - effective)
+
+
+# The scaled quantities that all others follow from: specific powers (Eq. 3.28) and collision frequency (Eq. 3.29).
+BASIC = ("Pn", "Pt", "f")
+
+
+def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Every scaled quantity [-] from those of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f."""
+    normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
+    return {
+        "Pn": normal,
+        "Pt": tangential,
+        "f": frequency,
+        "ratio": tangential / normal,
+        "P": normal + tangential,
+        "En": normal / frequency,
+        "Et": tangential / frequency,
+    }
+
+
+def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
+    """Energies per collision [J] and collisions of one ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29.
+
+    scaled: En, Et and f of the condition [-]; whatever can be multiplied by a number, as an array or a `Band` can.
+    """
+    energy = energy_scale(condition)
+    return {
+        "normal_energy_J": scaled["En"] * energy,
+        "tangential_energy_J": scaled["Et"] * energy,
+        "frequency_per_ball_hz": scaled["f"] * condition.speed_hz,
+    }
