@@ -1,8 +1,9 @@
-"""The speeds that a configuration asks its mills for, held against what machines reach (mill.speed_limits)."""
+"""The speeds that a configuration asks its mills for, compared with what machines reach (mill.speed_limits)."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from millprint.config.mill import MillConfig
 from millprint.config.override import mill_of
@@ -11,7 +12,7 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.mill_cases import place_of_sweep
 from millprint.mill.bodies import Body
-from millprint.mill.speed_limits import Pace, paces
+from millprint.mill.speed_limits import Bound, Pace, paces
 
 # Units in which a mill's speed is given.
 PER_RPM = {"rpm": 1.0, "Hz": 1 / 60}
@@ -19,7 +20,7 @@ PER_RPM = {"rpm": 1.0, "Hz": 1 / 60}
 
 @dataclass(frozen=True)
 class SpeedSetting:
-    """A speed [rpm] of a mill, with the YAML file and key that it stands in, and that key's unit, rpm or Hz."""
+    """A speed [rpm] of a mill, with the YAML file and key that set it, and the unit of that key, rpm or Hz."""
 
     place: str
     unit: str
@@ -32,7 +33,7 @@ class SpeedSetting:
         return f"{self.place} = {self.speed_rpm * PER_RPM[self.unit]:g}"
 
     def up_to(self, speed_rpm: float) -> str:
-        """A bound [rpm] in the unit of the key, rounded down to three digits, so that what is told passes."""
+        """A bound [rpm] in the unit of the key, rounded down to three digits, so that it is accepted."""
         bound = speed_rpm * PER_RPM[self.unit]
         digit = 10.0 ** (math.floor(math.log10(bound)) - 2)
         return f"{math.floor(bound / digit) * digit:g} {self.unit}"
@@ -88,23 +89,23 @@ def with_paces(
 
 def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
     """Raise ConfigError, a line for each speed at which a wall would be faster than that of any machine."""
-    faults: dict[str, str] = {}
-    for setting, pace in speeds:
-        most = pace.speed_at(pace.bounds.most)
-        # One body that is too fast is enough to refuse a speed.
-        if setting.speed_rpm > most and setting.line not in faults:
-            limit = f"{pace.bounds.most_words}: at most {setting.up_to(most)}"
-            faults[setting.line] = f"{setting.line}: {pace.words(setting.speed_rpm)}; {limit}"
+    faults = _lines(speeds, "most", ": at most")
     if faults:
-        raise ConfigError("\n".join(faults.values()))
+        raise ConfigError("\n".join(faults))
 
 
 def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
     """A line for each speed that is beyond what is usual for a mill of its kind."""
+    return _lines(speeds, "usual", "; usual are speeds up to")
+
+
+def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"], advice: str) -> list[str]:
+    """A line for each setting with a body beyond one of its bounds; the first such body is enough."""
     lines: dict[str, str] = {}
     for setting, pace in speeds:
-        usual = pace.speed_at(pace.bounds.usual)
-        if setting.speed_rpm > usual and setting.line not in lines:
-            limit = f"{pace.bounds.usual_words}; usual are speeds up to {setting.up_to(usual)}"
-            lines[setting.line] = f"{setting.line}: {pace.words(setting.speed_rpm)}; {limit}"
+        bound: Bound = getattr(pace.bounds, which)
+        largest = pace.speed_at(bound)
+        if setting.speed_rpm > largest:
+            fault = f"{pace.at_speed(setting.speed_rpm)}; {bound.reason}{advice} {setting.up_to(largest)}"
+            lines.setdefault(setting.line, f"{setting.line}: {fault}")
     return list(lines.values())

@@ -4,7 +4,7 @@ import numpy as np
 
 from millprint.config.contact import ContactConfig
 from millprint.dem import world
-from millprint.mill.motion import HARMONIC, Motion
+from millprint.mill.motion import Motion
 from millprint.mill.vessel import Facet, Vessel
 
 CALIBRATED = ContactConfig(
@@ -22,7 +22,7 @@ CALIBRATED = ContactConfig(
 def uniform(velocity: np.ndarray) -> Motion:
     """Motion at constant velocity (3,) [m/s], as the first moments of a very slow and wide swing."""
     slow = 1e-6
-    return Motion(HARMONIC, np.array([[slow, 0, 0, 0, *(velocity / slow)]]), slow)
+    return Motion(np.array([[slow, 0, 0, 0, *(velocity / slow)]]), slow)
 
 
 def prism(outline: np.ndarray, height: float, turn: np.ndarray | None = None) -> Vessel:

@@ -16,10 +16,10 @@ from millprint.mill.bodies import (
     ball_space_m3,
     build_bodies,
     check_inserts,
-    distance_to_walls,
     inserts_in_vessel,
     travel_m,
 )
+from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
 from millprint.preflight import checked_bodies
 
@@ -46,6 +46,19 @@ def attritor(**changes) -> MillConfig:
 
 def check(made: MillConfig) -> None:
     check_inserts(made, build_bodies(made, CHECK_RPM))
+
+
+def distance_to_walls(bodies, points, time_s):
+    """Signed distance (n,) [m], its gradient (n, 3) and the nearest body (n,) at points (n, 3) of the laboratory."""
+    points = np.asarray(points, dtype=float)
+    found = [signed_distance(body.vessel)(body.to_body(points, time_s)) for body in bodies]
+    distances = np.array([distance for distance, _ in found])
+    gradients = np.array(
+        [slope @ body.motion.rotation(time_s).T for body, (_, slope) in zip(bodies, found, strict=True)]
+    )
+    # Balls can be inside the vessel and outside every insert: the largest of the distances counts.
+    nearest = distances.argmax(axis=0)
+    return distances.max(axis=0), gradients[nearest, np.arange(len(points))], nearest
 
 
 def test_an_attritor_is_a_tank_and_a_stirrer_that_turns():

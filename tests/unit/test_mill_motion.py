@@ -22,7 +22,6 @@ def test_circle():
     w = 2 * np.pi * 10
     expected = 0.017 * np.column_stack([np.cos(w * TIME), np.sin(w * TIME), 0 * TIME])
     assert motion("emax", 600).position(TIME) == pytest.approx(expected, abs=1e-15)
-    assert motion("emax", 600).amplitude_m == pytest.approx(0.017)
 
 
 def test_motion_1_is_equation_6_34():

@@ -1,9 +1,12 @@
 """Bodies that turn: derivatives, rigidity, known accelerations, and kernels that agree with the objects."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
+from millprint.config.motion import MOTIONS, MotionKind, MotionSection
 from millprint.config.motion import Motion as Law
 from millprint.kernel import kernel
 from millprint.mill.motion import motion_from_law, stack_motions, write_poses
@@ -26,6 +29,7 @@ LAWS = {
         "phase_deg": 35,
         "terms": [{"axis": "x", "amplitude_mm": 25}, {"axis": "z", "amplitude_mm": 5, "multiple": 3, "phase_deg": 90}],
     },
+    "shake": {"kind": "lissajous", "terms": [{"axis": "y", "amplitude_mm": 17, "multiple": 2, "phase_deg": 30}]},
     "rest": {"kind": "rest"},
 }
 
@@ -136,3 +140,27 @@ def test_before_the_start_a_body_stands_still_where_the_motion_begins(name):
 def test_an_axis_without_a_direction_is_refused():
     with pytest.raises(ValidationError, match="needs a direction"):
         motion("drum", axis=[0, 0, 0])
+
+
+class TeleportMotion(MotionSection):
+    """A motion that nobody has registered."""
+
+    kind: Literal["teleport"] = "teleport"
+
+
+def test_a_motion_that_is_not_in_the_registry_is_refused():
+    with pytest.raises(ValueError, match="kind = 'teleport': no such motion is in the registry; known: circle, "):
+        motion_from_law(TeleportMotion(), SPEED_RPM)
+    with pytest.raises(ValidationError, match="'teleport' found using 'kind' does not match any of the expected tags"):
+        motion("rest", kind="teleport")
+
+
+def test_a_motion_without_a_drive_is_refused(monkeypatch):
+    monkeypatch.setitem(MOTIONS, "teleport", MotionKind(TeleportMotion))
+    with pytest.raises(NotImplementedError, match="a motion of kind 'teleport' has no drive"):
+        motion_from_law(TeleportMotion(), SPEED_RPM)
+
+
+def test_every_motion_of_the_registry_is_tested_here():
+    """The laws above and the table of points are all the kinds that there are."""
+    assert {law["kind"] for law in LAWS.values()} == set(MOTIONS) - {"points"}

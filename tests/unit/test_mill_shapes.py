@@ -1,14 +1,17 @@
 """Cylinders, boxes and stirrers by parameters: closed, of the right volume and place, hollow or solid."""
 
+from typing import Literal, get_args
+
 import numpy as np
 import pytest
 import trimesh
 from pydantic import TypeAdapter, ValidationError
 
-from millprint.config.geometry import SolidGeometry, VesselGeometry
+from millprint.config.geometry import GeometrySection, SolidGeometry, VesselGeometry
+from millprint.config.section import kind_of
 from millprint.errors import ConfigError
+from millprint.mill import shapes
 from millprint.mill.distance import SignedDistance
-from millprint.mill.shapes import paddles_outline
 from millprint.mill.vessel import LATTICE, Facet, Vessel, shape_facets
 
 CAPSULE = {"kind": "cylinder", "radius_mm": 10, "height_mm": 45, "fillet_radius_mm": 10, "fillet_ends": "both"}
@@ -137,7 +140,7 @@ def test_a_stirrer_is_hub_and_blades(blades):
 
 
 def test_blades_are_alike():
-    outline = paddles_outline(TypeAdapter(SolidGeometry).validate_python({**STIRRER, "blades": 3}))
+    outline = shapes.paddles_outline(TypeAdapter(SolidGeometry).validate_python({**STIRRER, "blades": 3}))
     place = outline.reshape(3, -1, 2)
     turn = np.array([[-0.5, -np.sqrt(3) / 2], [np.sqrt(3) / 2, -0.5]])
     assert place[0] @ turn.T == pytest.approx(place[1])
@@ -161,3 +164,19 @@ def test_blades_are_alike():
 def test_sizes_that_do_not_fit_are_refused(shape, changes, message):
     with pytest.raises(ValidationError, match=message):
         TypeAdapter(SolidGeometry).validate_python({**shape, **changes})
+
+
+class TorusGeometry(GeometrySection):
+    """A shape that nobody has registered."""
+
+    kind: Literal["torus"] = "torus"
+
+
+def test_a_shape_that_is_not_in_the_registry_is_refused():
+    with pytest.raises(ValueError, match="kind = 'torus': no such shape is in the registry; known: stadium, "):
+        shape_facets(TorusGeometry(), "mill.yaml: geometry", solid=False)
+
+
+def test_every_shape_of_the_configuration_is_in_the_registry():
+    sections = {*get_args(get_args(VesselGeometry)[0]), *get_args(get_args(SolidGeometry)[0])}
+    assert {kind_of(section) for section in sections} == set(shapes.SHAPES)

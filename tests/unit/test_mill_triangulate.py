@@ -5,9 +5,8 @@ import pytest
 import trimesh
 
 from millprint.errors import ConfigError
-from millprint.mill.ears import clip_ears
-from millprint.mill.triangulate import triangulate_facet
-from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.triangulate import triangulate_polygon
+from millprint.mill.vessel import Facet, Vessel, triangulate_facet
 
 
 def ring(radius: float, count: int, centre=(0.0, 0.0), inner: float | None = None) -> np.ndarray:
@@ -36,10 +35,10 @@ OUTLINES = {
 
 @pytest.mark.parametrize("name", OUTLINES)
 @pytest.mark.parametrize("turn", [0.0, 0.4])
-def test_ears_fill_an_outline_and_keep_its_sides(name, turn):
+def test_triangles_fill_an_outline_and_keep_its_sides(name, turn):
     matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     loops = [loop @ matrix for loop in OUTLINES[name]]
-    points, triangles = np.concatenate(loops), clip_ears(loops)
+    points, triangles = np.concatenate(loops), triangulate_polygon(loops, sum(map(area, loops)))
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     assert (twice > 0).all()

@@ -10,7 +10,7 @@ from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
-from millprint.mill.stadium import stadium_facets
+from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import Facet, Vessel, build_vessel
 from millprint.mill.walls import beyond_side, build_walls
 

@@ -181,6 +181,11 @@ def test_the_sweep_of_a_mill_that_has_none_follows_from_the_mill():
         assert max(swept.ball_diameters_mm) <= narrowest / 5
 
 
+def test_a_mill_that_never_moves_has_no_sweep():
+    with pytest.raises(ConfigError, match=r"config/mills/emax_rest.yaml: motion: nothing of this mill moves"):
+        default_sweep(mill("emax_rest", sweep=None))
+
+
 def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     table = tabulate_mill_collapse(descriptors(), 0.95, 0.2).set_index("quantity")
     power = table.loc["power_per_ball_W"]

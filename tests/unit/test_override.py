@@ -48,7 +48,8 @@ def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
     plain, changed = (Simulation(case, MILL, CONTACT, DEM) for case in (
         cases_of()[0], cases_of(amplitudes_mm=[20], densities_kg_m3=[15400])[0],
     ))  # fmt: skip
-    assert plain.motion.amplitude_m == pytest.approx(0.017) and changed.motion.amplitude_m == pytest.approx(0.020)
+    for simulation, amplitude_m in ((plain, 0.017), (changed, 0.020)):
+        assert simulation.motion.position(0.0) == pytest.approx([amplitude_m, 0, 0])
     assert changed.balls.mass[0] == pytest.approx(2 * plain.balls.mass[0])
     # Denser balls have a longer Rayleigh time, with the root of the density.
     assert changed.rayleigh_s == pytest.approx(2**0.5 * plain.rayleigh_s)

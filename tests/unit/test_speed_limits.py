@@ -11,9 +11,11 @@ import yaml
 from millprint.config.checks import load_workflow
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
+from millprint.config.motion import MOTIONS, Agitation
 from millprint.errors import ConfigError
 from millprint.mill.bodies import CHECK_RPM, build_bodies
-from millprint.mill.speed_limits import INSERT_BOUNDS, SHAKEN, STIRRED, TURNED, VESSEL_BOUNDS, paces
+from millprint.mill.default_sweep import SWEEP_RULES
+from millprint.mill.speed_limits import BOUNDS, paces
 from millprint.preflight import own_sweeps
 from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 
@@ -70,28 +72,24 @@ def test_a_table_of_points_moves_as_the_law_that_it_samples(tmp_path, monkeypatc
     assert pace.acceleration == pytest.approx(0.017 * W**2, rel=5e-3)
 
 
-def test_every_kind_of_motion_has_bounds_and_a_stirrer_is_told_by_its_tip():
-    kinds = {law.__name__.removesuffix("Motion").lower() for law in _laws()}
-    assert set(VESSEL_BOUNDS) == set(INSERT_BOUNDS) == kinds
+def test_every_kind_of_motion_has_bounds_and_a_rule_for_its_sweep():
+    for record in MOTIONS.values():
+        assert record.vessel in BOUNDS and record.insert in BOUNDS
+        assert record.vessel in SWEEP_RULES
+
+
+def test_the_bounds_of_a_stirrer_are_on_the_speed_of_its_tip():
     rod = {"kind": "box", "x_mm": 40, "y_mm": 4, "z_mm": 4, "centre_mm": [0, 0, 20]}
     turning = {"kind": "rotation", "axis": [0, 0, 1]}
     tank, stirrer = paces_of(JAR, {"kind": "rest"}, [{"name": "rod", "geometry": rod, "motion": turning}])
-    assert tank.speed_at(SHAKEN.most) == math.inf
+    assert tank.speed_at(BOUNDS[Agitation.SHAKEN].most) == math.inf
     tip = math.hypot(0.02, 0.002)
-    assert stirrer.bounds is STIRRED
-    assert stirrer.speed_at(STIRRED.most) == pytest.approx(60 * 250 / (W * tip))
+    assert stirrer.bounds is BOUNDS[Agitation.STIRRED]
+    assert stirrer.speed_at(BOUNDS[Agitation.STIRRED].most) == pytest.approx(60 * 250 / (W * tip))
     # A baffle that turns with its drum is part of the drum.
     drum, baffle = paces_of(JAR, turning, [{"name": "rod", "geometry": rod}])
-    assert drum.bounds is baffle.bounds is TURNED
-    assert drum.speed_at(TURNED.most) == pytest.approx(30 / math.pi * math.sqrt(1e5 * 9.81 / 0.03))
-
-
-def _laws():
-    from typing import get_args
-
-    from millprint.config.motion import Motion
-
-    return get_args(get_args(Motion)[0])
+    assert drum.bounds is baffle.bounds is BOUNDS[Agitation.TUMBLED]
+    assert drum.speed_at(BOUNDS[Agitation.TUMBLED].most) == pytest.approx(30 / math.pi * math.sqrt(1e5 * 9.81 / 0.03))
 
 
 def warnings_of(changes=None) -> list[str]:
@@ -136,7 +134,7 @@ def test_a_sweep_warns_and_refuses_by_its_own_amplitude(monkeypatch):
 def test_a_drum_far_above_its_critical_speed_is_warned_of(monkeypatch):
     monkeypatch.chdir(ROOT)
     drum = load_named(ROOT / "config/mills", "drum", MillConfig, "mill")
-    fast = paces(drum, build_bodies(drum, CHECK_RPM))[0].speed_at(TURNED.usual)
+    fast = paces(drum, build_bodies(drum, CHECK_RPM))[0].speed_at(BOUNDS[Agitation.TUMBLED].usual)
     # Twice the speed at which the wall has 1 g.
     assert fast == pytest.approx(2 * 30 / math.pi * math.sqrt(9.81 / 0.05))
     (line,) = warnings_of({"sweeps": [{**SWEEP, "mills": ["drum"], "speeds_rpm": [1.01 * fast, 0.99 * fast]}]})

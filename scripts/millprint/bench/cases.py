@@ -60,6 +60,7 @@ class Setup:
     @property
     def amplitude_m(self) -> float:
         """Radius A of the mill's circle [m]."""
+        assert isinstance(self.mill.motion, CircleMotion), "make_setup refuses any other motion"
         return self.mill.motion.amplitude_mm / 1e3
 
     @property

@@ -3,36 +3,46 @@
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from millprint.config.section import NonNegative, Place, PlaceVector, Section, Size, inside_the_project
+from millprint.config.section import NonNegative, Place, PlaceVector, Scale, Section, Size, project_path
 
-MESH_SUFFIXES = (".stl", ".ply", ".obj")
+Facets = Annotated[int, Field(ge=3, le=720)]
+HalfFacets = Annotated[int, Field(ge=3, le=360)]
+FilletFacets = Annotated[int, Field(ge=1, le=180)]
+
+
+class GeometrySection(Section):
+    """The keys of a shape, whose `kind` is that of its record in `millprint.mill.shapes`."""
+
+    kind: str
+
+    def origin(self) -> tuple[str, str]:
+        """Where the shape comes from, and what to correct where its volume is wrong, for a refusal."""
+        return f"the {self.kind} of geometry", "its sizes"
 
 
 class PostGeometry(Section):
     """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
 
     radius_mm: Size = Field(description="radius of the post [mm]")
-    facets: Annotated[int, Field(ge=3, le=720)] = Field(default=24, description="flat facets around the post [-]")
+    facets: Facets = Field(default=24, description="flat facets around the post [-]")
 
 
-class StadiumGeometry(Section):
+class StadiumGeometry(GeometrySection):
     """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
 
     kind: Literal["stadium"]
     end_radius_mm: Size = Field(description="radius of the two round ends [mm]")
     straight_mm: Size = Field(description="length of the straight sides [mm]")
     height_mm: Size = Field(description="inner height [mm]")
-    facets_per_half_circle: Annotated[int, Field(ge=3, le=360)] = Field(description="flat facets of each round end [-]")
+    facets_per_half_circle: HalfFacets = Field(description="flat facets of each round end [-]")
     facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = Field(
         default=0.0,
         description="u: facets of a round end are by turns 1 + u and 1 - u times as wide as the mean, as in a mesh [-]",
     )
     fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
-    fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(
-        default=5, description="flat facets across the fillet [-]"
-    )
+    fillet_facets: FilletFacets = Field(default=5, description="flat facets across the fillet [-]")
     post: PostGeometry | None = Field(default=None, description="a central post; none if left out")
 
     @model_validator(mode="after")
@@ -51,16 +61,16 @@ class StadiumGeometry(Section):
         return self
 
 
-class CylinderGeometry(Section):
+class CylinderGeometry(GeometrySection):
     """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
     radius_mm: Size = Field(description="radius, on which the facets' edges lie [mm]")
     height_mm: Size = Field(description="inner length from end to end, rounded ends included [mm]")
     axis: Literal["x", "y", "z"] = Field(default="z", description="direction of the cylinder's axis; z points up")
-    facets: Annotated[int, Field(ge=3, le=720)] = Field(default=48, description="flat facets around [-]")
+    facets: Facets = Field(default=48, description="flat facets around [-]")
     fillet_radius_mm: NonNegative = Field(default=0.0, description="radius of the ends' fillets [mm]; 0 for none")
-    fillet_facets: Annotated[int, Field(ge=1, le=180)] = Field(default=5, description="facets across a fillet [-]")
+    fillet_facets: FilletFacets = Field(default=5, description="facets across a fillet [-]")
     fillet_ends: Literal["bottom", "both", "none"] = Field(
         default="bottom", description="ends with a fillet; bottom is the end towards the axis's negative side"
     )
@@ -82,7 +92,7 @@ class CylinderGeometry(Section):
         return self
 
 
-class BoxGeometry(Section):
+class BoxGeometry(GeometrySection):
     """A box with its sides along the axes."""
 
     kind: Literal["box"]
@@ -94,12 +104,12 @@ class BoxGeometry(Section):
     )
 
 
-class PaddlesGeometry(Section):
+class PaddlesGeometry(GeometrySection):
     """An upright stirrer: flat upright blades around a hub on the z axis, one outline through the whole height."""
 
     kind: Literal["paddles"]
     hub_radius_mm: Size = Field(description="radius of the hub [mm]")
-    hub_facets: Annotated[int, Field(ge=3, le=360)] = Field(default=24, description="flat facets of a whole hub [-]")
+    hub_facets: HalfFacets = Field(default=24, description="flat facets of a whole hub [-]")
     blades: Annotated[int, Field(ge=1, le=64)] = Field(description="number of blades [-]")
     blade_length_mm: Size = Field(description="how far a blade stands out of the hub [mm]")
     blade_thickness_mm: Size = Field(description="thickness of a blade [mm]")
@@ -118,7 +128,7 @@ class PaddlesGeometry(Section):
         return self
 
 
-class StlGeometry(Section):
+class StlGeometry(GeometrySection):
     """A closed surface of triangles from a file, its normals pointing out of the body that it encloses.
 
     For a vessel that body is the hollow that the balls fill, so that the normals point into the wall; for an insert
@@ -126,16 +136,17 @@ class StlGeometry(Section):
     """
 
     kind: Literal["stl"]
-    path: str = Field(description="the file, from the project's root: .stl, or .ply or .obj with more digits")
+    path: Annotated[str, project_path(".stl", ".ply", ".obj")] = Field(
+        description="the file, from the project's root: .stl, or .ply or .obj with more digits"
+    )
     unit: Literal["mm", "cm", "m", "inch"] = Field(description="unit of the file's coordinates")
-    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+    scale: Scale = Field(
         default=1.0, description="factor on the file's coordinates, to make a mill of another size [-]"
     )
 
-    @field_validator("path")
-    @classmethod
-    def _stays_in_the_project(cls, value: str) -> str:
-        return inside_the_project(value, MESH_SUFFIXES)
+    def origin(self) -> tuple[str, str]:
+        """The file and its unit."""
+        return f"{self.path} in {self.unit}", "the unit"
 
 
 VesselGeometry = Annotated[StadiumGeometry | CylinderGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")]

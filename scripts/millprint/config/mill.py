@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, StlGeometry, VesselGeometry
+from millprint.config.geometry import PostGeometry, SolidGeometry, StadiumGeometry, VesselGeometry
 from millprint.config.mill_sweep import MillSweepConfig
-from millprint.config.motion import CircleMotion, Motion, PointsMotion
+from millprint.config.motion import CircleMotion, Motion
 from millprint.config.section import Name, NamedSection, Section
 
 __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "StadiumGeometry"]
@@ -60,4 +60,5 @@ class MillConfig(NamedSection):
         """Files of triangles and of points that the mill is made from, as paths from the project's root."""
         shapes = [self.geometry, *(insert.geometry for insert in self.inserts)]
         motions = [self.motion, *(insert.motion for insert in self.inserts)]
-        return [part.path for part in [*shapes, *motions] if isinstance(part, StlGeometry | PointsMotion)]
+        paths = (getattr(part, "path", None) for part in [*shapes, *motions])
+        return [path for path in paths if path is not None]

@@ -1,10 +1,19 @@
-"""Motions of a mill's bodies, as laws with a few parameters; `millprint.mill.motion` reduces each to one form."""
+"""Motions of a mill's bodies: the keys of each kind and the registry of what the program knows about it.
 
-from typing import Annotated, Literal
+To add a motion, write its section with its `drive`, and add a record to `MOTIONS`.
+"""
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from millprint.config.section import Place, PlaceVector, Section, Size, Vector, inside_the_project
+from pydantic import AfterValidator, Field, model_validator
+
+from millprint.config.section import Place, PlaceVector, Scale, Section, Size, Vector, kind_of, project_path
 
 
 def _has_length(vector: Vector) -> Vector:
@@ -13,16 +22,10 @@ def _has_length(vector: Vector) -> Vector:
     return vector
 
 
-Multiple = Annotated[int, Field(ge=1, le=1000)]
+Multiple = Annotated[int, Field(ge=1, le=1000, description="frequency over the mill's frequency [-]")]
+Phase = Annotated[float, Field(description="phase of the sine [deg]; 90 makes it a cosine")]
 Ratio = Annotated[float, Field(ge=-1000, le=1000)]
 Axis = Annotated[Vector, AfterValidator(_has_length)]
-
-
-class CircleMotion(Section):
-    """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
-
-    kind: Literal["circle"]
-    amplitude_mm: Size = Field(description="radius A of the circle [mm]")
 
 
 class Harmonic(Section):
@@ -30,18 +33,81 @@ class Harmonic(Section):
 
     axis: Literal["x", "y", "z"] = Field(description="axis of the term; z points up")
     amplitude_mm: Place = Field(description="amplitude of the term [mm]")
-    multiple: Multiple = Field(default=1, description="frequency over the mill's frequency [-]")
-    phase_deg: float = Field(default=0.0, description="phase of the sine [deg]; 90 makes it a cosine")
+    multiple: Multiple = 1
+    phase_deg: Phase = 0.0
 
 
-class LissajousMotion(Section):
+@dataclass(frozen=True)
+class Drive:
+    """What a motion does in each turn of the mill; `millprint.mill.motion` makes it a function of time.
+
+    harmonics: of the translation, each a multiple of the mill's frequency and the amplitudes of its cosine (x, y, z)
+        and its sine (x, y, z) [m];
+    axis, pivot_mm: the axis, of any length, and a point of it [mm]; turns: steady turns about it [-];
+    swing: harmonics of the angle, each a multiple and the amplitudes of its cosine and its sine [rad];
+    own_turns: turns of the body's own about its axis, by which a stirrer is faster than the mill [-];
+    table, scale: path of a table of points, in place of all that, and the factor on its places.
+    """
+
+    harmonics: Sequence[Sequence[float]] = ((1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),)
+    axis: Vector = (0.0, 0.0, 1.0)
+    pivot_mm: Vector = (0.0, 0.0, 0.0)
+    turns: float = 0.0
+    swing: Sequence[Sequence[float]] = ()
+    own_turns: float = 1.0
+    table: str | None = None
+    scale: float = 1.0
+
+
+def _circle(radius_mm: float) -> list[list[float]]:
+    radius_m = radius_mm / 1e3
+    return [[1, radius_m, 0.0, 0.0, 0.0, radius_m, 0.0]]
+
+
+def _sum(terms: Sequence[Harmonic]) -> list[list[float]]:
+    """The harmonics of a list of terms, one for each multiple."""
+    rows: dict[int, list[float]] = {1: [1, *[0.0] * 6]}
+    for term in terms:
+        column, phase = 1 + "xyz".index(term.axis), math.radians(term.phase_deg)
+        harmonic = rows.setdefault(term.multiple, [term.multiple, *[0.0] * 6])
+        harmonic[column] += term.amplitude_mm / 1e3 * math.sin(phase)
+        harmonic[column + 3] += term.amplitude_mm / 1e3 * math.cos(phase)
+    return list(rows.values())
+
+
+class MotionSection(Section):
+    """The keys of a motion, whose `kind` is that of its record in MOTIONS."""
+
+    kind: str
+
+    def drive(self) -> Drive:
+        """What the motion does in each turn of the mill."""
+        raise NotImplementedError(f"a motion of kind {self.kind!r} has no drive")
+
+
+class CircleMotion(MotionSection):
+    """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
+
+    kind: Literal["circle"]
+    amplitude_mm: Size = Field(description="radius A of the circle [mm]")
+
+    def drive(self) -> Drive:
+        """x = A cos wt, y = A sin wt."""
+        return Drive(_circle(self.amplitude_mm))
+
+
+class LissajousMotion(MotionSection):
     """Translation without turning, a sum of harmonics of the mill's frequency (thesis Eqs 6.34, 6.35)."""
 
     kind: Literal["lissajous"]
     terms: list[Harmonic] = Field(min_length=1, description="the harmonics")
 
+    def drive(self) -> Drive:
+        """The sum of the terms."""
+        return Drive(_sum(self.terms))
 
-class RotationMotion(Section):
+
+class RotationMotion(MotionSection):
     """Turning about a fixed axis: a tumbling drum, the shaft of an attritor."""
 
     kind: Literal["rotation"]
@@ -49,13 +115,18 @@ class RotationMotion(Section):
     pivot_mm: PlaceVector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis [mm]")
     ratio: Ratio = Field(default=1.0, description="turns for each turn of the mill's stated speed [-]; < 0 turns back")
 
+    def drive(self) -> Drive:
+        """Steady turning about the axis."""
+        ratio = abs(self.ratio) or 1.0
+        return Drive(axis=self.axis, pivot_mm=self.pivot_mm, turns=self.ratio, own_turns=ratio)
 
-class PlanetaryMotion(Section):
+
+class PlanetaryMotion(MotionSection):
     """A jar on a sun wheel about the vertical z; the mill's stated speed is the sun wheel's, counter-clockwise.
 
     The ratio is the jar's speed about its own axis, measured from the turning sun wheel, over the sun wheel's speed:
-    what makers print as 1 : -2 is ratio -2. Seen from the laboratory the jar spins at (1 + ratio) w, and at -1 it
-    does not spin at all. It is the ratio whose critical value is sqrt(R / l) - 1 for balls at a distance l from the
+    what makers print as 1 : -2 is ratio -2. Relative to the laboratory the jar turns at (1 + ratio) w, and at -1 it
+    does not turn at all. It is the ratio whose critical value is sqrt(R / l) - 1 for balls at a distance l from the
     jar's axis (Mio, Kano, Saito, Mater. Sci. Eng. A 332, 2002, 75). At 0 the jar would be fixed to the sun wheel, a
     centrifuge and no planetary mill: that is a rotation about the wheel's axis.
     """
@@ -76,47 +147,106 @@ class PlanetaryMotion(Section):
             )
         return self
 
+    def drive(self) -> Drive:
+        """The circle of the jar's axis; the jar turns 1 + ratio times, since the sun wheel carries it round once."""
+        return Drive(_circle(self.sun_radius_mm), turns=1 + self.ratio, own_turns=abs(self.ratio))
 
-class SwingMotion(Section):
+
+class SwingMotion(MotionSection):
     """Oscillation about an axis through a pivot, angle = amplitude sin(multiple w t + phase), and a translation."""
 
     kind: Literal["swing"]
     axis: Axis = Field(description="direction of the axis; a positive angle is counter-clockwise about it")
     pivot_mm: PlaceVector = Field(description="a point of the axis [mm]")
     amplitude_deg: Annotated[float, Field(gt=0, le=180)] = Field(description="largest angle from the middle [deg]")
-    multiple: Multiple = Field(default=1, description="frequency over the mill's frequency [-]")
-    phase_deg: float = Field(default=0.0, description="phase of the sine [deg]; 90 makes it a cosine")
+    multiple: Multiple = 1
+    phase_deg: Phase = 0.0
     terms: list[Harmonic] = Field(default=[], description="harmonics of a translation on top")
 
+    def drive(self) -> Drive:
+        """One harmonic of the angle, and the sum of the terms."""
+        amplitude, phase = math.radians(self.amplitude_deg), math.radians(self.phase_deg)
+        swing = [[self.multiple, amplitude * math.sin(phase), amplitude * math.cos(phase)]]
+        return Drive(_sum(self.terms), self.axis, self.pivot_mm, swing=swing)
 
-class PointsMotion(Section):
+
+class PointsMotion(MotionSection):
     """A measured or designed motion: a table over one turn of the mill, joined by a smooth periodic curve.
 
     The table (TSV) has the columns time_s, x_m, y_m, z_m, the place of the body frame's origin, and if the body turns
-    rotation_x_deg, rotation_y_deg, rotation_z_deg: its rotation as axis times angle, seen from the laboratory. Its last
-    row is the first one again, a turn later. The table is one turn of the mill, whatever time it took: at n rpm it is
+    rotation_x_deg, rotation_y_deg, rotation_z_deg: its rotation as axis times angle, relative to the laboratory. Its
+    last row repeats the first, a turn later. The table is one turn of the mill, whatever time it took: at n rpm it is
     run through in 60/n s. In between the curve is a periodic cubic spline (of quaternions for the rotation).
     """
 
     kind: Literal["points"]
-    path: str = Field(description="the table, from the project's root: .tsv")
-    scale: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
-        default=1.0, description="factor on the table's places, to make a mill of another size [-]"
-    )
+    path: Annotated[str, project_path(".tsv")] = Field(description="the table, from the project's root: .tsv")
+    scale: Scale = Field(default=1.0, description="factor on the table's places, to make a mill of another size [-]")
 
-    @field_validator("path")
-    @classmethod
-    def _is_a_table_in_the_project(cls, value: str) -> str:
-        return inside_the_project(value, (".tsv",))
+    def drive(self) -> Drive:
+        """The table."""
+        return Drive(table=self.path, scale=self.scale)
 
 
-class RestMotion(Section):
+class RestMotion(MotionSection):
     """A body that stands still."""
 
     kind: Literal["rest"]
 
+    def drive(self) -> Drive:
+        """Nothing."""
+        return Drive()
 
-Motion = Annotated[
-    CircleMotion | LissajousMotion | RotationMotion | PlanetaryMotion | SwingMotion | PointsMotion | RestMotion,
-    Field(discriminator="kind"),
-]
+
+class Agitation(Enum):
+    """How a moving wall agitates the balls; it decides which speeds suit a mill, and which no machine reaches."""
+
+    SHAKEN = "shaken"  # by its acceleration
+    TUMBLED = "tumbled"  # by gravity, in a drum
+    STIRRED = "stirred"  # by the speed of a stirrer's tip
+    STILL = "still"
+
+
+@dataclass(frozen=True)
+class MotionKind:
+    """A kind of motion: its keys with their drive, and how it agitates as the motion of a vessel or of an insert.
+
+    amplitude_key: the key that `amplitudes_mm` of a sweep replaces; none for a motion without one amplitude.
+    """
+
+    section: type[MotionSection]
+    vessel: Agitation = Agitation.SHAKEN
+    insert: Agitation = Agitation.SHAKEN
+    amplitude_key: str | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether a body with this motion ever moves."""
+        return self.vessel is not Agitation.STILL
+
+
+MOTIONS = {
+    kind_of(record.section): record
+    for record in (
+        MotionKind(CircleMotion, amplitude_key="amplitude_mm"),
+        MotionKind(LissajousMotion),
+        MotionKind(RotationMotion, vessel=Agitation.TUMBLED, insert=Agitation.STIRRED),
+        MotionKind(PlanetaryMotion, amplitude_key="sun_radius_mm"),
+        MotionKind(SwingMotion),
+        MotionKind(PointsMotion),
+        MotionKind(RestMotion, vessel=Agitation.STILL, insert=Agitation.STILL),
+    )
+}
+
+
+def motion_kind(kind: str) -> MotionKind:
+    """The record of a kind of motion; raises ValueError for one that is not in the registry."""
+    if kind not in MOTIONS:
+        raise ValueError(f"kind = {kind!r}: no such motion is in the registry; known: {', '.join(MOTIONS)}")
+    return MOTIONS[kind]
+
+
+if TYPE_CHECKING:
+    Motion = MotionSection
+else:
+    Motion = Annotated[reduce(or_, (record.section for record in MOTIONS.values())), Field(discriminator="kind")]

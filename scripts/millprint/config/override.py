@@ -4,7 +4,7 @@ from pydantic import ValidationError
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.motion import CircleMotion, PlanetaryMotion
+from millprint.config.motion import MOTIONS, MotionSection, motion_kind
 from millprint.config.sweep import Case
 from millprint.errors import ConfigError
 
@@ -29,16 +29,16 @@ def mill_of(case: Case, mill: MillConfig) -> MillConfig:
     return mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
 
 
-def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> CircleMotion | PlanetaryMotion:
-    keys = {"circle": "amplitude_mm", "planetary": "sun_radius_mm"}
-    law = mill.motion
-    if not isinstance(law, CircleMotion | PlanetaryMotion):
+def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> MotionSection:
+    law, key = mill.motion, motion_kind(mill.motion.kind).amplitude_key
+    if key is None:
+        kinds = ", ".join(kind for kind, record in MOTIONS.items() if record.amplitude_key)
         raise ConfigError(
             f"sweeps: amplitudes_mm = {amplitude_mm:g}: the motion of mill {mill.name} is a {law.kind}, which has no "
-            f"amplitude to set; a sweep over amplitudes needs one of {', '.join(keys)}"
+            f"amplitude to set; a sweep over amplitudes needs one of {kinds}"
         )
     try:
-        return type(law).model_validate({**law.model_dump(), keys[law.kind]: amplitude_mm})
+        return type(law).model_validate({**law.model_dump(), key: amplitude_mm})
     except ValidationError as error:
         raise ConfigError(
             f"sweeps: amplitudes_mm = {amplitude_mm:g} of mill {mill.name}: {error.errors()[0]['msg'].lower()}"

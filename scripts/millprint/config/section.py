@@ -1,11 +1,10 @@
 """The base of every configuration model, and the quantities that the models share."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 # The kind of a fault that lies with one key of a section, which its context names.
@@ -46,6 +45,8 @@ Size = Annotated[float, Field(ge=0.01, le=10_000)]
 Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
+# A factor on the lengths of a file.
+Scale = Annotated[float, Field(ge=1e-3, le=1e3)]
 
 # Whole numbers that no job could count to, and seeds that a library would refuse, are errors of typing.
 Count = Annotated[int, Field(ge=1, le=10_000_000)]
@@ -76,14 +77,18 @@ class NamedSection(Section):
     name: Name
 
 
-def inside_the_project(value: str, suffixes: Sequence[str]) -> str:
-    """A path from the project's root that stays inside it and ends in one of `suffixes`; raises ValueError."""
-    path = PurePosixPath(value)
-    if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
-        raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
-    if path.suffix.lower() not in suffixes:
-        raise ValueError(f"path = {value!r}: must end in {', '.join(suffixes)}")
-    return value
+def project_path(*suffixes: str) -> AfterValidator:
+    """Validates a text as a path from the project's root that stays inside it and ends in one of `suffixes`."""
+
+    def check(value: str) -> str:
+        path = PurePosixPath(value)
+        if path.is_absolute() or ".." in path.parts or "\\" in value or "\0" in value:
+            raise ValueError(f"path = {value!r}: must be a path inside the project, without '..'")
+        if path.suffix.lower() not in suffixes:
+            raise ValueError(f"path = {value!r}: must end in {', '.join(suffixes)}")
+        return value
+
+    return AfterValidator(check)
 
 
 def nested_models(annotation: Any) -> list[type[BaseModel]]:

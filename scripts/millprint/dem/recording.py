@@ -7,7 +7,7 @@ import numpy as np
 
 from millprint.dem import state
 from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table
-from millprint.mill.motion import POSE
+from millprint.mill.pose import POSE
 
 # Rows of the table of collisions before it is emptied.
 TABLE_ROWS = 1 << 16

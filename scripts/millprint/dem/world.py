@@ -11,11 +11,10 @@ from millprint.dem.collisions import collision_table
 from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import make_recorder, make_table
 from millprint.errors import SimulationError
-from millprint.mill.motion import REST, Motion
+from millprint.mill.motion import AT_REST, Motion
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import Walls, build_walls
 
-AT_REST = Motion(REST, np.zeros((1, 7)), 0.0)
 OVERLAP_MAX = 0.2  # overlap over the ball's radius at which a run stops [-]
 CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record

@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-from millprint.config.geometry import StlGeometry
 from millprint.config.mill import InsertConfig, MillConfig
-from millprint.config.motion import PointsMotion
 from millprint.config.section import Section
 
 
@@ -53,7 +51,7 @@ def _larger_insert(insert: InsertConfig, factor: float) -> InsertConfig:
 
 def _larger(part: Section, factor: float) -> Section:
     """A geometry or a motion with every length multiplied; one from a file by its `scale`."""
-    if isinstance(part, StlGeometry | PointsMotion):
+    if hasattr(part, "scale"):
         return part.model_copy(update={"scale": part.scale * factor})
     return type(part).model_validate(_lengths(part.model_dump(), factor))
 

@@ -7,7 +7,7 @@ from millprint.config.fit import RangeConfig, ShapeConfig
 from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.mill.stadium import stadium_facets
+from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import enclosed_volume
 
 PARAMETERS = tuple(ShapeConfig.model_fields)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import InsertConfig, MillConfig
-from millprint.config.motion import PlanetaryMotion, RotationMotion
 from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, build_motion, motion_from_law
@@ -83,24 +82,6 @@ def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
     return largest
 
 
-def distance_to_walls(
-    bodies: Sequence[Body], points: np.ndarray, time_s: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Signed distance (n,) [m], its gradient (n, 3) and the nearest body (n,) at points (n, 3) of the laboratory.
-
-    Negative where balls can be, inside the vessel and outside every insert: the largest of the bodies' distances.
-    """
-    points = np.asarray(points, dtype=float).reshape(-1, 3)
-    distance = np.full(len(points), -np.inf)
-    gradient, nearest = np.zeros_like(points), np.zeros(len(points), dtype=np.int64)
-    for index, body in enumerate(bodies):
-        own, slope = signed_distance(body.vessel)(body.to_body(points, time_s))
-        closer = own > distance
-        distance[closer], nearest[closer] = own[closer], index
-        gradient[closer] = (slope @ body.motion.rotation(time_s).T)[closer]
-    return distance, gradient, nearest
-
-
 def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vessel]:
     """The inserts as solids in the vessel's frame, where they are at a time [s]."""
     vessel = bodies[0]
@@ -117,9 +98,9 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
 def _check_times(mill: MillConfig) -> np.ndarray:
     """Times [s] at CHECK_RPM in which every body comes through all of its positions."""
     laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
-    ratios = [abs(law.ratio) for law in laws if isinstance(law, RotationMotion | PlanetaryMotion) and law.ratio]
-    turns = max([1.0, *(1 / ratio for ratio in ratios)])
-    count = min(POSES_MAX, int(np.ceil(ANGLES * turns * max([1.0, *ratios]))))
+    own_turns = [law.drive().own_turns for law in laws]
+    turns = max(1.0, *(1 / ratio for ratio in own_turns))
+    count = min(POSES_MAX, int(np.ceil(ANGLES * turns * max(1.0, *own_turns))))
     return np.arange(count) / count * turns
 
 

@@ -1,23 +1,25 @@
-"""Conditions that suit a mill which names none: from its size, and from how its walls move."""
+"""The sweep of a mill that names none: from the size of its vessel and from how its walls agitate the balls."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.motion import Agitation, motion_kind
+from millprint.errors import ConfigError
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, travel_m
-from millprint.mill.motion import REST
 
 GRAVITY = 9.81
-# Balls that are sold [mm], and the share of the vessel's narrowest inside that a ball should stay under.
-SIZES_MM = (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100)
+# Commercial ball sizes [mm], and the largest share of the vessel's narrowest inside that a ball may take.
+BALL_SIZES_MM = (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100)
 WIDEST = 1 / 5
 # Most balls of a case, so that a sweep takes minutes.
 BALLS_MAX = 600
 # Shares of the critical speed of a drum; accelerations of a shaken wall over gravity; speeds of a stirrer's tip [m/s].
 CRITICAL, SHAKEN, TIP = (0.6, 0.8), (6.0, 12.0), (0.5, 0.9)
-FILLS, FILLS_STIRRED = (0.08, 0.15, 0.22, 0.3), (0.15, 0.22, 0.3, 0.38)
 DIGITS = 2
 
 
@@ -26,26 +28,35 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _sizes_mm(vessel_bounds: np.ndarray, volume_m3: float) -> list[float]:
-    """Two sizes that are sold: large enough for few balls, small enough for the vessel; the larger first."""
+def _sizes_mm(vessel_bounds: np.ndarray, volume_m3: float, largest_fill: float) -> list[float]:
+    """Two commercial sizes: large enough for few balls, small enough for the vessel; the larger first."""
     narrowest = float(np.ptp(vessel_bounds, axis=0).min()) * 1e3
-    fewest = (FILLS[-1] * volume_m3 / (math.pi / 6 * BALLS_MAX)) ** (1 / 3) * 1e3
-    fitting = [size for size in SIZES_MM if size <= narrowest * WIDEST] or [_rounded(narrowest * WIDEST)]
+    fewest = (largest_fill * volume_m3 / (math.pi / 6 * BALLS_MAX)) ** (1 / 3) * 1e3
+    fitting = [size for size in BALL_SIZES_MM if size <= narrowest * WIDEST] or [_rounded(narrowest * WIDEST)]
     larger = next((size for size in fitting if size >= fewest), fitting[-1])
     following = [size for size in fitting if size > larger]
     return [following[0], larger] if following else [larger, _rounded(0.8 * larger)]
 
 
-def _speeds_rpm(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
-    """Two speeds: of a drum by its critical speed, of a stirrer by its tip, of anything else by its acceleration."""
+def _tumbled(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
+    """Speeds of a drum [rpm], by its critical speed."""
     reach = travel_m(bodies, CHECK_RPM)
-    if mill.motion.kind == "rotation":
-        critical = math.sqrt(GRAVITY / max(reach - diameter_m / 2, diameter_m / 2)) / abs(mill.motion.ratio or 1)
-        return [_rounded(share * critical * 30 / math.pi) for share in CRITICAL]
-    if bodies[0].motion.kind == REST:
-        ratios = [abs(getattr(insert.motion, "ratio", 1.0)) or 1.0 for insert in mill.inserts if insert.motion]
-        return [_rounded(speed / reach / max(ratios, default=1.0) * 30 / math.pi) for speed in TIP]
-    # The largest acceleration of the vessel's middle at one turn a second, by differences over the turn.
+    critical = math.sqrt(GRAVITY / max(reach - diameter_m / 2, diameter_m / 2)) / mill.motion.drive().own_turns
+    return [_rounded(share * critical * 30 / math.pi) for share in CRITICAL]
+
+
+def _stirred(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
+    """Speeds of a mill whose vessel stands still [rpm], by the tip of its stirrer."""
+    reach = travel_m(bodies, CHECK_RPM)
+    if reach == 0:
+        raise ConfigError(f"config/mills/{mill.name}.yaml: motion: nothing of this mill moves, so no speeds suit it")
+    own_turns = [insert.motion.drive().own_turns for insert in mill.inserts if insert.motion]
+    return [_rounded(speed / reach / max(own_turns, default=1.0) * 30 / math.pi) for speed in TIP]
+
+
+def _shaken(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[float]:
+    """Speeds of a shaken vessel [rpm], by the largest acceleration of its middle."""
+    # At one turn a second, by differences over the turn.
     step = 1e-4
     times = np.linspace(0.001, 1.001, 721)
     middle = bodies[0].vessel.bounds.mean(axis=0)
@@ -55,17 +66,30 @@ def _speeds_rpm(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list
     return [_rounded(60 * math.sqrt(share * GRAVITY / largest)) for share in SHAKEN]
 
 
+@dataclass(frozen=True)
+class SweepRule:
+    """How the sweep of a mill follows from the agitation of its vessel: its speeds [rpm] and its fill ratios."""
+
+    speeds_rpm: Callable[[MillConfig, list[Body], float], list[float]]
+    fill_ratios: tuple[float, ...] = (0.08, 0.15, 0.22, 0.3)
+
+
+SWEEP_RULES = {
+    Agitation.SHAKEN: SweepRule(_shaken),
+    Agitation.TUMBLED: SweepRule(_tumbled),
+    Agitation.STILL: SweepRule(_stirred, (0.15, 0.22, 0.3, 0.38)),
+}
+
+
 def default_sweep(mill: MillConfig) -> MillSweepConfig:
     """Two speeds, two ball sizes and four fill ratios for a mill that has no `sweep`.
 
     A drum turns at 60 and 80 % of its critical speed sqrt(g / (R - d / 2)); a stirrer's tip moves at 0.5 and 0.9 m/s;
     any other vessel is accelerated by 6 and 12 g. Balls fit five times into the narrowest direction. Raises ConfigError
-    for a mill whose shape does not hold.
+    for a mill whose shape is refused or
+    of which nothing moves.
     """
-    bodies = build_bodies(mill, CHECK_RPM)
-    sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6)
-    speeds = _speeds_rpm(mill, bodies, sizes[0] / 1e3)
-    stirred = bodies[0].motion.kind == REST
-    return MillSweepConfig(
-        speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=list(FILLS_STIRRED if stirred else FILLS)
-    )
+    bodies, rule = build_bodies(mill, CHECK_RPM), SWEEP_RULES[motion_kind(mill.motion.kind).vessel]
+    sizes = _sizes_mm(bodies[0].vessel.bounds, mill.volume_ml * 1e-6, SWEEP_RULES[Agitation.SHAKEN].fill_ratios[-1])
+    speeds = rule.speeds_rpm(mill, bodies, sizes[0] / 1e3)
+    return MillSweepConfig(speeds_rpm=speeds, ball_diameters_mm=sizes, fill_ratios=list(rule.fill_ratios))

@@ -17,22 +17,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config import motion as laws
 from millprint.config.mill import MillConfig
+from millprint.config.motion import MotionSection, motion_kind
 from millprint.kernel import inlined
 from millprint.mill.path import (
+    angular_velocity_of,
     find_piece,
     path_values,
-    rotation_of,
-    spin_of,
+    rotation_matrices,
     write_path,
     write_path_rotation,
 )
-
-REST, HARMONIC, PATH = 0, 1, 2
-
-# Layout of a pose: position (3), velocity (3), angular velocity (3), rotation (9, row by row, body to laboratory).
-POSE = 18
+from millprint.mill.pose import ANGULAR_VELOCITY, POSE, ROTATION, VELOCITY, write_rotation
+from millprint.mill.vectors import add, add_scaled, cross, put, rotate, row, scale
 
 
 def _waves(waves: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,10 +49,10 @@ class Motion:
     harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
     axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];
     swing: (j, 3) angular frequency [rad/s], cosine amplitude and sine amplitude [rad];
-    breaks (m + 1,) and pieces (m, 4, 7): the curve of a table of points over turns (mill.path), in place of all these.
+    breaks (m + 1,) and pieces (m, 4, 7): the curve of a table of points over turns (mill.path), in place of all these;
+    moves: false for a body that stands still.
     """
 
-    kind: int
     harmonics: np.ndarray
     frequency_hz: float
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
@@ -64,6 +61,7 @@ class Motion:
     swing: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     breaks: np.ndarray = field(default_factory=lambda: np.zeros(1))
     pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 7)))
+    moves: bool = True
 
     def _along(self, time_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Place and quaternion (..., 7) of a table of points, and their rates [1/s], at times (...) [s]."""
@@ -92,7 +90,7 @@ class Motion:
     def rotation(self, time_s: float | np.ndarray) -> np.ndarray:
         """Rotation matrices (..., 3, 3) from the body frame to the laboratory at times (...) [s]."""
         if len(self.pieces):
-            return rotation_of(self._along(time_s)[0][..., 3:])
+            return rotation_matrices(self._along(time_s)[0][..., 3:])
         angle = self.angle(time_s)[..., None, None]
         x, y, z = self.axis
         skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -103,28 +101,22 @@ class Motion:
         """Angular velocity (..., 3) [rad/s] at times (...) [s]; zero for t < 0."""
         if len(self.pieces):
             quaternion, rate = (values[..., 3:] for values in self._along(time_s))
-            return np.where(self._stands(time_s), 0.0, spin_of(quaternion, rate))
+            return np.where(self._stands(time_s), 0.0, angular_velocity_of(quaternion, rate))
         turning = self.rate + _waves(self.swing, self._running(time_s))[1]
         return np.where(self._stands(time_s), 0.0, turning) * self.axis
 
     def _running(self, time_s: float | np.ndarray) -> np.ndarray:
         """The time [s] since the mill has started; 0 before, and for what never moves."""
-        return np.maximum(np.asarray(time_s, dtype=float), 0.0) * (self.kind != REST)
+        return np.maximum(np.asarray(time_s, dtype=float), 0.0) * self.moves
 
     def _stands(self, time_s: float | np.ndarray) -> np.ndarray:
         """Where (..., 1) the body stands still: before the start, and at rest."""
-        return (np.asarray(time_s, dtype=float) < 0)[..., None] | (self.kind == REST)
+        return (np.asarray(time_s, dtype=float) < 0)[..., None] | (not self.moves)
 
     @property
     def turns(self) -> bool:
         """Whether the body rotates, or stands turned."""
         return bool(self.rate) or bool(self.swing.any()) or bool(self.pieces[:, :, 4:].any())
-
-    @property
-    def amplitude_m(self) -> float:
-        """Largest distance of the body frame's origin from that of the laboratory along one axis [m]: A of a circle."""
-        time_s = np.linspace(0, 1 / self.frequency_hz, 3601) if self.frequency_hz else np.zeros(1)
-        return float(np.abs(self.position(time_s)).max())
 
     def at_rest(self) -> "Motion":
         """The body standing still where this motion begins."""
@@ -133,67 +125,43 @@ class Motion:
             # One piece that never changes: where the table begins.
             still = np.zeros((1, 4, 7))
             still[0, 3] = self._along(start)[0]
-            return replace(self, kind=REST, frequency_hz=0.0, breaks=np.array([0.0, 1.0]), pieces=still)
+            return replace(self, moves=False, frequency_hz=0.0, breaks=np.array([0.0, 1.0]), pieces=still)
         harmonics, swing = np.zeros((1, 7)), np.zeros((1, 3))
         harmonics[0, 1:4] = _waves(self.harmonics, start)[0]
         swing[0, 1] = self.angle(start)
-        return replace(self, kind=REST, harmonics=harmonics, frequency_hz=0.0, rate=0.0, swing=swing)
+        return replace(self, moves=False, harmonics=harmonics, frequency_hz=0.0, rate=0.0, swing=swing)
 
 
-def _translation(terms: Sequence[laws.Harmonic], w: float) -> np.ndarray:
-    """Harmonics (k, 7) of a list of terms, one row a multiple; (1, 7) zeros if there are none."""
-    rows: dict[int, np.ndarray] = {1: np.zeros(7)}
-    for term in terms:
-        axis, phase = "xyz".index(term.axis), math.radians(term.phase_deg)
-        harmonic = rows.setdefault(term.multiple, np.zeros(7))
-        harmonic[1 + axis] += term.amplitude_mm / 1e3 * math.sin(phase)
-        harmonic[4 + axis] += term.amplitude_mm / 1e3 * math.cos(phase)
-    for multiple, harmonic in rows.items():
-        harmonic[0] = w * multiple
-    return np.array(list(rows.values()))
+# A body that stands still at the origin.
+AT_REST = Motion(np.zeros((1, 7)), 0.0, moves=False)
 
 
-def _circle(radius_m: float, w: float) -> np.ndarray:
-    return np.array([[w, radius_m, 0.0, 0.0, 0.0, radius_m, 0.0]])
+def motion_from_law(law: MotionSection, speed_rpm: float) -> Motion:
+    """The motion of a body by the keys of its law, at the mill's speed [rpm].
 
-
-def motion_from_law(law: laws.Motion, speed_rpm: float) -> Motion:
-    """The motion of a body by one of the laws of config.motion, at the mill's stated speed [rpm].
-
-    Raises ConfigError for a table of points that is not one turn of the mill.
+    Raises ValueError for a kind that is not in the registry of `config.motion`, and ConfigError for a table of points
+    that is not one turn of the mill.
     """
-    frequency = speed_rpm / 60
-    w = 2 * math.pi * frequency
-    still = _translation([], w)
-    if isinstance(law, laws.CircleMotion):
-        motion = Motion(HARMONIC, _circle(law.amplitude_mm / 1e3, w), frequency)
-    elif isinstance(law, laws.LissajousMotion):
-        motion = Motion(HARMONIC, _translation(law.terms, w), frequency)
-    elif isinstance(law, laws.RotationMotion):
-        motion = Motion(HARMONIC, still, frequency, *_line(law), rate=law.ratio * w)
-    elif isinstance(law, laws.PlanetaryMotion):
-        # The sun wheel carries the jar round and turns it once a turn; the ratio comes on top of that.
-        motion = Motion(HARMONIC, _circle(law.sun_radius_mm / 1e3, w), frequency, rate=(1 + law.ratio) * w)
-    elif isinstance(law, laws.SwingMotion):
-        amplitude, phase = math.radians(law.amplitude_deg), math.radians(law.phase_deg)
-        swing = np.array([[law.multiple * w, amplitude * math.sin(phase), amplitude * math.cos(phase)]])
-        motion = Motion(HARMONIC, _translation(law.terms, w), frequency, *_line(law), swing=swing)
-    elif isinstance(law, laws.PointsMotion):
+    if not motion_kind(law.kind).moves:
+        return AT_REST
+    drive, frequency = law.drive(), speed_rpm / 60
+    if drive.table is not None:
         # Takes long to import, and few mills need it.
         from millprint.mill.points import read_path
 
-        breaks, pieces = read_path(law.path)
-        pieces[:, :, :3] *= law.scale
-        motion = Motion(PATH, np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
+        breaks, pieces = read_path(drive.table)
+        pieces[:, :, :3] *= drive.scale
+        motion = Motion(np.zeros((1, 7)), frequency, breaks=breaks, pieces=pieces)
     else:
-        return Motion(REST, np.zeros((1, 7)), 0.0)
+        w = 2 * math.pi * frequency
+        axis = np.array(drive.axis, dtype=float)
+        axis /= np.abs(axis).max()
+        harmonics, swing = np.array(drive.harmonics, dtype=float), np.array(drive.swing, dtype=float).reshape(-1, 3)
+        harmonics[:, 0] *= w
+        swing[:, 0] *= w
+        pivot = np.array(drive.pivot_mm, dtype=float) / 1e3
+        motion = Motion(harmonics, frequency, axis / np.linalg.norm(axis), pivot, drive.turns * w, swing)
     return motion if frequency > 0 else motion.at_rest()
-
-
-def _line(law: laws.RotationMotion | laws.SwingMotion) -> tuple[np.ndarray, np.ndarray]:
-    axis = np.array(law.axis, dtype=float)
-    axis /= np.abs(axis).max()
-    return axis / np.linalg.norm(axis), np.array(law.pivot_mm, dtype=float) / 1e3
 
 
 def build_motion(mill: MillConfig, speed_rpm: float) -> Motion:
@@ -225,10 +193,10 @@ def stack_motions(motions: Sequence[Motion]) -> Motions:
     """The motions of several bodies for the kernels, their poses those of the settling (t < 0)."""
     pose = np.zeros((len(motions), POSE))
     for row_of, motion in zip(pose, motions, strict=True):
-        row_of[:3] = motion.position(-1.0)
-        row_of[9:] = motion.rotation(-1.0).ravel()
+        row_of[:VELOCITY] = motion.position(-1.0)
+        row_of[ROTATION:] = motion.rotation(-1.0).ravel()
     return Motions(
-        moves=np.array([motion.kind != REST for motion in motions], dtype=np.uint8),
+        moves=np.array([motion.moves for motion in motions], dtype=np.uint8),
         first_harmonic=np.cumsum([0, *(len(motion.harmonics) for motion in motions)]),
         harmonics=np.concatenate([motion.harmonics for motion in motions]),
         axis=np.array([motion.axis for motion in motions]),
@@ -248,7 +216,7 @@ def stack_motions(motions: Sequence[Motion]) -> Motions:
 
 @inlined()
 def _write_translation(motions, body, time, pose):
-    for c in range(6):
+    for c in range(ANGULAR_VELOCITY):
         pose[body, c] = 0.0
     for k in range(motions.first_harmonic[body], motions.first_harmonic[body + 1]):
         w = motions.harmonics[k, 0]
@@ -256,7 +224,7 @@ def _write_translation(motions, body, time, pose):
         for c in range(3):
             in_phase, out_of_phase = motions.harmonics[k, 1 + c], motions.harmonics[k, 4 + c]
             pose[body, c] += in_phase * cosine + out_of_phase * sine
-            pose[body, 3 + c] += w * (out_of_phase * cosine - in_phase * sine)
+            pose[body, VELOCITY + c] += w * (out_of_phase * cosine - in_phase * sine)
 
 
 @inlined()
@@ -268,29 +236,20 @@ def _write_rotation(motions, body, time, pose):
         cosine, sine = math.cos(w * time), math.sin(w * time)
         angle += in_phase * cosine + out_of_phase * sine
         turning += w * (out_of_phase * cosine - in_phase * sine)
-    x, y, z = motions.axis[body, 0], motions.axis[body, 1], motions.axis[body, 2]
+    axis, pivot = row(motions.axis, body), row(motions.pivot, body)
+    x, y, z = axis
     cosine, sine = math.cos(angle), math.sin(angle)
     rest = 1.0 - cosine
-    pose[body, 6], pose[body, 7], pose[body, 8] = turning * x, turning * y, turning * z
-    pose[body, 9] = cosine + rest * x * x
-    pose[body, 10] = rest * x * y - sine * z
-    pose[body, 11] = rest * x * z + sine * y
-    pose[body, 12] = rest * y * x + sine * z
-    pose[body, 13] = cosine + rest * y * y
-    pose[body, 14] = rest * y * z - sine * x
-    pose[body, 15] = rest * z * x - sine * y
-    pose[body, 16] = rest * z * y + sine * x
-    pose[body, 17] = cosine + rest * z * z
-    px, py, pz = motions.pivot[body, 0], motions.pivot[body, 1], motions.pivot[body, 2]
-    arm_x = -(pose[body, 9] * px + pose[body, 10] * py + pose[body, 11] * pz)
-    arm_y = -(pose[body, 12] * px + pose[body, 13] * py + pose[body, 14] * pz)
-    arm_z = -(pose[body, 15] * px + pose[body, 16] * py + pose[body, 17] * pz)
-    pose[body, 0] += px + arm_x
-    pose[body, 1] += py + arm_y
-    pose[body, 2] += pz + arm_z
-    pose[body, 3] += turning * (y * arm_z - z * arm_y)
-    pose[body, 4] += turning * (z * arm_x - x * arm_z)
-    pose[body, 5] += turning * (x * arm_y - y * arm_x)
+    rotation = (
+        (cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y),
+        (rest * y * x + sine * z, cosine + rest * y * y, rest * y * z - sine * x),
+        (rest * z * x - sine * y, rest * z * y + sine * x, cosine + rest * z * z),
+    )
+    put(pose, body, ANGULAR_VELOCITY, scale(turning, axis))
+    write_rotation(pose, body, rotation)
+    arm = scale(-1.0, rotate(rotation, pivot))
+    put(pose, body, 0, add(row(pose, body), add(pivot, arm)))
+    put(pose, body, VELOCITY, add_scaled(row(pose, body, VELOCITY), turning, cross(axis, arm)))
 
 
 @inlined()
@@ -318,5 +277,5 @@ def write_poses(motions, time):
             if motions.turns[body]:
                 _write_rotation(motions, body, at, pose)
         if not runs:
-            for c in range(3, 9):
+            for c in range(VELOCITY, ROTATION):
                 pose[body, c] = 0.0

@@ -9,6 +9,8 @@ holds exactly: a change of the length of q turns nothing.
 import numpy as np
 
 from millprint.kernel import inlined
+from millprint.mill.pose import ANGULAR_VELOCITY, POSITION, VELOCITY, write_rotation
+from millprint.mill.vectors import cross, put, scale, subtract
 
 
 def path_values(
@@ -22,18 +24,15 @@ def path_values(
     return spline(turns), frequency_hz * spline(turns, 1)
 
 
-def rotation_of(quaternion: np.ndarray) -> np.ndarray:
+def rotation_matrices(quaternion: np.ndarray) -> np.ndarray:
     """Rotation matrices (..., 3, 3) of quaternions (..., 4) of any length, w first."""
-    w, x, y, z = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    from scipy.spatial.transform import Rotation
+
+    scalar_last = np.roll(quaternion, -1, axis=-1).reshape(-1, 4)
+    return Rotation.from_quat(scalar_last).as_matrix().reshape(*quaternion.shape[:-1], 3, 3)
 
 
-def spin_of(quaternion: np.ndarray, rate: np.ndarray) -> np.ndarray:
+def angular_velocity_of(quaternion: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Angular velocity (..., 3) [rad/s] of quaternions (..., 4) that change at a rate (..., 4) [1/s]."""
     w, v, dw, dv = quaternion[..., :1], quaternion[..., 1:], rate[..., :1], rate[..., 1:]
     return 2 * (w * dv - dw * v - np.cross(dv, v)) / (quaternion**2).sum(axis=-1, keepdims=True)
@@ -53,19 +52,19 @@ def find_piece(breaks, first, last, turns):
 
 
 @inlined()
-def write_path(piece, part, turns, frequency, pose, body):
-    """Write the pose of a body by one piece of its curve, `turns` after the piece's start; rates in 1/s."""
-    for c in range(3):
-        a, b, k = piece[part, 0, c], piece[part, 1, c], piece[part, 2, c]
-        pose[body, c] = ((a * turns + b) * turns + k) * turns + piece[part, 3, c]
-        pose[body, 3 + c] = frequency * ((3.0 * a * turns + 2.0 * b) * turns + k)
-
-
-@inlined()
 def _component(piece, part, c, turns):
     a, b, k = piece[part, 0, c], piece[part, 1, c], piece[part, 2, c]
     value = ((a * turns + b) * turns + k) * turns + piece[part, 3, c]
     return value, (3.0 * a * turns + 2.0 * b) * turns + k
+
+
+@inlined()
+def write_path(piece, part, turns, frequency, pose, body):
+    """Write the pose of a body by one piece of its curve, `turns` after the piece's start; rates in 1/s."""
+    for c in range(3):
+        value, rate = _component(piece, part, c, turns)
+        pose[body, POSITION + c] = value
+        pose[body, VELOCITY + c] = frequency * rate
 
 
 @inlined()
@@ -76,16 +75,12 @@ def write_path_rotation(piece, part, turns, frequency, pose, body):
     y, dy = _component(piece, part, 5, turns)
     z, dz = _component(piece, part, 6, turns)
     over = 1.0 / (w * w + x * x + y * y + z * z)
-    scale = 2.0 * frequency * over
-    pose[body, 6] = scale * (w * dx - dw * x - (dy * z - dz * y))
-    pose[body, 7] = scale * (w * dy - dw * y - (dz * x - dx * z))
-    pose[body, 8] = scale * (w * dz - dw * z - (dx * y - dy * x))
-    pose[body, 9] = 1.0 - 2.0 * over * (y * y + z * z)
-    pose[body, 10] = 2.0 * over * (x * y - w * z)
-    pose[body, 11] = 2.0 * over * (x * z + w * y)
-    pose[body, 12] = 2.0 * over * (x * y + w * z)
-    pose[body, 13] = 1.0 - 2.0 * over * (x * x + z * z)
-    pose[body, 14] = 2.0 * over * (y * z - w * x)
-    pose[body, 15] = 2.0 * over * (x * z - w * y)
-    pose[body, 16] = 2.0 * over * (y * z + w * x)
-    pose[body, 17] = 1.0 - 2.0 * over * (x * x + y * y)
+    product = cross((dx, dy, dz), (x, y, z))
+    half = subtract(subtract(scale(w, (dx, dy, dz)), scale(dw, (x, y, z))), product)
+    put(pose, body, ANGULAR_VELOCITY, scale(2.0 * frequency * over, half))
+    rotation = (
+        (1.0 - 2.0 * over * (y * y + z * z), 2.0 * over * (x * y - w * z), 2.0 * over * (x * z + w * y)),
+        (2.0 * over * (x * y + w * z), 1.0 - 2.0 * over * (x * x + z * z), 2.0 * over * (y * z - w * x)),
+        (2.0 * over * (x * z - w * y), 2.0 * over * (y * z + w * x), 1.0 - 2.0 * over * (x * x + y * y)),
+    )
+    write_rotation(pose, body, rotation)

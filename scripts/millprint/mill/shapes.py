@@ -1,14 +1,30 @@
-"""Cylinders, boxes and stirrers as flat facets, seen from inside: the walls of a hollow, or a solid turned over."""
+"""Every shape of a vessel or an insert as flat facets, and the registry of the kinds of shape.
+
+To add a shape, write its keys in `config.geometry`, a function here that gives its facets, and a record in `SHAPES`.
+Parameters give the walls of a hollow, seen from inside.
+"""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from millprint.config.geometry import BoxGeometry, CylinderGeometry, PaddlesGeometry
-from millprint.mill.loft import fillet_profile, loft
+from millprint.config.geometry import (
+    BoxGeometry,
+    CylinderGeometry,
+    GeometrySection,
+    PaddlesGeometry,
+    StadiumGeometry,
+    StlGeometry,
+)
 
-# Columns that bring a shape built along z to lie along an axis: cyclic, so that no shape is mirrored.
-_ALONG = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
-
+# The outlines (k, 3) of one facet [m]: the outer one first, then holes.
 Loops = list[np.ndarray]
+
+# Columns that turn a shape built along z into one along another axis: cyclic, so that no shape is mirrored.
+_ALONG = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
 
 
 def _level(outline: np.ndarray, z: float) -> np.ndarray:
@@ -18,6 +34,79 @@ def _level(outline: np.ndarray, z: float) -> np.ndarray:
 def _circle(radius: float, facets: int) -> np.ndarray:
     angle = 2 * np.pi * np.arange(facets) / facets
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def fillet_profile(height: float, fillet: float, facets: int, ends: str) -> list[tuple[float, float]]:
+    """Insets from the side and levels of the rings, from the top at `height` down to 0, all in one unit.
+
+    ends: "none", "bottom" or "both", the ends whose edge is rounded with the radius `fillet` in `facets` steps. The
+    rings lie on the smooth fillet.
+    """
+    angle = np.linspace(0, np.pi / 2, facets + 1)
+    rounded = [(fillet * (1 - np.cos(a)), fillet * (1 - np.sin(a))) for a in angle]
+    lower = rounded if fillet and ends in ("bottom", "both") else [(0.0, 0.0)]
+    upper = [(inset, height - level) for inset, level in rounded[::-1]] if fillet and ends == "both" else []
+    levels = [*upper, *lower] if upper else [(0.0, height), *lower]
+    # A sphere, or a cup as deep as its fillet, has no straight part between the rounded ones.
+    return [levels[0], *(low for high, low in itertools.pairwise(levels) if high[1] - low[1] > 1e-12 * height)]
+
+
+def loft(rings: list[np.ndarray]) -> list[list[np.ndarray]]:
+    """Facets between rings (k, 3), from the top down, each counter-clockwise seen from above; then floor and lid.
+
+    A facet is a list of loops, counter-clockwise seen from inside. A ring of a single point closes an end with
+    triangles, and that end has no cap.
+    """
+    facets = []
+    for upper, lower in itertools.pairwise(rings):
+        for k in range(max(len(upper), len(lower))):
+            following = (k + 1) % max(len(upper), len(lower))
+            if len(lower) == 1:
+                corners = [upper[k], upper[following], lower[0]]
+            elif len(upper) == 1:
+                corners = [upper[0], lower[following], lower[k]]
+            else:
+                corners = [upper[k], upper[following], lower[following], lower[k]]
+            facets.append([np.array(corners)])
+    if len(rings[-1]) > 1:
+        facets.append([rings[-1]])
+    if len(rings[0]) > 1:
+        facets.append([rings[0][::-1]])
+    return facets
+
+
+def stadium_outline(end_radius: float, straight: float, facets: int, unevenness: float = 0.0) -> np.ndarray:
+    """Vertices (2 facets + 2, 2) of a stadium, counter-clockwise; the long side runs along x, all in one unit.
+
+    Facets of a round end are by turns 1 + unevenness and 1 - unevenness times as wide as the mean. Each end begins
+    with a wide one, so that half a turn brings the outline onto itself.
+    """
+    widths = 1.0 + unevenness * (-1.0) ** np.arange(facets)
+    angle = np.pi * (np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() - 0.5)
+    end = end_radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    shift = np.array([straight / 2, 0.0])
+    return np.concatenate([end + shift, -end - shift])
+
+
+def stadium_facets(geometry: StadiumGeometry) -> list[Loops]:
+    """Outlines [m] of every facet, a list of loops each, counter-clockwise seen from inside the jar.
+
+    The round ends and the fillet have their vertices on the smooth surface. Floor at z = 0, centred on the origin.
+    """
+    radius, straight, height = geometry.end_radius_mm / 1e3, geometry.straight_mm / 1e3, geometry.height_mm / 1e3
+    rings = []
+    for inset, z in fillet_profile(height, geometry.fillet_radius_mm / 1e3, geometry.fillet_facets, "bottom"):
+        outline = stadium_outline(radius - inset, straight, geometry.facets_per_half_circle, geometry.facet_unevenness)
+        rings.append(_level(outline, z))
+    *facets, floor, lid = loft(rings)
+    if geometry.post:
+        ring = _level(_circle(geometry.post.radius_mm / 1e3, geometry.post.facets), 0.0)
+        top = ring + np.array([0.0, 0.0, height])
+        floor.append(ring[::-1])
+        lid.append(top)
+        following = np.roll(np.stack([ring, top]), -1, axis=1)
+        facets += [[facet] for facet in np.stack([ring, following[0], following[1], top], axis=1)]
+    return [*facets, floor, lid]
 
 
 def cylinder_facets(geometry: CylinderGeometry) -> list[Loops]:
@@ -63,3 +152,43 @@ def paddles_facets(geometry: PaddlesGeometry) -> list[Loops]:
     """Outlines [m] of every facet, counter-clockwise seen from inside the solid."""
     outline, bottom = paddles_outline(geometry), geometry.bottom_mm / 1e3
     return loft([_level(outline, bottom + geometry.height_mm / 1e3), _level(outline, bottom)])
+
+
+def _file_facets(geometry: StlGeometry, place: str) -> list[Loops]:
+    # Takes long to import, and few mills need it.
+    from millprint.mill.mesh import mesh_facets
+
+    return mesh_facets(geometry, place)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A kind of shape: its facets from its keys, and whether their outlines are counter-clockwise seen from inside.
+
+    facets: takes the geometry, and the YAML file and key for refusals.
+    """
+
+    facets: Callable[[Any, str], list[Loops]]
+    from_inside: bool = True
+
+
+SHAPES = {
+    "stadium": Shape(lambda geometry, place: stadium_facets(geometry)),
+    "cylinder": Shape(lambda geometry, place: cylinder_facets(geometry)),
+    "box": Shape(lambda geometry, place: box_facets(geometry)),
+    "paddles": Shape(lambda geometry, place: paddles_facets(geometry)),
+    "stl": Shape(_file_facets, from_inside=False),
+}
+
+
+def shape_outlines(geometry: GeometrySection, place: str, from_inside: bool) -> list[Loops]:
+    """Outlines [m] of every facet of a shape, counter-clockwise seen from inside or from outside it.
+
+    place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry, and
+    ConfigError for a file of triangles that is refused.
+    """
+    if geometry.kind not in SHAPES:
+        raise ValueError(f"kind = {geometry.kind!r}: no such shape is in the registry; known: {', '.join(SHAPES)}")
+    shape = SHAPES[geometry.kind]
+    outlines = shape.facets(geometry, place)
+    return outlines if shape.from_inside == from_inside else [[loop[::-1] for loop in loops] for loops in outlines]

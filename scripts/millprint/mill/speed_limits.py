@@ -1,9 +1,9 @@
 """How fast a mill may turn: accelerations and speeds of its walls against what machines reach.
 
-A speed with digits too many, or of another part of the machine, makes a run that is stable and wrong. So each body's
-fastest wall is held against two bounds: beyond `usual` a person is warned, and what is beyond `most` is no machine.
-Both are round numbers for their kind of machine, by what makers and the literature commonly state, not checked on data
-sheets.
+A speed with a digit too many, or of another part of the machine, gives a run that is stable and wrong. So the fastest
+wall of each body is compared with two bounds: beyond `usual` the user is warned, beyond `most` the speed is refused.
+Both are round numbers for a kind of machine, from what makers and the literature commonly state; they were not checked
+on data sheets.
 """
 
 import math
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from millprint.config.mill import MillConfig
-from millprint.config.motion import Motion as Law
+from millprint.config.motion import Agitation, MotionSection, motion_kind
 from millprint.mill.bodies import CHECK_RPM, Body
 from millprint.mill.motion import Motion, motion_from_law
 
@@ -21,56 +21,47 @@ GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
+class Bound:
+    """A bound on a wall's acceleration over gravity [-] or its speed [m/s], and what reaches it: the end of a line."""
+
+    value: float
+    reason: str
+
+
+@dataclass(frozen=True)
 class Bounds:
-    """Bounds of a kind of body, of its walls' acceleration over gravity [-] or, with `by_speed`, their speed [m/s].
+    """The bounds of a kind of wall: on its acceleration over gravity [-] or, with `by_speed`, on its speed [m/s]."""
 
-    usual_words and most_words say what reaches the two, to end a sentence.
-    """
-
-    usual: float
-    usual_words: str
-    most: float
-    most_words: str
+    usual: Bound
+    most: Bound
     by_speed: bool = False
 
 
-# Retsch Emax: 17 mm at 2000 rpm are 76 g. Fritsch Pulverisette 7 premium line: 95 g for the jar's axis at 1100 rpm of
-# the sun wheel, to which the jar's own spin adds a third at its wall. SPEX 8000, mixer and vibratory mills stay below.
-SHAKEN = Bounds(
-    150,
-    "the strongest mills that shake their vessel reach some 100 g",
-    1000,
-    "no mill shakes its vessel by over 1000 g",
+_SHAKEN = Bounds(
+    usual=Bound(150, "the strongest mills that shake their vessel reach some 100 g"),
+    most=Bound(1000, "no mill shakes its vessel by over 1000 g"),
 )
-# A drum at its critical speed has 1 g at the wall, and 4 g at twice that speed. High-speed centrifuges for bottles of
-# some 50 mL end near 100,000 g; ultracentrifuges beyond take tubes without anything that mills.
-TURNED = Bounds(
-    4,
-    "beyond 1 g at the wall, the critical speed of a drum, balls stay on the wall and mill nothing",
-    100_000,
-    "no vessel of a mill turns at over 100,000 g",
-)
-# Tips of stirrers: 3 to 5 m/s in attritors, up to 25 m/s in stirred media mills, some 15 m/s in high-energy rotor ball
-# mills. Counter-rotating pin mills, without balls, are the fastest mills of all, near 250 m/s.
-STIRRED = Bounds(
-    25,
-    "stirrers of ball mills reach some 25 m/s at their tips",
-    250,
-    "no mill's stirrer is faster than 250 m/s at its tip",
-    by_speed=True,
-)
-
-# By the kind of motion: of a vessel and what moves with it, and of an insert with a motion of its own.
-VESSEL_BOUNDS = {
-    "circle": SHAKEN,
-    "lissajous": SHAKEN,
-    "planetary": SHAKEN,
-    "swing": SHAKEN,
-    "points": SHAKEN,
-    "rotation": TURNED,
-    "rest": SHAKEN,
+BOUNDS = {
+    # Retsch Emax: 17 mm at 2000 rpm are 76 g. Fritsch Pulverisette 7 premium line: 95 g for the jar's axis at 1100 rpm
+    # of the sun wheel, to which the jar's own rotation adds a third at its wall. SPEX 8000, mixer and vibratory mills
+    # stay below.
+    Agitation.SHAKEN: _SHAKEN,
+    # A drum at its critical speed has 1 g at the wall, and 4 g at twice that speed. High-speed centrifuges for bottles
+    # of some 50 mL end near 100,000 g; ultracentrifuges beyond take tubes without anything that mills.
+    Agitation.TUMBLED: Bounds(
+        usual=Bound(4, "beyond 1 g at the wall, the critical speed of a drum, balls stay on the wall and mill nothing"),
+        most=Bound(100_000, "no vessel of a mill turns at over 100,000 g"),
+    ),
+    # Tips of stirrers: 3 to 5 m/s in attritors, up to 25 m/s in stirred media mills, some 15 m/s in high-energy rotor
+    # ball mills. Counter-rotating pin mills, without balls, are the fastest mills of all, near 250 m/s.
+    Agitation.STIRRED: Bounds(
+        usual=Bound(25, "stirrers of ball mills reach some 25 m/s at their tips"),
+        most=Bound(250, "no mill's stirrer is faster than 250 m/s at its tip"),
+        by_speed=True,
+    ),
+    # A wall that never moves reaches no bound.
+    Agitation.STILL: _SHAKEN,
 }
-INSERT_BOUNDS = {**VESSEL_BOUNDS, "rotation": STIRRED}
 
 # Samples of a turn of the fastest harmonic, which miss its peak by 0.02 %; their largest number, a prime, so that they
 # meet other phases in every turn of a faster one; and the step of differences.
@@ -86,14 +77,14 @@ class Pace:
     speed: float
     acceleration: float
 
-    def speed_at(self, bound: float) -> float:
-        """The mill's speed [rpm] at which the body comes to a bound of its kind; infinite for one that stands still."""
+    def speed_at(self, bound: Bound) -> float:
+        """The mill's speed [rpm] at which the body reaches a bound of its kind; infinite for one that stands still."""
         reached = self.speed if self.bounds.by_speed else self.acceleration / GRAVITY
         if reached == 0:
             return math.inf
-        return 60 * (bound / reached if self.bounds.by_speed else math.sqrt(bound / reached))
+        return 60 * (bound.value / reached if self.bounds.by_speed else math.sqrt(bound.value / reached))
 
-    def words(self, speed_rpm: float) -> str:
+    def at_speed(self, speed_rpm: float) -> str:
         """What the body's wall does at a speed of the mill [rpm]."""
         turns = speed_rpm / 60
         return (
@@ -114,12 +105,12 @@ def paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
     """
     own = [insert.motion for insert in mill.inserts]
     laws = [mill.motion, *(law or mill.motion for law in own)]
-    bounds = [VESSEL_BOUNDS[mill.motion.kind]]
-    bounds += [INSERT_BOUNDS[law.kind] if law else bounds[0] for law in own]
+    bounds = [BOUNDS[motion_kind(mill.motion.kind).vessel]]
+    bounds += [BOUNDS[motion_kind(law.kind).insert] if law else bounds[0] for law in own]
     return [_pace(body, law, bound) for body, law, bound in zip(bodies, laws, bounds, strict=True)]
 
 
-def _pace(body: Body, law: Law, bounds: Bounds) -> Pace:
+def _pace(body: Body, law: MotionSection, bounds: Bounds) -> Pace:
     motion = motion_from_law(law, CHECK_RPM)
     fastest = _harmonic(motion)
     samples, step = min(SAMPLES_MAX, SAMPLES * fastest), DIFFERENCE / fastest

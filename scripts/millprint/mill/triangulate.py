@@ -1,10 +1,8 @@
-"""Facets cut into triangles, for meshes, pictures and STL files."""
+"""Plane outlines with holes cut into triangles, for meshes, pictures and STL files."""
+
+import itertools
 
 import numpy as np
-
-from millprint.errors import ConfigError
-from millprint.mill.ears import clip_ears
-from millprint.mill.vessel import Facet, Vessel
 
 # A turn by less is no corner [rad]: a fan would have triangles of no area there.
 STRAIGHT = 1e-6
@@ -27,12 +25,16 @@ def _cover(points: np.ndarray, triangles: np.ndarray, loops: list[np.ndarray], a
     if abs(np.abs(_twice(points, triangles)).sum() / 2 - area) > 1e-9 * area:
         return False
     sides = {frozenset(pair) for row in triangles.tolist() for pair in zip(row, row[1:] + row[:1], strict=True)}
-    first = np.cumsum([0, *(len(loop) for loop in loops)])
     return all(
-        frozenset((first[n] + k, first[n] + (k + 1) % len(loop))) in sides
-        for n, loop in enumerate(loops)
+        frozenset((first + k, first + (k + 1) % len(loop))) in sides
+        for first, loop in zip(_first_rows(loops), loops, strict=True)
         for k in range(len(loop))
     )
+
+
+def _first_rows(loops: list[np.ndarray]) -> list[int]:
+    """The row of each loop's first vertex among the vertices of all loops."""
+    return [0, *itertools.accumulate(len(loop) for loop in loops[:-1])]
 
 
 def _twice(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -48,14 +50,36 @@ def _is_convex(loop: np.ndarray) -> bool:
     return bool((turn > STRAIGHT).all() and abs(turn.sum() - 2 * np.pi) < 1e-6)
 
 
-def triangulate_facet(facet: Facet) -> np.ndarray:
-    """Triangles (t, 3) as rows of the facet's vertices, its loops one after the other, counter-clockwise inward.
+def _contour_triangles(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
+    """Triangles (t, 3) of an outline with holes by VTK; fewer than fill it where the outline crosses itself."""
+    # Take long to import, and few jars need them.
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkFiltersGeneral import vtkContourTriangulator
 
-    A fan where the outline is convex, as that of most walls is; Delaunay's triangles where they keep to the outlines,
-    or else ears. Raises ConfigError for an outline that crosses itself.
+    places, lines, outlines = vtkPoints(), vtkCellArray(), vtkPolyData()
+    places.SetData(numpy_to_vtk(np.column_stack([points, np.zeros(len(points))]), deep=True))
+    for first, loop in zip(_first_rows(loops), loops, strict=True):
+        lines.InsertNextCell(len(loop) + 1)
+        for k in range(len(loop) + 1):
+            lines.InsertCellPoint(first + k % len(loop))
+    outlines.SetPoints(places)
+    outlines.SetLines(lines)
+    triangulator = vtkContourTriangulator()
+    triangulator.TriangulationErrorDisplayOff()
+    triangulator.SetInputData(outlines)
+    triangulator.Update()
+    return vtk_to_numpy(triangulator.GetOutput().GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
+def triangulate_polygon(loops: list[np.ndarray], area: float) -> np.ndarray | None:
+    """Triangles (t, 3) of an outline with holes, rows of the vertices of its loops in turn, counter-clockwise.
+
+    loops: (k, 2) each, the outer one counter-clockwise first, then holes clockwise; area: what they enclose. Every side
+    of a loop is the side of a triangle. A fan where the outline is convex, as that of most walls is; else Delaunay's
+    triangles where they keep to the outlines, and VTK's where they do not. None for an outline that crosses itself.
     """
-    axes = np.array(facet.axes).T
-    loops = [loop @ axes for loop in facet.loops]
     if len(loops) == 1 and _is_convex(loops[0]):
         last = np.arange(2, len(loops[0]))
         return np.column_stack([np.zeros_like(last), last - 1, last])
@@ -65,26 +89,8 @@ def triangulate_facet(facet: Facet) -> np.ndarray:
     points = np.concatenate(loops)
     triangles = Delaunay(points).simplices
     triangles = triangles[_inside(points[triangles].mean(axis=1), loops)]
-    if not _cover(points, triangles, loops, facet.area):
-        triangles = clip_ears(loops)
-        if triangles is None or not _cover(points, triangles, loops, facet.area):
-            where = f"the facet at {facet.loops[0][0] * 1e3} mm"
-            raise ConfigError(f"{where} has an outline that cannot be cut into triangles: it crosses itself")
+    if not _cover(points, triangles, loops, area):
+        triangles = _contour_triangles(points, loops)
+        if not _cover(points, triangles, loops, area):
+            return None
     return np.where((_twice(points, triangles) < 0)[:, None], triangles[:, ::-1], triangles)
-
-
-def triangulate(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (v, 3) [m] and triangles (t, 3) of a vessel's walls, normals inward, each vertex once."""
-    vertices: list[np.ndarray] = []
-    triangles: list[np.ndarray] = []
-    number: dict[tuple[int, ...], int] = {}
-    for facet in vessel.facets:
-        rows = []
-        for point in np.concatenate(facet.loops):
-            key = vessel.key(point)
-            if key not in number:
-                number[key] = len(vertices)
-                vertices.append(point)
-            rows.append(number[key])
-        triangles.append(np.array(rows)[triangulate_facet(facet)])
-    return np.array(vertices), np.concatenate(triangles)

@@ -4,9 +4,15 @@ from millprint.kernel import inlined
 
 
 @inlined()
-def row(array, index):
-    """Row `index` of an (n, 3) array."""
-    return array[index, 0], array[index, 1], array[index, 2]
+def row(array, index, first=0):
+    """Row `index` of an (n, 3) array, or three columns of a wider one from column `first` on."""
+    return array[index, first], array[index, first + 1], array[index, first + 2]
+
+
+@inlined()
+def put(array, index, first, vector):
+    """Write a vector into row `index`, from column `first` on."""
+    array[index, first], array[index, first + 1], array[index, first + 2] = vector
 
 
 @inlined()
@@ -43,3 +49,20 @@ def add_scaled(a, factor, b):
 def cross(a, b):
     """a x b"""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined()
+def rotate(rotation, a):
+    """R a, with R a tuple of three rows."""
+    return dot(rotation[0], a), dot(rotation[1], a), dot(rotation[2], a)
+
+
+@inlined()
+def rotate_back(rotation, a):
+    """R^T a, with R a tuple of three rows."""
+    first, second, third = rotation
+    return (
+        first[0] * a[0] + second[0] * a[1] + third[0] * a[2],
+        first[1] * a[0] + second[1] * a[1] + third[1] * a[2],
+        first[2] * a[0] + second[2] * a[1] + third[2] * a[2],
+    )

@@ -1,18 +1,18 @@
 """A vessel: flat facets in the body frame, with the edges and corners that balls can touch."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from millprint.config.geometry import SolidGeometry, StlGeometry, VesselGeometry
+from millprint.config.geometry import GeometrySection
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.mill.shapes import Loops, box_facets, cylinder_facets, paddles_facets
-from millprint.mill.stadium import stadium_facets
+from millprint.mill.shapes import shape_outlines
+from millprint.mill.triangulate import triangulate_polygon
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
 WELD = 1e-7
@@ -23,14 +23,6 @@ LATTICE = 2.0**-40
 
 # Above it a simulation takes days for the walls alone.
 MOST_FACETS = 20_000
-
-# Outlines of the facets of a shape by parameters, seen from inside it.
-SHAPES: dict[str, Callable[..., list[Loops]]] = {
-    "stadium": stadium_facets,
-    "cylinder": cylinder_facets,
-    "box": box_facets,
-    "paddles": paddles_facets,
-}
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -223,32 +215,47 @@ class Vessel:
         return np.array([points.min(axis=0), points.max(axis=0)])
 
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (v, 3) [m] and triangles (t, 3) of the walls, normals inward; for meshes, pictures and tests."""
-        from millprint.mill.triangulate import triangulate
+        """Vertices (v, 3) [m], each once, and triangles (t, 3) of the walls, normals inward.
 
-        return triangulate(self)
+        Raises ConfigError for an outline that crosses itself.
+        """
+        vertices: dict[tuple[int, ...], np.ndarray] = {}
+        number: dict[tuple[int, ...], int] = {}
+        triangles = []
+        for facet in self.facets:
+            rows = []
+            for key, point in zip(self._keys(points := np.concatenate(facet.loops)), points, strict=True):
+                vertices.setdefault(key, point)
+                rows.append(number.setdefault(key, len(number)))
+            triangles.append(np.array(rows)[triangulate_facet(facet)])
+        return np.array(list(vertices.values())), np.concatenate(triangles)
 
 
-def shape_facets(geometry: VesselGeometry | SolidGeometry, place: str, solid: bool) -> list[Facet]:
+def triangulate_facet(facet: Facet) -> np.ndarray:
+    """Triangles (t, 3) as rows of a facet's vertices, its loops one after the other, counter-clockwise inward.
+
+    Raises ConfigError for an outline that crosses itself.
+    """
+    axes = np.array(facet.axes).T
+    triangles = triangulate_polygon([loop @ axes for loop in facet.loops], facet.area)
+    if triangles is None:
+        where = f"the facet at {facet.loops[0][0] * 1e3} mm"
+        raise ConfigError(f"{where} has an outline that cannot be cut into triangles: it crosses itself")
+    return triangles
+
+
+def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
     """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
-    place: the YAML file and key, for refusals. Raises ConfigError for a file of triangles that does not hold.
+    place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry of
+    `mill.shapes`, and ConfigError for a file of triangles that is refused or for too many facets.
     """
-    if isinstance(geometry, StlGeometry):
-        # Takes long to import, and few mills need it.
-        from millprint.mill.mesh import mesh_facets
-
-        outlines = mesh_facets(geometry, place)
-    else:
-        outlines = SHAPES[geometry.kind](geometry)
+    outlines = shape_outlines(geometry, place, from_inside=not solid)
     if len(outlines) > MOST_FACETS:
         raise ConfigError(
-            f"{place}: {len(outlines)} flat facets, of which a simulation can do with {MOST_FACETS}: give it fewer, or "
+            f"{place}: {len(outlines)} flat facets; a simulation takes at most {MOST_FACETS}: give it fewer, or "
             "export the surface with a coarser tessellation"
         )
-    # Parameters give a shape seen from inside, a file one seen from outside.
-    if isinstance(geometry, StlGeometry) != solid:
-        outlines = [[loop[::-1] for loop in loops] for loops in outlines]
     return [Facet.from_loops(loops) for loops in outlines]
 
 
@@ -263,14 +270,11 @@ def check_volume(mill: MillConfig, vessel: Vessel) -> None:
 
     Inserts are not taken off, as fill ratios refer to the vessel without them.
     """
-    volume, wanted, geometry = vessel.volume_m3 * 1e6, mill.volume_ml, mill.geometry
-    if abs(volume - wanted) <= mill.volume_tolerance * volume:
+    volume = vessel.volume_m3 * 1e6
+    if abs(volume - mill.volume_ml) <= mill.volume_tolerance * volume:
         return
-    if isinstance(geometry, StlGeometry):
-        shape, sizes = f"{geometry.path} in {geometry.unit}", "the unit"
-    else:
-        shape, sizes = f"the {geometry.kind} of geometry", "its sizes"
+    shape, sizes = mill.geometry.origin()
     raise ConfigError(
-        f"config/mills/{mill.name}.yaml: volume_ml = {wanted:g}: {shape} holds {volume:.4g} mL; correct it, or "
+        f"config/mills/{mill.name}.yaml: volume_ml = {mill.volume_ml:g}: {shape} holds {volume:.4g} mL; correct it, or "
         f"{sizes}, or allow the difference by volume_tolerance"
     )

@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.kernel import array_maker, inlined, inner, kernel
-from millprint.mill.vectors import add, add_scaled, cross, dot, row, subtract
+from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
+from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
 from millprint.mill.vessel import Edge, Vessel
 
 
@@ -141,27 +142,13 @@ def body_of(walls, feature):
 @inlined()
 def direction_to_laboratory(motions, body, direction):
     """A direction of a body's frame in the laboratory: R d."""
-    pose = motions.pose
-    if motions.turns[body]:
-        return (
-            pose[body, 9] * direction[0] + pose[body, 10] * direction[1] + pose[body, 11] * direction[2],
-            pose[body, 12] * direction[0] + pose[body, 13] * direction[1] + pose[body, 14] * direction[2],
-            pose[body, 15] * direction[0] + pose[body, 16] * direction[1] + pose[body, 17] * direction[2],
-        )
-    return direction
+    return rotate(rotation_of(motions, body), direction) if motions.turns[body] else direction
 
 
 @inlined()
 def direction_to_body(motions, body, direction):
     """A direction of the laboratory in a body's frame: R^T d."""
-    pose = motions.pose
-    if motions.turns[body]:
-        return (
-            pose[body, 9] * direction[0] + pose[body, 12] * direction[1] + pose[body, 15] * direction[2],
-            pose[body, 10] * direction[0] + pose[body, 13] * direction[1] + pose[body, 16] * direction[2],
-            pose[body, 11] * direction[0] + pose[body, 14] * direction[1] + pose[body, 17] * direction[2],
-        )
-    return direction
+    return rotate_back(rotation_of(motions, body), direction) if motions.turns[body] else direction
 
 
 @inlined()
@@ -173,11 +160,10 @@ def to_body(motions, body, point):
 @inlined()
 def wall_velocity(motions, body, point):
     """Velocity [m/s] of a body at a point of the laboratory: V + omega x (point - X)."""
-    pose = motions.pose
-    velocity = (pose[body, 3], pose[body, 4], pose[body, 5])
+    velocity = velocity_of(motions, body)
     if motions.turns[body]:
-        arm = subtract(point, row(pose, body))
-        velocity = add(velocity, cross((pose[body, 6], pose[body, 7], pose[body, 8]), arm))
+        arm = subtract(point, row(motions.pose, body))
+        velocity = add(velocity, cross(angular_velocity_of(motions, body), arm))
     return velocity
 
 
@@ -186,9 +172,7 @@ def plane_distance(walls, feature, point):
     """Distance of `point` (body frame) from a facet's plane [m]; 0 for an edge or a corner."""
     if feature >= walls.plane.shape[0]:
         return 0.0
-    plane = walls.plane
-    along = plane[feature, 0] * point[0] + plane[feature, 1] * point[1] + plane[feature, 2] * point[2]
-    return along - plane[feature, 3]
+    return dot(row(walls.plane, feature), point) - walls.plane[feature, 3]
 
 
 @kernel()

@@ -55,7 +55,8 @@ def read_scene(run: str | Path) -> Scene:
     attributes = read_attributes(run)
     mill, case, contact = attributes["mill"], attributes["case"], attributes["contact"]
     config = MillConfig(**mill)
-    if config.motion.kind not in ("circle", "lissajous", "rest"):
+    motion = build_motion(config, case["speed_rpm"])
+    if motion.turns:
         raise ConfigError(f"{run}: mill {config.name} turns; the surrogate knows vessels that only translate")
     if config.inserts:
         raise ConfigError(f"{run}: mill {config.name} has inserts; the surrogate knows the walls of one vessel")
@@ -67,5 +68,5 @@ def read_scene(run: str | Path) -> Scene:
         speed_rpm=case["speed_rpm"],
         bounds_m=vessel.bounds,
         distance=SignedDistance(vessel),
-        wall_position=build_motion(config, case["speed_rpm"]).position,
+        wall_position=motion.position,
     )

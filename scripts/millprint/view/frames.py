@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import trimesh
 
+from millprint.config.motion import motion_kind
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
 from millprint.view.snapshots import Block, Poses, Snapshots, open_run
@@ -154,8 +155,8 @@ def panel_of(view: View, title: str, corners: tuple[np.ndarray, np.ndarray], pat
 def frequency_of(config: dict) -> float:
     """Revolutions of the mill in a second; 0 for one at rest."""
     motions = [config["mill"]["motion"], *(insert["motion"] for insert in config["mill"].get("inserts", []))]
-    at_rest = all(motion is None or motion["kind"] == "rest" for motion in motions)
-    return 0.0 if at_rest else config["case"]["speed_rpm"] / 60
+    moves = any(motion_kind(motion["kind"]).moves for motion in motions if motion)
+    return config["case"]["speed_rpm"] / 60 if moves else 0.0
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
