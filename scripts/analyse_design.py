@@ -14,7 +14,7 @@ import design_experiments
 from millprint.config.analysis import AnalysisConfig
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_part
-from millprint.doe.pareto import pareto_table
+from millprint.doe.variance import pareto_table
 from millprint.figures.chapter2 import interactions, pareto, residuals
 from millprint.figures.style import save
 from millprint.files import read_table, write_table

@@ -2,13 +2,10 @@
 
 from millprint.config.analysis import AnalysisConfig
 from millprint.doe.contested import contested_table, rival_models_table
-from millprint.doe.interactions import interaction_table
-from millprint.doe.lack_of_fit import lack_of_fit_table
 from millprint.doe.model import fit_factors
-from millprint.doe.residual_checks import residual_checks
-from millprint.doe.residuals import residual_table
+from millprint.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.doe.runs import read_runs
-from millprint.doe.trends import trend_table
+from millprint.doe.trends import interaction_table, trend_table
 from millprint.doe.variance import corrected_table, printed_table
 from millprint.files import write_table
 from millprint.job import job

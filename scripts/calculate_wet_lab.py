@@ -17,9 +17,8 @@ import argparse
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import read_part
 from millprint.config.wet_lab import WetLabConfig
-from millprint.doe.readings import charge_table, solution_table, yield_table
-from millprint.doe.species import check_formulas
-from millprint.doe.wear import read_wear, wear_table
+from millprint.doe.chemistry import check_formulas
+from millprint.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 from millprint.files import write_table
 
 CALCULATIONS = {

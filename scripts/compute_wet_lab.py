@@ -3,8 +3,7 @@
 from millprint.config.design import Factor
 from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.doe.runs import read_runs
-from millprint.doe.wear import read_wear, wear_table
-from millprint.doe.wet_lab import half_life_table, powder_table
+from millprint.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
 from millprint.files import write_table
 from millprint.job import job
 

@@ -15,8 +15,7 @@ from millprint.config.checks import stop_on_bad_input
 from millprint.config.design import DesignConfig
 from millprint.config.load import check_model, read_part
 from millprint.doe.aliases import alias_table
-from millprint.doe.design import describe, design_table
-from millprint.doe.suggest import best_generators
+from millprint.doe.design import best_generators, describe, design_table
 from millprint.files import write_json, write_table
 
 

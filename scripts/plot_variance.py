@@ -1,7 +1,7 @@
 """Plots the analysis of variance: the Pareto plot and the residuals."""
 
 from millprint.config.design import Factor
-from millprint.doe.pareto import pareto_table
+from millprint.doe.variance import pareto_table
 from millprint.figures.chapter2 import pareto, residuals
 from millprint.figures.style import save
 from millprint.files import read_table, write_table

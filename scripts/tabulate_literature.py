@@ -1,7 +1,12 @@
 """Tabulates what other groups report and leave out, whether their numbers agree, and plots yield against speed."""
 
-from millprint.doe.literature import missingness_table, read_literature, read_reported_yields, unreported_table
-from millprint.doe.literature_checks import literature_checks
+from millprint.doe.literature import (
+    literature_checks,
+    missingness_table,
+    read_literature,
+    read_reported_yields,
+    unreported_table,
+)
 from millprint.figures.chapter2 import literature, missingness
 from millprint.figures.style import save
 from millprint.files import write_table

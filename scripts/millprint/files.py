@@ -21,6 +21,9 @@ from millprint.errors import ConfigError, DamagedFile
 if TYPE_CHECKING:
     import pandas as pd
 
+# Columns that name a row for a reader.
+ROW_NAMES = ("case", "reference")
+
 # Every file that this process has written whole, for the record of its job.
 written: list[Path] = []
 
@@ -60,10 +63,17 @@ def write_table(frame: pd.DataFrame, path: str | Path, digits: int = 8) -> None:
         frame.to_csv(partial, sep="\t", index=False, float_format=f"%.{digits}g")
 
 
-def read_table(path: str | Path, numeric: Sequence[str] = (), text: Sequence[str] = ()) -> pd.DataFrame:
+def read_table(
+    path: str | Path,
+    numeric: Sequence[str] = (),
+    text: Sequence[str] = (),
+    optional: Sequence[str] = (),
+    may_be_blank: Sequence[str] = (),
+) -> pd.DataFrame:
     """Read a TSV (lines that begin with # are comments) and check its columns.
 
-    Raises ConfigError, in one line, for a missing file or column and for a text in a numeric column.
+    optional: numeric columns that the table may lack. may_be_blank: numeric columns that may have empty cells.
+    Raises ConfigError, in one line, for a missing file or column and for a cell of a numeric column without a number.
     """
     import pandas as pd
 
@@ -83,17 +93,26 @@ def read_table(path: str | Path, numeric: Sequence[str] = (), text: Sequence[str
     for column in [*numeric, *text]:
         if column not in frame.columns:
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(frame.columns)}")
-    for column in numeric:
+    for column in [*numeric, *(name for name in optional if name in frame)]:
         values = _numbers(frame[column])
         # A column of true and false alone is read as numbers.
-        bad = values.isna() | ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
+        bad = ~values.abs().lt(float("inf")) | (frame[column].dtype == bool)
+        if column in may_be_blank:
+            bad &= frame[column].notna()
         if bad.any():
             row = int(bad.idxmax())
-            raise ConfigError(
-                f"{path}: column {column}, row {row + 1} = {frame[column].iloc[row]!r}: a finite number is wanted"
-            )
+            cell = frame[column].iloc[row]
+            place = f"column {column}, {row_name(frame, row, column)} = {repr(cell) if isinstance(cell, str) else cell}"
+            right = "a finite number or empty" if column in may_be_blank else "a finite number"
+            raise ConfigError(f"{path}: {place}: must be {right}")
         frame[column] = values
     return frame
+
+
+def row_name(frame: pd.DataFrame, row: int, column: str) -> str:
+    """How a fault in a `column` names the row at place `row` (from 0): by a column of ROW_NAMES, else by its number."""
+    named = [f"{name} {frame[name].iloc[row]}" for name in ROW_NAMES if name in frame and name != column]
+    return named[0] if named else f"row {row + 1}"
 
 
 def _numbers(column: pd.Series) -> pd.Series:

@@ -14,10 +14,10 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.packing import capacity
 from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
+from millprint.doe.chemistry import check_formulas
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
-from millprint.doe.species import check_formulas
-from millprint.doe.wear import read_wear
+from millprint.doe.wet_lab import read_wear
 from millprint.errors import ConfigError
 from millprint.fingerprint.chosen_cases import has_chapters
 from millprint.fingerprint.mill_cases import mill_cases, place_of_sweep

@@ -42,7 +42,7 @@ def test_measured_drops_give_the_mean_of_eq_3_19_with_students_interval(tmp_path
         ({"drop_height_mm": [10, 10]}, ["bounce_height_mm", "missing"]),
         ({"drop_height_mm": [10, 10], "bounce_height_mm": [1, 11]}, ["bounce_height_mm, row 2 = 11", "at most"]),
         ({"drop_height_mm": [10, -10], "bounce_height_mm": [1, 1]}, ["drop_height_mm", "row 2 = -10", "above 0"]),
-        ({"drop_height_mm": [10], "bounce_height_mm": [1]}, ["1 drop", "at least 2"]),
+        ({"drop_height_mm": [10], "bounce_height_mm": [1]}, ["1 rows", "at least 2"]),
     ],
 )
 def test_bad_drops_are_refused_in_one_line(tmp_path, columns, parts):
@@ -59,8 +59,8 @@ TIMES = np.arange(30) / 50
     [
         ({"time_s": TIMES}, ["across_mm or height_mm", "missing"]),
         ({"time_s": TIMES, "across_cm": TIMES}, ["across_mm or height_mm", "missing", "across_cm"]),
-        ({"time_s": TIMES[:5], "across_mm": TIMES[:5]}, ["5 frame(s)", "at least 20"]),
-        ({"time_s": TIMES[::-1], "across_mm": TIMES}, ["time_s, row 2", "more than the row before"]),
+        ({"time_s": TIMES[:5], "across_mm": TIMES[:5]}, ["5 rows", "at least 20"]),
+        ({"time_s": TIMES[::-1], "across_mm": TIMES}, ["time_s, row 2", "more than in the row before"]),
         ({"time_s": TIMES - 1, "across_mm": TIMES}, ["time_s", "row 1 = -1", "at least 0"]),
         ({"time_s": TIMES, "height_mm": ["lost", *TIMES[1:]]}, ["height_mm, row 1", "lost", "finite number"]),
     ],

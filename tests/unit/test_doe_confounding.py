@@ -9,9 +9,8 @@ from scipy.stats import f as f_distribution
 from millprint.config.doe import DoeConfig
 from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.design import design_table
-from millprint.doe.lack_of_fit import lack_of_fit_table, pure_error
 from millprint.doe.model import fit_factors, sums_of_squares
-from millprint.doe.residual_checks import residual_checks
+from millprint.doe.residuals import lack_of_fit_table, pure_error, residual_checks
 from millprint.doe.runs import read_runs
 from millprint.doe.trends import trend_table
 from tests.unit.doe_settings import SCREENING, settings

@@ -10,18 +10,8 @@ from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import alias_table, confounding_table, interaction_partners
 from millprint.doe.audit import audit_table
 from millprint.doe.design import describe, design_table, full_factorial_runs, level_codes, treatments
+from millprint.doe.fraction import Fraction, length
 from millprint.doe.runs import read_runs
-from millprint.doe.words import (
-    add,
-    aliases,
-    alphabet,
-    defining_subgroup,
-    length,
-    low_order_words,
-    normalised,
-    resolution,
-    spell,
-)
 from millprint.errors import ConfigError
 from tests.unit.doe_settings import SCREENING, settings, thesis_settings
 
@@ -84,14 +74,14 @@ def test_an_ideal_fraction_is_orthogonal():
 )
 def test_two_level_fractions_have_their_textbook_resolution(number, generators, expected):
     config = two_level(number, generators)
-    assert resolution(config) == expected
+    assert Fraction(config).resolution() == expected
     assert len(level_codes(config)) == 2 ** (number - len(generators))
 
 
 def test_defining_words_are_constant_over_the_fraction():
     config = settings(generators=["C = A + 2B", "D = A + B"], model=["A", "B"], interactions=[])
     codes = level_codes(config).to_numpy()
-    subgroup = defining_subgroup(config)
+    subgroup = Fraction(config).subgroup
     assert len(subgroup) == 9
     for word in subgroup:
         assert len(set((codes @ np.array(word)) % 3)) == 1
@@ -99,14 +89,14 @@ def test_defining_words_are_constant_over_the_fraction():
 
 def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup():
     config = settings()
-    subgroup, letters = defining_subgroup(config), alphabet(config)
+    fraction = Fraction(config)
     classes = {}
-    for word in low_order_words(letters):
-        members = {normalised(word, letters), *aliases(word, subgroup, letters)}
+    for word in fraction.low_order_words():
+        members = {fraction.normalised(word), *fraction.aliases(word)}
         # Three cosets of a word and three of its square, two by two the same effect.
         assert len(members) == 3
         for other in members:
-            assert {other, *aliases(other, subgroup, letters)} == members
+            assert {other, *fraction.aliases(other)} == members
         classes[frozenset(members)] = members
     # 26 degrees of freedom are 13 effects of two, no effect being in two classes.
     assert len(classes) == 13
@@ -116,19 +106,19 @@ def test_aliasing_is_an_equivalence_whose_classes_have_the_size_of_the_subgroup(
 def test_aliased_components_split_the_runs_into_the_same_groups():
     config = settings()
     codes = level_codes(config).to_numpy()
-    subgroup, letters = defining_subgroup(config), alphabet(config)
-    for word in low_order_words(letters):
+    fraction = Fraction(config)
+    for word in fraction.low_order_words():
         groups = (codes @ np.array(word)) % 3
-        for other in aliases(word, subgroup, letters):
+        for other in fraction.aliases(word):
             counts = pd.crosstab(groups, (codes @ np.array(other)) % 3).to_numpy()
             assert sorted(counts.ravel()) == [0] * 6 + [9] * 3
 
 
 def test_words_multiply_and_spell():
-    letters = alphabet(settings())
-    assert spell(normalised((0, 2, 1, 0), letters), letters) == "BC2"
-    assert add((1, 1, 0, 0), (1, 2, 1, 0), letters) == (2, 0, 1, 0)
-    assert spell((0, 0, 0, 0), letters) == "I"
+    fraction = Fraction(settings())
+    assert fraction.spell(fraction.normalised((0, 2, 1, 0))) == "BC2"
+    assert fraction.times((1, 1, 0, 0), (1, 2, 1, 0)) == (2, 0, 1, 0)
+    assert fraction.spell((0, 0, 0, 0)) == "I"
     assert length((0, 2, 1, 0)) == 2
 
 
@@ -211,17 +201,17 @@ def with_cell(row: int, column: str, value: str):
         (with_cell(4, "bpr", "ten"), ["bpr", "ten", "number"]),
         (with_cell(4, "bpr", "12,5"), ["bpr", "12,5", "number"]),
         (with_cell(4, "yield_percent", ""), ["yield_percent", "number"]),
-        (with_cell(4, "yield_percent", "NaN"), ["yield_percent", "row 5", "finite number"]),
+        (with_cell(4, "yield_percent", "NaN"), ["yield_percent", "case 5", "finite number"]),
         (with_cell(4, "yield_percent", "inf"), ["yield_percent", "inf", "finite number"]),
         (with_cell(4, "case", " 4"), ["case", "4", "twice"]),
-        (with_cell(4, "case", ""), ["case", "row 5", "a case is wanted"]),
-        (lambda frame: frame.assign(run_order=1), ["run_order", "case 2", "a whole number of its own"]),
+        (with_cell(4, "case", ""), ["case", "row 5", "must not be empty"]),
+        (lambda frame: frame.assign(run_order=1), ["run_order", "case 2", "a whole number that no other run has"]),
         (lambda frame: frame.assign(run_order="first"), ["run_order", "first", "number"]),
         (with_cell(4, "case", "4"), ["case", "4", "twice"]),
         (with_cell(4, "yield_percent", "140"), ["yield_percent", "case 5", "140", "between 0 and 100"]),
         (with_cell(4, "yield_percent", "-3"), ["yield_percent", "-3", "between 0 and 100"]),
         (with_cell(4, "speed_rpm", "700"), ["speed_rpm", "case 5", "700", "600, 800, 1000"]),
-        (lambda frame: frame.head(0), ["no runs"]),
+        (lambda frame: frame.head(0), ["no rows"]),
     ],
 )
 def test_bad_tables_are_refused_in_one_line(tmp_path, change, words):

@@ -13,12 +13,11 @@ import make_design
 from millprint.config.analysis import AnalysisConfig
 from millprint.config.design import DesignConfig
 from millprint.config.load import check_model
-from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_freedom, term_columns
+from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_degrees_of_freedom, term_columns
 from millprint.doe.audit import audit_table
-from millprint.doe.design import describe, design_table, level_codes, treatments
+from millprint.doe.design import best_generators, describe, design_table, level_codes, treatments
+from millprint.doe.fraction import Fraction
 from millprint.doe.runs import read_runs
-from millprint.doe.suggest import best_generators
-from millprint.doe.words import word_lengths
 from millprint.errors import ConfigError
 from millprint.files import read_table
 from tests.conftest import ROOT
@@ -122,7 +121,7 @@ def test_two_effects_share_freedom_in_the_runs_exactly_where_the_algebra_says_so
         for other in filter(None, row.aliases_up_to_two_letters.split(" = ")):
             linked.add(frozenset([":".join(own), ":".join(symbol for symbol in config.symbols if symbol in other)]))
     for one, two in combinations(names, 2):
-        shared = shared_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
+        shared = shared_degrees_of_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
         assert (shared > 1e-9) == (frozenset([one, two]) in linked), (one, two)
 
 
@@ -143,7 +142,7 @@ def test_two_effects_share_freedom_in_the_runs_exactly_where_the_algebra_says_so
 def test_the_best_generators_are_those_of_minimum_aberration(symbols, levels, made, lengths):
     config = design(symbols, levels)
     generators = best_generators(config, list(made))
-    assert word_lengths(design(symbols, levels, generators)) == lengths
+    assert Fraction(design(symbols, levels, generators)).word_lengths() == lengths
 
 
 @pytest.mark.parametrize(
@@ -284,7 +283,7 @@ def test_a_design_with_names_is_analysed_by_one_command(tmp_path, capsys):
     ("changes", "row", "words"),
     [
         ({}, ("steel", "glass"), "column a, case 1 = 'glass'"),
-        ({}, ("\t300.0\t", "\t\t"), "column c, row 1"),
+        ({}, ("\t300.0\t", "\t\t"), "column c, case 1"),
         ({"model": ["A", "D"]}, None, "design.yaml: (top level): model: 'D'"),
         ({"modle": ["A"]}, None, "modle"),
     ],

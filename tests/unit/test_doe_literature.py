@@ -3,8 +3,13 @@
 import pandas as pd
 import pytest
 
-from millprint.doe.literature import missingness_table, read_literature, read_reported_yields, unreported_table
-from millprint.doe.literature_checks import literature_checks
+from millprint.doe.literature import (
+    literature_checks,
+    missingness_table,
+    read_literature,
+    read_reported_yields,
+    unreported_table,
+)
 from millprint.errors import ConfigError
 from tests.conftest import ROOT
 

@@ -7,11 +7,20 @@ import yaml
 
 import calculate_wet_lab
 from millprint.config.wet_lab import ChemistryConfig, WetLabConfig
-from millprint.doe.gas import gas_volume, gas_yield, vapour_pressure, yield_error
-from millprint.doe.half_life import half_life, share_lost
-from millprint.doe.powder import ball_mass, reactant_masses
-from millprint.doe.readings import charge_table, solution_table, yield_table
-from millprint.doe.species import check_formulas, molar_mass
+from millprint.doe.chemistry import (
+    GasConditions,
+    ball_mass,
+    check_formulas,
+    gas_volume,
+    gas_yield,
+    half_life,
+    molar_mass,
+    reactant_masses,
+    share_lost,
+    vapour_pressure,
+    yield_error,
+)
+from millprint.doe.wet_lab import charge_table, solution_table, yield_table
 from millprint.errors import ConfigError
 from millprint.files import read_table
 from tests.conftest import ROOT
@@ -55,15 +64,21 @@ def test_dry_gas_and_a_head_of_water_change_the_pressure_of_the_hydrogen(tmp_pat
     assert low / high == pytest.approx(1 - 978.7 / (101325 - 3169.9), rel=1e-5)
 
 
+def arguments(readings: dict) -> tuple:
+    """The arguments of `gas_yield`."""
+    conditions = GasConditions(readings["temperature"], readings["pressure"])
+    return readings["volume"], conditions, readings["limiting_mass"], CHEMISTRY
+
+
 def test_errors_of_the_readings_propagate_as_a_simulation_of_them_does():
-    conditions = {"volume": 200e-6, "temperature": 310.0, "pressure": 99e3, "limiting_mass": 0.8e-3}
+    readings = {"volume": 200e-6, "temperature": 310.0, "pressure": 99e3, "limiting_mass": 0.8e-3}
     errors = {"volume": 3e-6, "temperature": 2.0, "pressure": 600.0, "limiting_mass": 8e-6}
     rng = np.random.default_rng(2)
-    drawn = {name: value + errors[name] * rng.normal(size=40_000) for name, value in conditions.items()}
-    simulated = np.std(gas_yield(**drawn, chemistry=CHEMISTRY))
-    assert yield_error(errors, **conditions, chemistry=CHEMISTRY) == pytest.approx(simulated, rel=0.02)
-    only = yield_error({"volume": 3e-6}, **conditions, chemistry=CHEMISTRY)
-    assert only == pytest.approx(gas_yield(**{**conditions, "volume": 3e-6}, chemistry=CHEMISTRY))
+    drawn = {name: value + errors[name] * rng.normal(size=40_000) for name, value in readings.items()}
+    simulated = np.std(gas_yield(*arguments(drawn)))
+    assert yield_error(errors, *arguments(readings)) == pytest.approx(simulated, rel=0.02)
+    only = yield_error({"volume": 3e-6}, *arguments(readings))
+    assert only == pytest.approx(gas_yield(*arguments({**readings, "volume": 3e-6})))
 
 
 def test_an_error_without_gas_is_that_of_the_volume(tmp_path):
@@ -90,7 +105,7 @@ def test_another_reaction_and_impure_powders_are_counted(tmp_path):
     assert moles[0] / moles[1] == pytest.approx(5.5)
     assert 1e3 * molar_mass("NaBO2.2H2O") == pytest.approx(101.83, abs=0.005)
     pure = other.model_copy(update={"limiting_purity": 1.0})
-    args = (100e-6, 298.15, 101325, 1e-3)
+    args = (100e-6, GasConditions(298.15, 101325), 1e-3)
     assert gas_yield(*args, other) * 0.9 == pytest.approx(gas_yield(*args, pure))
     # Table 2.2, reference 15: 0.43 g and 0.57 g at a molar ratio of 5.5.
     masses = reactant_masses(1.0, 5.55, pure.model_copy(update={"reductant_purity": 1.0}))
@@ -124,7 +139,7 @@ def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
     assert same["limiting_mass_g"][0] == pytest.approx(table["limiting_mass_g"][0])
     assert same["powder_mass_g"][0] == pytest.approx(same["limiting_mass_g"][0] + same["reductant_mass_g"][0])
     # The powder charged gives back its own gas at a full yield.
-    volume = gas_volume(1.0, 298.15, 101325, 1e-3 * same["limiting_mass_g"][0], CHEMISTRY)
+    volume = gas_volume(1.0, GasConditions(298.15, 101325), 1e-3 * same["limiting_mass_g"][0], CHEMISTRY)
     assert volume * (101325 - vapour_pressure(298.15)) / (8.314462618 * 298.15) * 1e3 == pytest.approx(
         same["full_gas_mmol"][0]
     )
@@ -144,7 +159,7 @@ def test_a_charge_from_counted_balls_is_that_of_their_mass(tmp_path):
         ({"limiting_mass_g": 0}, ["limiting_mass_g", "0", "above 0"]),
         ({"temperature_k": 370, "pressure_pa": 8e4}, ["temperature_k", "370", "vapour"]),
         ({"case": "15"}, ["case = 15", "twice"]),
-        ({"case": ""}, ["case", "row 1", "a case is wanted"]),
+        ({"case": ""}, ["case", "row 1", "must not be empty"]),
         ({"gas_volume_error_ml": -2}, ["gas_volume_error_ml", "-2"]),
         ({"gas_volume_error_ml": ""}, ["gas_volume_error_ml", "finite number"]),
     ],

@@ -8,15 +8,19 @@ from scipy.stats import ncf
 from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import contrasts
 from millprint.doe.design import design_table
-from millprint.doe.effects import effect_sizes, noncentrality
-from millprint.doe.interactions import interaction_table
 from millprint.doe.model import fit_factors, sums_of_squares
-from millprint.doe.pareto import pareto_table
-from millprint.doe.residual_checks import residual_checks
-from millprint.doe.residuals import residual_table
+from millprint.doe.residuals import residual_checks, residual_table
 from millprint.doe.runs import read_runs
-from millprint.doe.trends import trend_table
-from millprint.doe.variance import as_designed, corrected_table, printed_table, truncated
+from millprint.doe.trends import interaction_table, trend_table
+from millprint.doe.variance import (
+    as_designed,
+    corrected_table,
+    effect_sizes,
+    noncentrality,
+    pareto_table,
+    printed_table,
+    truncated,
+)
 from millprint.errors import ConfigError
 from tests.unit.doe_settings import SCREENING, settings
 

@@ -143,11 +143,11 @@ def test_cases_at_any_fill_keep_speed_or_power_of_the_reference(measured):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("\treference\t", "\tbase\t", "column mode, row 1 = 'base'"),
-        ("0.06\t14\t23", "0.06\tmany\t23", "column balls, row 2 = 'many'"),
+        ("\treference\t", "\tbase\t", "column mode, case reference = 'base'"),
+        ("0.06\t14\t23", "0.06\tmany\t23", "column balls, case speed.tangential = 'many'"),
         ("yield_percent", "yield", "column yield_percent is missing"),
         ("\tspeed\t0.06", "\treference\t0.06", "exactly one row must be the reference"),
-        ("0.17\t41", "-0.17\t41", r"column fill_ratio, row 3 = -0.17"),
+        ("0.17\t41", "-0.17\t41", r"column fill_ratio, case speed.normal = -0.17"),
     ],
 )
 def test_a_faulty_table_of_cases_is_refused(tmp_path, old, new, message):

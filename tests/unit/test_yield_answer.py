@@ -83,10 +83,10 @@ def test_the_command_answers_the_example(models, tmp_path):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda t: t.assign(time_h="long"), "column time_h, row 1 = 'long': a finite number is wanted"),
+        (lambda t: t.assign(time_h="long"), "column time_h, case 17 = 'long': must be a finite number"),
         (lambda t: t.drop(columns="bpr"), "column bpr is missing"),
         (lambda t: t.assign(case="same"), "column case = same appears twice"),
-        (lambda t: t.assign(bpr=-1), "column bpr, case 17 = -1: above 0 is wanted"),
+        (lambda t: t.assign(bpr=-1), "column bpr, case 17 = -1: must be above 0"),
         (lambda t: t.head(0), "no rows"),
     ],
 )

@@ -59,10 +59,10 @@ def test_features_are_those_of_the_thesis():
     ("old", "new", "told"),
     [
         ("tangential_energy_uJ", "tangential_energy", "column tangential_energy_uJ is missing"),
-        ("\t28\n", "\tplenty\n", "column yield_percent, row 4 = 'plenty'"),
+        ("\t28\n", "\tplenty\n", "column yield_percent, case 4 = 'plenty'"),
         ("\n5\t10", "\n4\t10", "case = 4 appears twice"),
-        ("\t90\n", "\t140\n", "column yield_percent, case 24 = 140: between 0 and 100"),
-        ("\t221\t500\t400\t12\n", "\t-221\t500\t400\t12\n", "normal_energy_uJ, case 1 = -221: above 0"),
+        ("\t90\n", "\t140\n", "column yield_percent, case 24 = 140: must be between 0 and 100"),
+        ("\t221\t500\t400\t12\n", "\t-221\t500\t400\t12\n", "normal_energy_uJ, case 1 = -221: must be above 0"),
     ],
 )
 def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, told):
@@ -78,12 +78,12 @@ def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, told):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("\n9\ttest", "\n9\tvalidation", "column role, case 9 = validation: train or test is wanted"),
+        ("\n9\ttest", "\n9\tvalidation", "column role, case 9 = 'validation': must be train or test"),
         ("\n9\ttest", "\n14\ttest", "case = 14 appears twice"),
         ("\n9\ttest", "", "case 9 of"),
         ("\n9\ttest", "\n99\ttest", "case 9 of"),
         ("\n9\ttest", "\n9\ttest\n28\ttest", "case = 28: there is no such case"),
-        ("test\n", "train\n", "two cases at least are wanted with the role test"),
+        ("test\n", "train\n", "at least two cases must have the role test"),
     ],
 )
 def test_bad_split_is_refused_in_one_line(tmp_path, old, new, told):
@@ -99,7 +99,7 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
     good = settings().out_of_domain
     with open(good) as file:
         table.write_text(file.read().replace("\t94", "\t194"))
-    with pytest.raises(ConfigError, match=r"outside\.tsv: column yield_percent, case 28 = 194: between 0 and 100"):
+    with pytest.raises(ConfigError, match=r"outside\.tsv: column yield_percent, case 28 = 194: must be between 0"):
         read_rows(str(table))
 
 

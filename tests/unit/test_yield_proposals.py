@@ -219,8 +219,8 @@ def test_regime_rows_are_those_of_table_5_7():
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("\t94", "\t140", "column yield_percent, case power.tangential = 140: at most 100"),
-        ("\t94", "\tmuch", "column yield_percent, row 4 = 'much'"),
+        ("\t94", "\t140", "column yield_percent, case power.tangential = 140: must be above 0 and at most 100"),
+        ("\t94", "\tmuch", "column yield_percent, case power.tangential = 'much'"),
         ("speed.normal", "power.normal", "column case = power.normal appears twice"),
         ("molar_ratio", "ratio", "column molar_ratio is missing"),
     ],

@@ -151,7 +151,7 @@ def test_text_in_a_number_column(project, refusal):
         ("1\t10\t8\t5\t600", "1\t10\t8\t5\t650", ["speed_rpm", "case 1", "650", "600, 800, 1000"]),
         ("\n2\t10", "\n1\t10", ["case = 1", "twice"]),
         ("\t400\t12\n", "\t400\t140\n", ["yield_percent", "case 1", "140", "between 0 and 100"]),
-        ("\t400\t12\n", "\t400\tNaN\n", ["yield_percent", "row 1", "finite number"]),
+        ("\t400\t12\n", "\t400\tNaN\n", ["yield_percent", "case 1", "finite number"]),
         ("\t400\t12\n", "\t400\thigh\n", ["yield_percent", "high", "finite number"]),
     ],
 )

@@ -8,10 +8,9 @@ from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry
 from millprint.dem.timestep import resolved_step
 from millprint.dem.world import World
-from millprint.doe.bounds import check_bounds
 from millprint.errors import ConfigError
-from millprint.files import read_table
 from millprint.mill.vessel import Vessel, shape_facets
+from millprint.tables import Number, read_measured, refuse_rows
 
 GRAVITY = 9.81
 LOOK_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
@@ -74,18 +73,15 @@ def read_heights(path: str) -> pd.DataFrame:
 
     Raises ConfigError for fewer than two drops, a height that is not positive, or a bounce above its drop.
     """
-    drops = read_table(path, numeric=HEIGHTS)
-    if len(drops) < 2:
-        raise ConfigError(f"{path}: {len(drops)} drop(s); at least 2 are wanted, or there is no interval")
-    for column in HEIGHTS:
-        check_bounds(drops, path, column, 0, above=True)
-    high = drops["bounce_height_mm"] > drops["drop_height_mm"]
-    if high.any():
-        row = int(high.idxmax())
-        raise ConfigError(
-            f"{path}: column bounce_height_mm, row {row + 1} = {drops['bounce_height_mm'][row]:g}: at most the drop "
-            f"height, {drops['drop_height_mm'][row]:g} mm, is wanted"
-        )
+    # From one drop there is no interval.
+    drops = read_measured(path, [Number(column, 0, above=True) for column in HEIGHTS], fewest_rows=2)
+    refuse_rows(
+        drops,
+        path,
+        "bounce_height_mm",
+        drops["bounce_height_mm"] > drops["drop_height_mm"],
+        lambda drop: f"must be at most the drop height, {drop['drop_height_mm']:g} mm",
+    )
     return add_restitution(drops[HEIGHTS])
 
 

@@ -3,9 +3,8 @@
 import pandas as pd
 
 from millprint.calibration.oscillation import PLACES
-from millprint.doe.bounds import check_bounds
 from millprint.errors import ConfigError
-from millprint.files import read_table
+from millprint.tables import Number, read_measured, refuse_rows
 
 FEWEST_FRAMES = 20
 
@@ -17,19 +16,17 @@ def read_track(path: str) -> pd.DataFrame:
     counted from the lowest place that it can have. Frames in which the ball was not found are left out of the table.
     Raises ConfigError for a table without a place, too few frames, or times that do not rise from 0 or more.
     """
-    track = read_table(path, numeric=["time_s"])
+    places = [Number(column, optional=True) for column in PLACES]
+    track = read_measured(path, [Number("time_s", 0), *places], FEWEST_FRAMES)
     found = [column for column in PLACES if column in track]
     if not found:
         raise ConfigError(f"{path}: column {' or '.join(PLACES)} is missing; the table has {', '.join(track.columns)}")
-    track = read_table(path, numeric=["time_s", *found])
-    if len(track) < FEWEST_FRAMES:
-        raise ConfigError(f"{path}: {len(track)} frame(s); at least {FEWEST_FRAMES} are wanted")
-    check_bounds(track, path, "time_s", 0)
-    falling = track["time_s"].diff() <= 0
-    if falling.any():
-        row = int(falling.idxmax())
-        raise ConfigError(
-            f"{path}: column time_s, row {row + 1} = {track['time_s'][row]:g}: more than the row before, "
-            f"{track['time_s'][row - 1]:g}, is wanted"
-        )
+    before = track["time_s"].shift()
+    refuse_rows(
+        track.assign(before=before),
+        path,
+        "time_s",
+        track["time_s"] <= before,
+        lambda frame: f"must be more than in the row before, {frame['before']:g}",
+    )
     return track[["time_s", *found]]

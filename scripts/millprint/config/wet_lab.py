@@ -12,7 +12,7 @@ Purity = Annotated[float, Field(gt=0, le=1)]
 class ChemistryConfig(Section):
     """The reaction: a limiting reactant, a reductant, and the gas that the product gives (thesis Eq. 3.27).
 
-    Both formulas are checked by `millprint.doe.species.check_formulas`, which knows the elements.
+    Both formulas are checked by `millprint.doe.chemistry.check_formulas`, which knows the elements.
     """
 
     limiting: str = Field(description="formula of the limiting reactant, such as NaBO2.4H2O")

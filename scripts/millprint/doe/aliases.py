@@ -8,15 +8,7 @@ from numpy.typing import ArrayLike
 
 from millprint.config.design import DesignConfig, Factor
 from millprint.doe.design import defining_relation, level_codes
-from millprint.doe.words import (
-    aliases,
-    alphabet,
-    defining_subgroup,
-    freedom,
-    length,
-    low_order_words,
-    spell,
-)
+from millprint.doe.fraction import Fraction, length
 
 
 def alias_table(config: DesignConfig) -> pd.DataFrame:
@@ -26,15 +18,14 @@ def alias_table(config: DesignConfig) -> pd.DataFrame:
     Interactions of factors that no fraction touches stand as a whole. Signs are left out of the aliases: an estimate of
     A in a fraction with I = -ABD is that of A - BD.
     """
-    letters, subgroup = alphabet(config), defining_subgroup(config)
+    fraction = Fraction(config)
     rows = [("I", 0, 1, "", " = ".join(defining_relation(config)), "")]
-    for word in low_order_words(letters):
-        others = aliases(word, subgroup, letters)
-        low = [spell(other, letters) for other in others if length(other) <= 2]
-        every = [spell(other, letters) for other in others]
+    for word in fraction.low_order_words():
+        others = fraction.aliases(word)
+        low = " = ".join(fraction.spell(other) for other in others if length(other) <= 2)
+        every = " = ".join(map(fraction.spell, others))
         clear = "no" if low else "yes"
-        own = freedom(word, letters)
-        rows.append((spell(word, letters), length(word), own, " = ".join(low), " = ".join(every), clear))
+        rows.append((fraction.spell(word), length(word), fraction.degrees_of_freedom(word), low, every, clear))
     return pd.DataFrame(
         rows, columns=["effect", "letters", "degrees_of_freedom", "aliases_up_to_two_letters", "aliases", "clear"]
     )
@@ -42,15 +33,12 @@ def alias_table(config: DesignConfig) -> pd.DataFrame:
 
 def interaction_partners(config: DesignConfig, term: str) -> list[str]:
     """The two-factor interactions that share a component with the interaction `term` (A:B), itself included."""
-    letters, subgroup = alphabet(config), defining_subgroup(config)
-    own = set(term.split(":"))
-    found = {tuple(symbol for symbol in letters.symbols if symbol in own)}
-    for word in low_order_words(letters):
-        if {symbol for symbol, power in zip(letters.symbols, word, strict=True) if power} == own:
-            for other in aliases(word, subgroup, letters):
-                if length(other) == 2:
-                    found.add(tuple(symbol for symbol, power in zip(letters.symbols, other, strict=True) if power))
-    return sorted("".join(pair) for pair in found)
+    fraction, own = Fraction(config), set(term.split(":"))
+    found = {"".join(symbol for symbol in fraction.symbols if symbol in own)}
+    for word in fraction.low_order_words():
+        if set(fraction.letters(word)) == own:
+            found |= {"".join(fraction.letters(other)) for other in fraction.aliases(word) if length(other) == 2}
+    return sorted(found)
 
 
 def contrasts(values: ArrayLike) -> np.ndarray:
@@ -65,7 +53,7 @@ def contrasts(values: ArrayLike) -> np.ndarray:
 
 
 def level_contrasts(factor: Factor) -> np.ndarray:
-    """The contrasts of a factor's levels; those of names without an order only span what differs between them."""
+    """The contrasts of a factor's levels (levels, levels - 1); those of names span the differences between them."""
     return contrasts(factor.levels if factor.numeric else range(len(factor.levels)))
 
 
@@ -84,7 +72,7 @@ def _basis(columns: np.ndarray) -> np.ndarray:
     return left[:, singular > 1e-10 * max(singular.max(initial=0), 1)]
 
 
-def shared_freedom(left: np.ndarray, right: np.ndarray) -> float:
+def shared_degrees_of_freedom(left: np.ndarray, right: np.ndarray) -> float:
     """Degrees of freedom that two sets of contrast columns share: the sum of their squared canonical correlations."""
     return float(np.sum((_basis(left).T @ _basis(right)) ** 2))
 
@@ -100,7 +88,7 @@ def confounding_table(config: DesignConfig, runs: pd.DataFrame) -> pd.DataFrame:
     run = {term: term_columns(config, runs, term) for term in terms}
     rows = []
     for one, two in combinations(terms, 2):
-        shared = [shared_freedom(columns[one], columns[two]) for columns in (designed, run)]
+        shared = [shared_degrees_of_freedom(columns[one], columns[two]) for columns in (designed, run)]
         shared = [0.0 if value < 1e-9 else value for value in shared]
         if any(shared):
             rows.append((one, two, designed[one].shape[1], designed[two].shape[1], *shared))

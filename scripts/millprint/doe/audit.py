@@ -5,7 +5,7 @@ from itertools import combinations
 import pandas as pd
 
 from millprint.config.design import DesignConfig, Generator
-from millprint.doe.aliases import shared_freedom, term_columns
+from millprint.doe.aliases import shared_degrees_of_freedom, term_columns
 from millprint.doe.design import complete, level_codes, planned_codes, treatments
 
 Row = tuple[str, str, str, str, str, str]
@@ -64,7 +64,7 @@ def _orthogonality_rows(config: DesignConfig, runs: pd.DataFrame) -> list[Row]:
     rows = []
     for one, two in combinations(config.symbols, 2):
         shared = (
-            shared_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
+            shared_degrees_of_freedom(term_columns(config, codes, one), term_columns(config, codes, two))
             for codes in (runs, level_codes(config))
         )
         # Rounded first, for an orthogonal pair shares some 1e-33.

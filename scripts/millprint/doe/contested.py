@@ -6,13 +6,16 @@ from math import log
 import numpy as np
 import pandas as pd
 from scipy.stats import f as f_distribution
+from statsmodels.regression.linear_model import OLS
 
 from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.runs import YIELD
 
-# More models than this are not a comparison that anybody reads.
+# Longer tables of models are not read.
 MOST_MODELS = 64
+# One minus the leverage of a run, below which it is zero but for rounding.
+LEAST_SPARE_LEVERAGE = 1e-9
 
 
 class _Projector:
@@ -60,8 +63,8 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
         (base_rest, base_rank), (full_rest, full_rank) = models.fit(base), models.fit([*base, term])
         (rival_rest, rival_rank), (both_rest, both_rank) = models.fit([*base, rival]), models.fit([*base, rival, term])
         own, first = base_rest - full_rest, rival_rest - both_rest
-        freedom, left = full_rank - base_rank, both_rank - rival_rank
-        if abs(own - first) < 1e-9 * base_rest and freedom == left:
+        alone, left = full_rank - base_rank, both_rank - rival_rank
+        if abs(own - first) < 1e-9 * base_rest and alone == left:
             continue
         rest, rank = models.fit([*config.model, rival])
         residual = len(runs) - rank
@@ -69,7 +72,7 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
         rows.append(
             {
                 "term": term,
-                "degrees_of_freedom": freedom,
+                "degrees_of_freedom": alone,
                 "sum_of_squares": own,
                 "rival": rival,
                 "rival_sum_of_squares": base_rest - rival_rest,
@@ -97,10 +100,6 @@ def _choices(config: AnalysisConfig) -> list[list[str]]:
     return choices
 
 
-# One minus the leverage of a run, below which it is zero but for rounding.
-LEAST_SPARE_LEVERAGE = 1e-9
-
-
 def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The model of the analysis, and each in which an interaction gives way to one that it is confounded with.
 
@@ -108,31 +107,27 @@ def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFra
     run from the others, and is not a number where a single run fixes a parameter. Models that the runs cannot tell
     apart from others of their own terms are left out, and so are all but the first MOST_MODELS.
     """
-    models, runs_left = _Projector(config, runs), len(runs)
-    total = float(((models.response - models.response.mean()) ** 2).sum())
+    models, count = _Projector(config, runs), len(runs)
     rows = []
     for terms in list(product(*_choices(config)))[:MOST_MODELS]:
-        rest, rank = models.fit(list(terms))
         columns = models.columns(list(terms))
-        if rank < columns.shape[1] or rank >= runs_left:
+        rank = models.fit(list(terms))[1]
+        if rank < columns.shape[1] or rank >= count:
             continue
-        hat = columns @ np.linalg.pinv(columns)
-        spare_leverage = 1 - np.diag(hat)
+        fit = OLS(models.response, columns).fit()
+        influence = fit.get_influence()
         # A run that its model fits whatever its yield is cannot be predicted from the others.
-        r2_left_out = np.nan
-        if spare_leverage.min() > LEAST_SPARE_LEVERAGE:
-            left_out = (models.response - hat @ models.response) / spare_leverage
-            r2_left_out = 1 - float(left_out @ left_out) / total
-        parameters, spare = rank + 1, runs_left - rank - 2
+        predictable = (1 - influence.hat_matrix_diag).min() > LEAST_SPARE_LEVERAGE
+        parameters, spare = rank + 1, count - rank - 2
         rows.append(
             {
                 "model": " + ".join(terms),
-                "residual_degrees_of_freedom": runs_left - rank,
-                "residual_sum_of_squares": rest,
-                "r2": 1 - rest / total,
-                "r2_adjusted": 1 - rest / total * (runs_left - 1) / (runs_left - rank),
-                "r2_leave_one_out": r2_left_out,
-                "aicc": runs_left * log(rest / runs_left)
+                "residual_degrees_of_freedom": count - rank,
+                "residual_sum_of_squares": fit.ssr,
+                "r2": fit.rsquared,
+                "r2_adjusted": fit.rsquared_adj,
+                "r2_leave_one_out": 1 - np.sum(influence.resid_press**2) / fit.centered_tss if predictable else np.nan,
+                "aicc": count * log(fit.ssr / count)
                 + 2 * parameters
                 + (2 * parameters * (parameters + 1) / spare if spare > 0 else np.inf),
             }

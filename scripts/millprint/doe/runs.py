@@ -6,41 +6,24 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.design import Factor
-from millprint.doe.bounds import CASE, check_bounds, check_cases
-from millprint.errors import ConfigError
-from millprint.files import read_table
+from millprint.tables import CASE, Number, Text, read_measured, refuse_rows
 
 YIELD = "yield_percent"
 RUN_ORDER = "run_order"
+PERCENT_YIELD = Number(YIELD, 0, 100)
 
 
 def _codes(frame: pd.DataFrame, factor: Factor, path: str) -> np.ndarray:
-    """Level codes of one factor's settings; refuses a value that is not one of its levels."""
+    """Level codes (runs,) of one factor's settings; refuses a value that is not one of its levels."""
     settings = frame[factor.column].to_numpy()[:, None]
     if factor.numeric:
         near = np.isclose(settings, np.asarray(factor.levels)[None, :], rtol=1e-6, atol=1e-12)
     else:
         near = settings == np.asarray(factor.levels, dtype=object)[None, :]
-    if not near.any(axis=1).all():
-        row = int(np.argmin(near.any(axis=1)))
-        known = ", ".join(factor.text(code) for code in range(len(factor.levels)))
-        value = f"{settings[row, 0]:g}" if factor.numeric else repr(settings[row, 0])
-        raise ConfigError(
-            f"{path}: column {factor.column}, case {frame[CASE].iloc[row]} = {value}: "
-            f"one of the levels of factor {factor.symbol} is wanted ({known})"
-        )
+    known = ", ".join(factor.text(code) for code in range(len(factor.levels)))
+    why = f"must be one of the levels of factor {factor.symbol} ({known})"
+    refuse_rows(frame, path, factor.column, ~near.any(axis=1), why)
     return near.argmax(axis=1)
-
-
-def _check_order(frame: pd.DataFrame, path: str) -> None:
-    """The order of the runs, where there is one, gives each run its own place."""
-    values = frame[RUN_ORDER]
-    bad = values.duplicated() | (values != values.round())
-    if bad.any():
-        row = frame.loc[bad].iloc[0]
-        raise ConfigError(
-            f"{path}: column {RUN_ORDER}, case {row[CASE]} = {row[RUN_ORDER]:g}: a whole number of its own is wanted"
-        )
 
 
 def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()) -> pd.DataFrame:
@@ -50,17 +33,22 @@ def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()
     numbers above 0. Raises ConfigError, in one line, for a missing column, a text in a numeric column, a case that
     appears twice, a setting that is no level, and a yield outside 0 to 100 %.
     """
-    numeric = [*(factor.column for factor in factors if factor.numeric), *positive, YIELD]
+    numeric = [factor.column for factor in factors if factor.numeric and factor.column not in positive]
     names = [factor.column for factor in factors if not factor.numeric]
-    frame = read_table(path, numeric=list(dict.fromkeys(numeric)), text=[CASE, *names])
+    frame = read_measured(
+        path,
+        [
+            *(Text(name, unique=name == CASE) for name in dict.fromkeys([CASE, *names])),
+            *map(Number, numeric),
+            *(Number(name, 0, above=True) for name in positive),
+            PERCENT_YIELD,
+            Number(RUN_ORDER, optional=True),
+        ],
+    )
     if RUN_ORDER in frame:
-        frame = read_table(path, numeric=list(dict.fromkeys([*numeric, RUN_ORDER])), text=[CASE, *names])
-        _check_order(frame, path)
-    frame[CASE] = frame[CASE].str.strip()
-    check_cases(frame, path)
-    check_bounds(frame, path, YIELD, 0, 100)
-    for column in positive:
-        check_bounds(frame, path, column, 0, above=True)
+        order = frame[RUN_ORDER]
+        bad = order.duplicated() | (order != order.round())
+        refuse_rows(frame, path, RUN_ORDER, bad, "must be a whole number that no other run has")
     for factor in factors:
         frame[factor.symbol] = _codes(frame, factor, path)
     if "treatment" in frame:

@@ -1,13 +1,13 @@
-"""Linear and quadratic trends of each factor within the whole model, with intervals in per cent of yield."""
+"""What each factor does to the yield: trends of single factors within the whole model, and means of pairs of levels."""
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as t_distribution
+from statsmodels.regression.linear_model import OLS
 
 from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import level_contrasts, term_columns
-from millprint.doe.effects import effect_sizes
 from millprint.doe.runs import YIELD
+from millprint.doe.variance import effect_sizes
 
 SHAPES = "LQ"
 
@@ -20,49 +20,65 @@ def trend_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     with the residual's degrees of freedom; the sum of squares is of type III, F = t2; the effect sizes are those of
     `effect_sizes`. The thesis's own contrasts (Table 2.5) have the residual of a model without interactions and no F.
     """
-    columns = [np.ones((len(runs), 1))]
-    owners: list[tuple[str, int] | None] = [None]
+    parts = [pd.DataFrame({"mean": np.ones(len(runs))})]
+    owners: dict[str, tuple[str, float]] = {}
     for term in config.model:
-        own = term_columns(config, runs, term)
-        columns.append(own)
-        owners += [(term, place) for place in range(own.shape[1])]
-    matrix = np.hstack(columns)
-    response = runs[YIELD].to_numpy()
-    inverse = np.linalg.inv(matrix.T @ matrix)
-    estimate = inverse @ matrix.T @ response
-    rest = response - matrix @ estimate
-    residual = len(runs) - matrix.shape[1]
-    variance = rest @ rest / residual
-    error = np.sqrt(variance * np.diag(inverse))
-    rows: list[tuple[str, str, float, float, float]] = []
-    for place, owner in enumerate(owners):
-        if owner is None or ":" in owner[0] or owner[1] >= len(SHAPES) or not config.factor(owner[0]).numeric:
-            continue
-        contrast = level_contrasts(config.factor(owner[0]))[:, owner[1]]
-        rows.append((f"{owner[0]}{SHAPES[owner[1]]}", owner[0], estimate[place], error[place], np.ptp(contrast)))
-    return _with_statistics(rows, residual, variance, response, config.confidence)
-
-
-def _with_statistics(
-    rows: list[tuple], residual: int, variance: float, response: np.ndarray, confidence: float
-) -> pd.DataFrame:
-    frame = pd.DataFrame(rows, columns=["trend", "factor", "estimate", "error", "span"])
-    frame = frame.astype({"estimate": float, "error": float, "span": float})
-    statistic = frame["estimate"] / frame["error"]
-    half = t_distribution.ppf((1 + confidence) / 2, residual) * frame["error"] * frame["span"]
-    change = frame["estimate"] * frame["span"]
-    terms = pd.DataFrame({"degrees_of_freedom": 1, "sum_of_squares": statistic**2 * variance * 1e-4, "F": statistic**2})
-    rest = pd.Series({"degrees_of_freedom": residual, "sum_of_squares": residual * variance * 1e-4})
+        columns = term_columns(config, runs, term)
+        names = [f"{term} {place}" for place in range(columns.shape[1])]
+        if ":" not in term and config.factor(term).numeric:
+            ranges = np.ptp(level_contrasts(config.factor(term)), axis=0)[: len(SHAPES)]
+            names[: len(ranges)] = [f"{term}{shape}" for shape in SHAPES[: len(ranges)]]
+            owners |= {name: (term, span) for name, span in zip(names, ranges, strict=False)}
+        parts.append(pd.DataFrame(columns, columns=names))
+    fit = OLS(runs[YIELD].to_numpy(), pd.concat(parts, axis=1)).fit()
+    trends, spans = list(owners), np.array([span for _, span in owners.values()])
+    interval = fit.conf_int(1 - config.confidence).loc[trends].mul(spans, axis=0)
+    f_values = fit.tvalues[trends] ** 2
     table = pd.DataFrame(
         {
-            "trend": frame["trend"],
-            "factor": frame["factor"],
-            "change_percent": change,
-            "change_lower_percent": change - half,
-            "change_upper_percent": change + half,
-            **terms,
-            "p_value": 2 * t_distribution.sf(statistic.abs(), residual),
-        }
+            "factor": [factor for factor, _ in owners.values()],
+            "change_percent": fit.params[trends] * spans,
+            "change_lower_percent": interval[0],
+            "change_upper_percent": interval[1],
+            "degrees_of_freedom": 1,
+            # Of yields as fractions, as in the other tables.
+            "sum_of_squares": 1e-4 * fit.scale * f_values,
+            "F": f_values,
+            "p_value": fit.pvalues[trends],
+        },
+        index=pd.Index(trends, name="trend"),
     )
-    total = 1e-4 * float(((response - response.mean()) ** 2).sum())
-    return table.join(effect_sizes(terms, rest, len(response), total, confidence))
+    residual = pd.Series({"degrees_of_freedom": int(fit.df_resid), "sum_of_squares": 1e-4 * fit.ssr})
+    sizes = effect_sizes(table, residual, len(runs), 1e-4 * fit.centered_tss, config.confidence)
+    return table.join(sizes).reset_index()
+
+
+def interaction_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
+    """For each panel and pair of levels: number of runs, mean, lowest and highest yield [%].
+
+    All other factors are averaged out over the runs as they were done, so that a mean over few runs also carries
+    whatever else differs between them.
+    """
+    rows = []
+    for figure in config.interactions:
+        for axis, curve in figure.panels:
+            grouped = runs.groupby([curve, axis], sort=True)[YIELD]
+            for (curve_code, axis_code), yields in grouped:
+                rows.append(
+                    {
+                        "figure": figure.name,
+                        "axis": axis,
+                        "axis_code": axis_code,
+                        "axis_level": config.factor(axis).levels[axis_code],
+                        "curve": curve,
+                        "curve_code": curve_code,
+                        "curve_level": config.factor(curve).levels[curve_code],
+                        "runs": len(yields),
+                        "mean_yield_percent": yields.mean(),
+                        "lowest_yield_percent": yields.min(),
+                        "highest_yield_percent": yields.max(),
+                    }
+                )
+    columns = ["figure", "axis", "axis_code", "axis_level", "curve", "curve_code", "curve_level", "runs"]
+    columns += ["mean_yield_percent", "lowest_yield_percent", "highest_yield_percent"]
+    return pd.DataFrame(rows, columns=columns)

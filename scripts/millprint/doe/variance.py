@@ -1,16 +1,18 @@
-"""Analysis of variance of the screening runs: as the thesis prints it, and as it should be."""
+"""Analysis of variance of the screening runs: as the thesis prints it, corrected, with effect sizes, and ranked."""
 
 from decimal import ROUND_DOWN, Decimal
 from math import floor, isfinite, log10
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import brentq
+from scipy.stats import f as f_distribution
+from scipy.stats import ncf
 from statsmodels.stats.multitest import multipletests
 
 from millprint.config.analysis import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.design import complete, level_codes
-from millprint.doe.effects import effect_sizes
 from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares
 
 
@@ -31,7 +33,7 @@ def source_name(config: AnalysisConfig, term: str) -> str:
     return ", ".join(interaction_partners(config, term)) if term.count(":") == 1 else term.replace(":", "")
 
 
-def freedom_of_source(config: AnalysisConfig, term: str) -> int:
+def degrees_of_freedom_of_source(config: AnalysisConfig, term: str) -> int:
     """Degrees of freedom of all the interactions that a source names, together, in the design: 6 for `AB, CD`.
 
     What Table 2.5 prints for an interaction, although its sum of squares is that of the term alone, with 4.
@@ -62,12 +64,13 @@ def printed_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for term, line in table.iterrows():
         other = table_meant.loc[term]
+        of_source = np.nan if term == "Residual" else degrees_of_freedom_of_source(config, term)
         rows.append(
             {
                 "source": source_name(config, term),
                 "term": term,
                 **line,
-                "degrees_of_freedom_of_source": np.nan if term == "Residual" else freedom_of_source(config, term),
+                "degrees_of_freedom_of_source": of_source,
                 "sum_of_squares_as_designed": other["sum_of_squares"],
                 "p_value_as_designed": other["p_value"],
             }
@@ -101,3 +104,80 @@ def corrected_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
         table.insert(0, "sums", name)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
+
+
+def pareto_table(
+    anova: pd.DataFrame, corrected: pd.DataFrame, printed_p: dict[str, float], significance: float = 0.05
+) -> pd.DataFrame:
+    """Terms of an ANOVA table by falling F (thesis Fig. 2.3).
+
+    `printed_p` maps sources to published p-values; F_published is the F that gives them with these degrees of freedom.
+    F_type_two is that of the corrected table.
+    """
+    residual = anova.loc[anova["term"] == "Residual", "degrees_of_freedom"].iloc[0]
+    terms = anova[anova["F"].notna()]
+    own = terms["degrees_of_freedom"]
+    second = corrected[corrected["sums"] == "II"].set_index("term")["F"]
+    table = terms[["source", "term", "degrees_of_freedom", "F", "p_value"]].assign(
+        critical_F=f_distribution.isf(significance, own, residual),
+        F_type_two=terms["term"].map(second),
+        F_published=f_distribution.isf(terms["source"].map(printed_p).astype(float), own, residual),
+    )
+    return table.sort_values("F", ascending=False, ignore_index=True)
+
+
+def noncentrality(statistic: float, degrees_of_freedom: float, residual: float, probability: float) -> float:
+    """The noncentrality at which an F of at most `statistic` has `probability`; 0 if there is none.
+
+    degrees_of_freedom, residual: those of the term and of the residual.
+    """
+
+    def excess(value: float) -> float:
+        return float(ncf.cdf(statistic, degrees_of_freedom, residual, value)) - probability
+
+    # scipy's noncentral distribution is not defined at exactly zero noncentrality in every release.
+    low, high = 1e-9, 10.0
+    if excess(low) <= 0:
+        return 0.0
+    while excess(high) > 0:
+        high *= 2
+    return float(brentq(excess, low, high, xtol=1e-9))
+
+
+def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, total: float, confidence: float) -> pd.DataFrame:
+    """Eta and omega squared of each term of an analysis of `runs` runs with the `total` sum of squares.
+
+    partial eta2 = SS / (SS + SS_residual) = df F / (df F + df_residual)
+    partial omega2 = df (F - 1) / (df (F - 1) + N), 0 if F < 1
+    omega2 = (SS - df MS_residual) / (SS_total + MS_residual), 0 if F < 1
+
+    The intervals follow from the noncentrality lambda that puts F at the two tails of its distribution (Steiger,
+    Psychological Methods 9, 164, 2004): lambda / (lambda + df_residual) for partial eta2, the convention of R's
+    effectsize, and the share of variance lambda / (lambda + N) for partial omega2. Eta squared is biased upwards,
+    strongly so with few residual degrees of freedom, where its interval leans to one side of it.
+    """
+    own, f_value = terms["degrees_of_freedom"], terms["F"]
+    rest = residual["degrees_of_freedom"]
+    mean_square = residual["sum_of_squares"] / rest
+    tail = (1 - confidence) / 2
+    limits = np.array(
+        [
+            [noncentrality(statistic, number, rest, probability) for probability in (1 - tail, tail)]
+            for number, statistic in zip(own, f_value, strict=True)
+        ]
+    ).reshape(-1, 2)
+    eta, omega = limits / (limits + rest), limits / (limits + runs)
+    gain = np.maximum(own * (f_value - 1), 0)
+    return pd.DataFrame(
+        {
+            "partial_eta_squared": terms["sum_of_squares"] / (terms["sum_of_squares"] + residual["sum_of_squares"]),
+            "partial_eta_squared_lower": eta[:, 0],
+            "partial_eta_squared_upper": eta[:, 1],
+            "partial_omega_squared": gain / (gain + runs),
+            "partial_omega_squared_lower": omega[:, 0],
+            "partial_omega_squared_upper": omega[:, 1],
+            "omega_squared": gain * mean_square / (total + mean_square),
+            "confidence": confidence,
+        },
+        index=terms.index,
+    )

@@ -1,54 +1,242 @@
-"""What a chemist weighs in and reads off for each run: half-lives, powder masses, gas volumes."""
+"""Tables of the wet laboratory: a chemist's own readings, the screening runs, and the wear of the balls."""
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import pandas as pd
+from scipy.constants import g as GRAVITY
 
 from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
-from millprint.doe.gas import gas_volume, gas_yield
-from millprint.doe.half_life import half_life, share_lost
-from millprint.doe.powder import powder_mass
-from millprint.doe.readings import GRAM, HOUR, MILLILITRE, weighed_in
+from millprint.doe.chemistry import (
+    GasConditions,
+    ball_mass,
+    excess,
+    full_amount,
+    gas_amount,
+    gas_volume,
+    gas_yield,
+    half_life,
+    powder_mass,
+    reactant_masses,
+    share_lost,
+    vapour_pressure,
+    yield_error,
+)
 from millprint.doe.runs import YIELD
+from millprint.files import read_table
+from millprint.tables import CASE, Number, Text, read_measured, refuse_rows
+
+GRAM = 1e-3
+MILLILITRE = 1e-6
+MILLIMETRE = 1e-3
+HOUR = 3600.0
+WATER_DENSITY = 998.0  # at 20 degC [kg/m3]
+ROOM_TEMPERATURE_K, GAS_COLLECTION_K = 298.15, 353.15
+
+# The masses of the balls are read to 0.01 g, so that their difference is known to twice half of that.
+READING_G = 0.01
 
 
-def half_life_table(own: HalfLifeConfig) -> pd.DataFrame:
-    """Half-life of the solution (thesis Eq. 2.7) as configured, around it in pH, and at an exact 25 degC."""
+def _positive(*names: str) -> list[Number]:
+    return [Number(name, 0, above=True) for name in names]
+
+
+# What a reading can be: beyond these bounds it has another unit or a digit too many.
+YIELD_READINGS = (
+    Number("gas_volume_ml", 0, 1e6),
+    Number("temperature_k", 273.15, 373.0),
+    Number("pressure_pa", 5e4, 2e5),
+    *_positive("limiting_mass_g"),
+)
+WATER_HEAD = Number("water_head_mm", -2000, 2000, optional=True)
+# Standard deviations of the readings, by the quantity of `yield_error`, with the factor to SI units.
+READING_ERRORS = {
+    "volume": (Number("gas_volume_error_ml", 0, 1e6, optional=True), MILLILITRE),
+    "temperature": (Number("temperature_error_k", 0, 50, optional=True), 1.0),
+    "pressure": (Number("pressure_error_pa", 0, 5e4, optional=True), 1.0),
+    "limiting_mass": (Number("limiting_mass_error_g", 0, 1e6, optional=True), GRAM),
+}
+SOLUTION_READINGS = (
+    Number("ph", 7, 14),
+    Number("temperature_k", 273.15, 373.0),
+    Number("wait_h", 0, 1e5, optional=True),
+)
+CHARGE_READINGS = _positive("bpr", "molar_ratio")
+WEIGHINGS = _positive("ball_diameter_mm", "speed_rpm", "time_h", "bpr", "unused_mass_g", "used_mass_g")
+
+
+def _read_readings(path: str, columns: Sequence[Number]) -> pd.DataFrame:
+    return read_measured(path, [Text(CASE, unique=True), *columns])
+
+
+def yield_table(path: str, chemistry: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
+    """Yields from gas volumes: hydrogen_mmol, full_mmol, yield_percent, and the effect of the vapour and of errors.
+
+    The table at `path` has case, gas_volume_ml, temperature_k, pressure_pa and limiting_mass_g. If there is a
+    water_head_mm, the water stands that much higher inside than outside, and the gas has P - rho g h. Columns of
+    READING_ERRORS give yield_error_percent. Raises ConfigError as `read_measured`, where the vapour alone has more
+    than the pressure, and for a yield above gas.yield_max_percent: a wrong mass or unit, or air in the gas.
+    """
+    frame = _read_readings(path, [*YIELD_READINGS, WATER_HEAD, *(column for column, _ in READING_ERRORS.values())])
+    volume, mass = frame["gas_volume_ml"] * MILLILITRE, frame["limiting_mass_g"] * GRAM
+    temperature, pressure = frame["temperature_k"], frame["pressure_pa"]
+    if WATER_HEAD.name in frame:
+        pressure = pressure - WATER_DENSITY * GRAVITY * frame[WATER_HEAD.name] * MILLIMETRE
+    vapour = vapour_pressure(temperature) if gas.saturated else 0.0 * temperature
+    refuse_rows(
+        frame.assign(vapour=vapour, gas=pressure),
+        path,
+        "temperature_k",
+        pressure <= vapour,
+        lambda row: f"the vapour of water alone has {row['vapour']:.0f} Pa, the gas {row['gas']:.0f}; must be cooler",
+    )
+    conditions = GasConditions(temperature, pressure, gas.saturated)
+    amount = gas_amount(volume, conditions)
+    table = frame.assign(hydrogen_mmol=1e3 * amount, full_mmol=1e3 * full_amount(mass, chemistry))
+    table[YIELD] = 100 * gas_yield(volume, conditions, mass, chemistry)
+    dry = replace(conditions, saturated=False)
+    table["yield_if_vapour_ignored_percent"] = 100 * gas_yield(volume, dry, mass, chemistry)
+    errors = {name: frame[own.name] * unit for name, (own, unit) in READING_ERRORS.items() if own.name in frame}
+    if errors:
+        table["yield_error_percent"] = 100 * yield_error(errors, volume, conditions, mass, chemistry)
+    refuse_rows(
+        table,
+        path,
+        "gas_volume_ml",
+        table[YIELD] > gas.yield_max_percent,
+        lambda row: (
+            f"a yield of {row[YIELD]:.0f} % of {row['limiting_mass_g']:g} g; must be at most "
+            f"{gas.yield_max_percent:g} % (gas.yield_max_percent)"
+        ),
+    )
+    return table
+
+
+def solution_table(path: str) -> pd.DataFrame:
+    """Half-lives of spent solutions (thesis Eq. 2.7), and the share lost in wait_h if the table has that column.
+
+    The table at `path` has case, ph and temperature_k. Raises ConfigError as `read_measured`.
+    """
+    frame = _read_readings(path, SOLUTION_READINGS)
+    half = half_life(frame["ph"], frame["temperature_k"])
+    table = frame.assign(half_life_h=half / HOUR, lost_in_an_hour_percent=100 * share_lost(HOUR, half))
+    if "wait_h" in frame:
+        table["lost_percent"] = 100 * share_lost(frame["wait_h"] * HOUR, half)
+    return table
+
+
+def _charge(powder: pd.Series, molar_ratio: pd.Series, chemistry: ChemistryConfig) -> dict[str, pd.Series]:
+    """Columns of a charge of `powder` [kg]: excess, masses of powder and reactants, gas of a full conversion."""
+    limiting, reductant = reactant_masses(powder, molar_ratio, chemistry)
+    return {
+        "excess_percent": 100 * excess(molar_ratio, chemistry),
+        "powder_mass_g": powder / GRAM,
+        "limiting_mass_g": limiting / GRAM,
+        "reductant_mass_g": reductant / GRAM,
+        "full_gas_mmol": 1e3 * full_amount(limiting, chemistry),
+    }
+
+
+def charge_table(path: str, chemistry: ChemistryConfig) -> pd.DataFrame:
+    """Masses to weigh in for a ball-to-powder ratio and a molar ratio.
+
+    The table at `path` has case, bpr, molar_ratio and either ball_mass_g, all balls together, or balls,
+    ball_diameter_mm and ball_density_kg_m3. Raises ConfigError as `read_measured`.
+    """
+    if "ball_mass_g" in read_table(path):
+        frame = _read_readings(path, [*CHARGE_READINGS, *_positive("ball_mass_g")])
+        media = frame["ball_mass_g"] * GRAM
+    else:
+        counted = _positive("balls", "ball_diameter_mm", "ball_density_kg_m3")
+        frame = _read_readings(path, [*CHARGE_READINGS, *counted])
+        media = ball_mass(frame["balls"], frame["ball_diameter_mm"] * MILLIMETRE, frame["ball_density_kg_m3"])
+        frame = frame.assign(ball_mass_g=media / GRAM)
+    return frame.assign(**_charge(powder_mass(media, frame["bpr"]), frame["molar_ratio"], chemistry))
+
+
+def half_life_table(solution: HalfLifeConfig) -> pd.DataFrame:
+    """Half-life of the solution (thesis Eq. 2.7) as configured, one pH lower and higher, at 25 and at 80 degC."""
+    ph, kelvin = solution.ph, solution.temperature_k
     conditions = [
-        (own.ph, own.temperature_k, "as configured"),
-        (own.ph, 298.15, "25 degC, not rounded"),
-        *((own.ph + step, own.temperature_k, f"pH {step:+g}") for step in (-1, 1) if 7 <= own.ph + step <= 14),
-        (own.ph, 353.15, "80 degC, at which the gas is collected; without catalyst"),
+        (ph, kelvin, "as configured"),
+        (ph, ROOM_TEMPERATURE_K, "25 degC, not rounded"),
+        *((ph + step, kelvin, f"pH {step:+g}") for step in (-1, 1) if 7 <= ph + step <= 14),
+        (ph, GAS_COLLECTION_K, "80 degC, at which the gas is collected; without catalyst"),
     ]
-    rows = []
-    for ph, temperature, note in conditions:
-        half = half_life(ph, temperature)
-        rows.append((ph, temperature, half / HOUR, 100 * share_lost(HOUR, half), note))
-    return pd.DataFrame(rows, columns=["ph", "temperature_k", "half_life_h", "lost_in_an_hour_percent", "note"])
+    table = pd.DataFrame(conditions, columns=["ph", "temperature_k", "note"])
+    half = half_life(table["ph"], table["temperature_k"])
+    table.insert(2, "half_life_h", half / HOUR)
+    table.insert(3, "lost_in_an_hour_percent", 100 * share_lost(HOUR, half))
+    return table
 
 
 def powder_table(runs: pd.DataFrame, jar: PowderConfig, chemistry: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
-    """Masses weighed in for each run, and the gas volume that its yield stands for at the configured conditions.
+    """Masses weighed in for each run, and the gas volume of its yield at the configured conditions.
 
-    The runs have the columns bpr and molar_ratio. yield_if_vapour_ignored_percent takes the moist gas for pure
-    hydrogen. yield_per_ml_percent is the yield that 1 mL of gas is worth: the resolution of the method, finest where
-    the ball-to-powder ratio is low and the powder much.
+    The runs have the columns case, bpr, molar_ratio and yield_percent. yield_if_vapour_ignored_percent is the yield if
+    the moist gas is taken for pure hydrogen. yield_per_ml_percent is the yield of 1 mL of gas, the resolution of the
+    method: finest where there is much powder, at a low ball-to-powder ratio.
     """
-    conditions = (gas.temperature_k, gas.pressure_pa)
-    powder = powder_mass(jar.ball_mass_g * GRAM, runs["bpr"])
-    charge = weighed_in(powder, runs["molar_ratio"], chemistry)
+    conditions = GasConditions(gas.temperature_k, gas.pressure_pa, gas.saturated)
+    dry = replace(conditions, saturated=False)
+    charge = _charge(powder_mass(jar.ball_mass_g * GRAM, runs["bpr"]), runs["molar_ratio"], chemistry)
     limiting = charge["limiting_mass_g"] * GRAM
-    full = gas_volume(1.0, *conditions, limiting, chemistry, gas.saturated)
+    full = gas_volume(1.0, conditions, limiting, chemistry)
     volume = runs[YIELD] / 100 * full
-    return pd.DataFrame(
-        {
-            "case": runs["case"],
-            "bpr": runs["bpr"],
-            "molar_ratio": runs["molar_ratio"],
-            **charge,
-            "gas_volume_full_ml": full / MILLILITRE,
-            "gas_volume_ml": volume / MILLILITRE,
-            YIELD: runs[YIELD],
-            "yield_if_vapour_ignored_percent": 100
-            * gas_yield(volume, *conditions, limiting, chemistry, saturated=False),
-            "yield_per_ml_percent": 100 * gas_yield(MILLILITRE, *conditions, limiting, chemistry, gas.saturated),
-        }
+    return runs[[CASE, "bpr", "molar_ratio"]].assign(
+        **charge,
+        gas_volume_full_ml=full / MILLILITRE,
+        gas_volume_ml=volume / MILLILITRE,
+        **{YIELD: runs[YIELD]},
+        yield_if_vapour_ignored_percent=100 * gas_yield(volume, dry, limiting, chemistry),
+        yield_per_ml_percent=100 * gas_yield(MILLILITRE, conditions, limiting, chemistry),
+    )
+
+
+def read_wear(path: str) -> pd.DataFrame:
+    """Read the weighings of the balls (WEIGHINGS); an optional column wear_g holds the wear if it was weighed itself.
+
+    Raises ConfigError for a mass that is not positive, balls that gained mass, or a wear that the two masses exclude.
+    """
+    frame = read_measured(path, [*WEIGHINGS, Number("wear_g", optional=True)])
+    lost = frame["unused_mass_g"] - frame["used_mass_g"]
+    refuse_rows(
+        frame,
+        path,
+        "used_mass_g",
+        lost < 0,
+        lambda row: f"must be at most the unused mass, {row['unused_mass_g']:g} g",
+    )
+    if "wear_g" in frame:
+        refuse_rows(
+            frame.assign(lost=lost),
+            path,
+            "wear_g",
+            (frame["wear_g"] - lost).abs() > READING_G * (1 + 1e-9),
+            lambda row: f"must be within {READING_G:g} g of the difference of the two masses, {row['lost']:.3g} g",
+        )
+    return frame
+
+
+def wear_table(weighings: pd.DataFrame) -> pd.DataFrame:
+    """Weight loss of the balls and iron in the powder (thesis Table 2.6), by the wear and by the two masses.
+
+    The iron is referred to the powder charged, m_balls / BPR, as in the thesis; with the iron itself in the
+    denominator (column iron_of_mixture_percent) the share is smaller.
+    """
+    unused = weighings["unused_mass_g"]
+    difference = unused - weighings["used_mass_g"]
+    wear = weighings.get("wear_g", difference)
+    powder = powder_mass(unused, weighings["bpr"])
+    return weighings[[column.name for column in WEIGHINGS]].assign(
+        wear_g=wear,
+        mass_difference_g=difference,
+        powder_mass_g=powder,
+        weight_loss_percent=100 * wear / unused,
+        weight_loss_by_difference_percent=100 * difference / unused,
+        reading_error_percent=100 * READING_G / unused,
+        iron_percent=100 * wear / powder,
+        iron_by_difference_percent=100 * difference / powder,
+        iron_of_mixture_percent=100 * wear / (powder + wear),
+        wear_per_hour_mg=1000 * wear / weighings["time_h"],
     )

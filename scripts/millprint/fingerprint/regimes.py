@@ -8,8 +8,8 @@ import pandas as pd
 
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
-from millprint.files import read_table
 from millprint.fingerprint.condition import Condition, Quantity, descriptors_of, power_scale, scaled_quantities
+from millprint.tables import Number, Text, read_measured
 
 if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
@@ -20,32 +20,16 @@ CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"
 
 def read_regimes(path: str) -> pd.DataFrame:
     """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
-    numbers = [
-        "fill_ratio",
-        "balls",
-        *CURVES.values(),
-        "bpr",
-        "molar_ratio",
-        "time_h",
-        "borate_mass_g",
-        "yield_percent",
-    ]
-    table = read_table(path, numeric=numbers, text=["case", "mode"])
-    for column in numbers:
-        if (table[column] <= 0).any():
-            row = int((table[column] <= 0).idxmax())
-            raise ConfigError(f"{path}: column {column}, row {row + 1} = {table[column].iloc[row]:g}: must be over 0")
-    if (table["yield_percent"] > 100).any():
-        row = table[table["yield_percent"] > 100].iloc[0]
-        raise ConfigError(f"{path}: column yield_percent, case {row['case']} = {row['yield_percent']:g}: at most 100")
-    if table["case"].duplicated().any():
-        twice = table.loc[table["case"].duplicated(), "case"].iloc[0]
-        raise ConfigError(f"{path}: column case = {twice} appears twice: each case needs a name of its own")
-    unknown = ~table["mode"].isin(MODES)
-    if unknown.any():
-        row = int(unknown.idxmax())
-        given = table["mode"].iloc[row]
-        raise ConfigError(f"{path}: column mode, row {row + 1} = {given!r}: one of {', '.join(MODES)}")
+    positive = ["fill_ratio", "balls", *CURVES.values(), "bpr", "molar_ratio", "time_h", "borate_mass_g"]
+    table = read_measured(
+        path,
+        [
+            Text("case", unique=True),
+            Text("mode", choices=MODES),
+            *(Number(name, 0, above=True) for name in positive),
+            Number("yield_percent", 0, 100, above=True),
+        ],
+    )
     if (table["mode"] == "reference").sum() != 1:
         raise ConfigError(f"{path}: column mode: exactly one row must be the reference")
     return table.rename(columns={column: name for name, column in CURVES.items()})

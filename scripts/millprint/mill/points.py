@@ -91,9 +91,7 @@ def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     after one with the sign of its quaternion turned over (any whole turn about an axis does that), else one.
     Raises ConfigError, in one line, for a table that is not one turn.
     """
-    table = read_table(path, numeric=["time_s", *PLACE])
-    given = [name for name in TURN if name in table.columns]
-    table = read_table(path, numeric=["time_s", *PLACE, *given])
+    table = read_table(path, numeric=["time_s", *PLACE], optional=TURN)
     time, place = table["time_s"].to_numpy(dtype=float), table[PLACE].to_numpy(dtype=float)
     _check_times(time, path)
     _check_places(place, path)

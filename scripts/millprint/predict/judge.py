@@ -2,7 +2,7 @@
 
 import numpy as np
 import pandas as pd
-from scipy.stats import beta
+from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.yields import HonestConfig
 from millprint.predict.evaluation import bootstrap_metrics
@@ -64,13 +64,13 @@ def judge_intervals(enclosed: pd.DataFrame, level: float) -> pd.DataFrame:
     for keys, rows in enclosed.groupby([*KEYS, "method", "nominal"], sort=False):
         inside = rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"])
         cases, share = rows["case"].nunique(), float(inside.mean())
-        hits, tail = share * cases, (1 - level) / 2
+        lower, upper = proportion_confint(share * cases, cases, alpha=1 - level, method="beta")
         found.append(
             dict(zip([*KEYS, "method", "nominal"], keys, strict=True))
             | {
                 "covered": share,
-                "lower": float(beta.ppf(tail, hits, cases - hits + 1)) if hits > 0 else 0.0,
-                "upper": float(beta.ppf(1 - tail, hits + 1, cases - hits)) if hits < cases else 1.0,
+                "lower": float(lower),
+                "upper": float(upper),
                 "width_pp": float((rows["upper_percent"] - rows["lower_percent"]).mean()),
                 "cases": cases,
             }

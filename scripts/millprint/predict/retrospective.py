@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from scipy.stats import beta
+from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import RetrospectiveConfig
@@ -67,14 +67,12 @@ def search_table(
     The interval is Clopper and Pearson's over starts; that of chance is exact and has no width. best_percent is the
     mean of the best yield known; for chance it is left empty.
     """
-    runs, tail = np.arange(start_runs, len(yields) + 1), (1 - level) / 2
+    runs = np.arange(start_runs, len(yields) + 1)
     tables = []
     for strategy, paths in reached.items():
         known = np.array([np.pad(path, (0, len(runs) - len(path)), mode="edge") for path in paths])
         hits, starts = (known >= yields.max()).sum(axis=0), len(paths)
-        # A beta distribution has no zero parameter: where none or all have found it, the end is 0 or 1 itself.
-        lower = np.where(hits > 0, beta.ppf(tail, np.maximum(hits, 1), starts - hits + 1), 0.0)
-        upper = np.where(hits < starts, beta.ppf(1 - tail, hits + 1, np.maximum(starts - hits, 1)), 1.0)
+        lower, upper = proportion_confint(hits, starts, alpha=1 - level, method="beta")
         columns = {"found": hits / starts, "lower": lower, "upper": upper, "best_percent": known.mean(axis=0)}
         tables.append(pd.DataFrame({"strategy": strategy, "runs": runs, **columns}))
     exact = chance(len(yields), start_runs, int((yields == yields.max()).sum()))

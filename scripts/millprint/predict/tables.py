@@ -8,10 +8,10 @@ import pandas as pd
 from millprint.config.design import Factor
 from millprint.config.doe import DoeConfig
 from millprint.config.yields import YieldConfig
-from millprint.doe.runs import YIELD, read_runs
+from millprint.doe.runs import PERCENT_YIELD, YIELD, read_runs
 from millprint.errors import ConfigError
-from millprint.files import read_table
 from millprint.predict.features import CONDITIONS, FEATURES
+from millprint.tables import Number, Text, read_measured
 
 ROLES = ("train", "test")
 
@@ -21,17 +21,10 @@ def read_split(path: str) -> pd.DataFrame:
 
     Raises ConfigError, in one line, for a missing column, a case that appears twice, another role, or an empty part.
     """
-    split = read_table(path, text=["case", "role"])
-    if split["case"].duplicated().any():
-        twice = split.loc[split["case"].duplicated(), "case"].iloc[0]
-        raise ConfigError(f"{path}: column case = {twice} appears twice: each case has one role")
-    unknown = split[~split["role"].isin(ROLES)]
-    if len(unknown):
-        row = unknown.iloc[0]
-        raise ConfigError(f"{path}: column role, case {row['case']} = {row['role']}: train or test is wanted")
+    split = read_measured(path, [Text("case", unique=True), Text("role", choices=ROLES)])
     for role in ROLES:
         if (split["role"] == role).sum() < 2:
-            raise ConfigError(f"{path}: column role: two cases at least are wanted with the role {role}")
+            raise ConfigError(f"{path}: column role: at least two cases must have the role {role}")
     return split
 
 
@@ -44,7 +37,7 @@ def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[p
     runs = read_runs(screening, factors, positive=list(CONDITIONS)).set_index("case")
     roles = read_split(split).set_index("case")["role"]
     for case in runs.index.difference(roles.index):
-        raise ConfigError(f"{split}: column case: case {case} of {screening} has no role; train or test is wanted")
+        raise ConfigError(f"{split}: column case: case {case} of {screening} has no role; must be train or test")
     for case in roles.index.difference(runs.index):
         raise ConfigError(f"{split}: column case = {case}: there is no such case in {screening}")
     rows = runs.loc[roles.index, [*CONDITIONS, YIELD]].reset_index()
@@ -55,25 +48,11 @@ def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[p
 def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
     """Read rows that carry the six conditions and their case as text, with a yield unless `yields` is false.
 
-    Raises ConfigError as read_table. Also refuses, in one line, no rows, a case that appears twice or is missing, a
+    Raises ConfigError, in one line, as `read_measured`: for no rows, a case that is missing or appears twice, a
     condition that is not above 0 and a yield outside 0 to 100.
     """
-    columns = [*CONDITIONS, YIELD] if yields else list(CONDITIONS)
-    rows = read_table(path, numeric=columns, text=["case"])
-    if rows.empty:
-        raise ConfigError(f"{path}: no rows; a row for each run is wanted")
-    if rows["case"].isna().any():
-        raise ConfigError(f"{path}: column case, row {int(rows['case'].isna().idxmax()) + 1}: a case is wanted")
-    if rows["case"].duplicated().any():
-        twice = rows.loc[rows["case"].duplicated(), "case"].iloc[0]
-        raise ConfigError(f"{path}: column case = {twice} appears twice: each run needs a case of its own")
-    for column in columns:
-        good = rows[column].between(0, 100) if column == YIELD else rows[column] > 0
-        if not good.all():
-            row = rows[~good].iloc[0]
-            wanted = "between 0 and 100" if column == YIELD else "above 0"
-            raise ConfigError(f"{path}: column {column}, case {row['case']} = {row[column]:g}: {wanted} is wanted")
-    return rows
+    columns = [Number(name, 0, above=True) for name in CONDITIONS] + ([PERCENT_YIELD] if yields else [])
+    return read_measured(path, [Text("case", unique=True), *columns])
 
 
 def check_yield_tables(settings: YieldConfig, screening: str, split: str, design: DoeConfig, source: str) -> None:
