@@ -30,6 +30,7 @@ LAWS = {
         "terms": [{"axis": "x", "amplitude_mm": 25}, {"axis": "z", "amplitude_mm": 5, "multiple": 3, "phase_deg": 90}],
     },
     "shake": {"kind": "lissajous", "terms": [{"axis": "y", "amplitude_mm": 17, "multiple": 2, "phase_deg": 30}]},
+    "figure of eight": {"kind": "figure_of_eight", "along_mm": 30, "across_mm": 8, "plane": "yz"},
     "rest": {"kind": "rest"},
 }
 
@@ -101,6 +102,20 @@ def test_a_counter_rotation_of_one_does_not_turn_the_jar():
     made = motion("planetary", ratio=-1)
     assert not made.turns
     assert made.position(TIME) == pytest.approx(motion("circle", amplitude_mm=70).position(TIME))
+
+
+def test_a_figure_of_eight_crosses_its_middle_twice_a_turn_and_repeats():
+    made, turn = motion("figure of eight"), 60 / SPEED_RPM
+    assert made.position(np.array([0.0, 0.5, 1.0]) * turn) == pytest.approx(np.zeros((3, 3)), abs=1e-15)
+    # Through the middle it goes one way along the figure, then the other, and both times up across it.
+    speeds = made.velocity(np.array([0.0, 0.5]) * turn)
+    assert speeds == pytest.approx(W * np.array([[0, 0.03, 0.016], [0, -0.03, 0.016]]))
+    x, y, z = made.position(TIME).T
+    assert not x.any() and not made.turns
+    # The curve itself: (z / B)^2 = 4 (y / A)^2 (1 - (y / A)^2).
+    share = (y / 0.03) ** 2
+    assert (z / 0.008) ** 2 == pytest.approx(4 * share * (1 - share), abs=1e-12)
+    assert motion("figure of eight", plane="xy").position(0.25 * turn) == pytest.approx([0.03, 0, 0], abs=1e-15)
 
 
 def test_a_swing_stays_within_its_amplitude():

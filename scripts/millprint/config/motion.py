@@ -107,6 +107,23 @@ class LissajousMotion(MotionSection):
         return Drive(_sum(self.terms))
 
 
+class FigureOfEightMotion(MotionSection):
+    """Translation along a figure of eight in a plane, A sin wt along it, B sin 2 wt across it: a SPEX-like shaker."""
+
+    kind: Literal["figure_of_eight"]
+    along_mm: Size = Field(description="amplitude A along the figure [mm]")
+    across_mm: Size = Field(description="amplitude B across the figure [mm]")
+    plane: Literal["xy", "xz", "yx", "yz", "zx", "zy"] = Field(
+        default="xz", description="the axes along and across the figure; z points up"
+    )
+
+    def drive(self) -> Drive:
+        """The Lissajous figure 1 : 2 of its two harmonics."""
+        along = Harmonic(axis=self.plane[0], amplitude_mm=self.along_mm)
+        across = Harmonic(axis=self.plane[1], amplitude_mm=self.across_mm, multiple=2)
+        return Drive(_sum([along, across]))
+
+
 class RotationMotion(MotionSection):
     """Turning about a fixed axis: a tumbling drum, the shaft of an attritor."""
 
@@ -230,6 +247,7 @@ MOTIONS = {
     for record in (
         MotionKind(CircleMotion, amplitude_key="amplitude_mm"),
         MotionKind(LissajousMotion),
+        MotionKind(FigureOfEightMotion),
         MotionKind(RotationMotion, vessel=Agitation.TUMBLED, insert=Agitation.STIRRED),
         MotionKind(PlanetaryMotion, amplitude_key="sun_radius_mm"),
         MotionKind(SwingMotion),
