@@ -2,8 +2,7 @@
 
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.proposals import PredictionConfig
-from millprint.explorer.content import explorer_content
-from millprint.explorer.page import explorer_page
+from millprint.explorer.page import explorer_content, explorer_page
 from millprint.files import whole_file
 from millprint.job import job
 

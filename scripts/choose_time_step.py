@@ -1,6 +1,6 @@
 """Say which is the largest time step that changes nothing, and whether the configured one is no larger."""
 
-from millprint.config.convergence import ConvergenceConfig
+from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
 from millprint.dem.step_choice import choose_step, in_words
 from millprint.files import read_table, write_json

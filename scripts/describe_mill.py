@@ -6,10 +6,10 @@ from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import PANELS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
+from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.summaries import read_summaries
 from millprint.fingerprint.zones import find_zones
 from millprint.job import job
 

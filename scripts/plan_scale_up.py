@@ -6,10 +6,10 @@ from millprint.dem.timestep import rayleigh_time
 from millprint.figures.mills import plot_scale_up
 from millprint.figures.style import save
 from millprint.files import read_json, write_table
+from millprint.fingerprint.cases import enlarged
+from millprint.fingerprint.inputs import counted
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.fingerprint.similarity import enlarged
-from millprint.fingerprint.summaries import counted
 from millprint.job import job
 
 if "snakemake" in globals():

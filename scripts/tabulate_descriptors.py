@@ -3,8 +3,8 @@
 from millprint.files import write_table
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.published import published_cycles, read_published
-from millprint.fingerprint.summaries import read_summaries
 from millprint.job import job
 
 

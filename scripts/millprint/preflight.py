@@ -19,8 +19,7 @@ from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wet_lab import read_wear
 from millprint.errors import ConfigError
-from millprint.fingerprint.chosen_cases import has_chapters
-from millprint.fingerprint.mill_cases import mill_cases, place_of_sweep
+from millprint.fingerprint.cases import has_chapters, mill_cases, place_of_sweep
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.regimes import read_regimes
 from millprint.fit.preflight import fit_faults

@@ -10,7 +10,7 @@ from millprint.config.override import mill_of
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.mill_cases import place_of_sweep
+from millprint.fingerprint.cases import place_of_sweep
 from millprint.mill.bodies import Body
 from millprint.mill.speed_limits import Bound, Pace, paces
 

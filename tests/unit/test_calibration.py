@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from millprint.calibration.drop_test import read_heights, summarise_drops
-from millprint.calibration.track import read_track
+from millprint.calibration.oscillation import read_track
 from millprint.claims import chapter3_calibration
 from millprint.claims.compare import verdict
 from millprint.claims.evidence import Evidence

@@ -11,7 +11,7 @@ import choose_time_step
 import plot_modulus as modulus_script
 import plot_timestep as timestep_script
 from millprint.claims import chapter3
-from millprint.config.convergence import ConvergenceConfig
+from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
 from millprint.figures.convergence import plot_modulus, plot_timestep

@@ -12,8 +12,7 @@ from millprint.config.load import read_yaml
 from millprint.config.proposals import PredictionConfig
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
-from millprint.explorer.content import explorer_content, sliders
-from millprint.explorer.page import explorer_page
+from millprint.explorer.page import explorer_content, explorer_page, sliders
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions

@@ -8,7 +8,7 @@ import pytest
 from millprint.errors import ConfigError
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.summaries import check_summary, read_summaries
+from millprint.fingerprint.inputs import check_summary, read_summaries
 from tests.unit.synthetic_mill import DENSITY, descriptors, summaries, summary, true_curves
 
 

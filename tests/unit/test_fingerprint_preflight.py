@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from millprint.config.checks import load_workflow
-from millprint.fingerprint.chosen_cases import described_cases, mapped_cases
+from millprint.fingerprint.cases import described_cases, mapped_cases
 from millprint.fingerprint.preflight import fingerprint_faults
 
 ROOT = Path(__file__).parents[2]

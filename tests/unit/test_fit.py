@@ -14,7 +14,7 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.published import read_published
-from millprint.fit.fitted_mill import fitted_mill
+from millprint.fit import fitted_mill
 from millprint.fit.preflight import fit_faults
 from millprint.fit.published import computed_values, misfit, published_values, with_roles
 from millprint.fit.search import Search, candidates, neighbours

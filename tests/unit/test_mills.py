@@ -19,13 +19,12 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.figures import mills as figures
 from millprint.files import read_table, write_json
+from millprint.fingerprint.cases import RUN_WAY, enlarged, large_case, mill_cases, settings_of, sweep_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.mill_cases import large_case, mill_cases, settings_of, sweep_of
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.fingerprint.similarity import RUN_WAY, enlarged
 from millprint.fingerprint.zones import find_zones
 from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
 from millprint.mill.default_sweep import default_sweep
@@ -278,7 +277,7 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     case = large_case(large, factor, settings)
     assert case.speed_rpm == pytest.approx(plan.speed_rpm / factor)
     sheet = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0)
-    foreseen = sheet.set_index("way").loc[RUN_WAY]
+    foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     assert foreseen["balls"] >= 10_000
     run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"normal": 1.0, "tangential": 2.0}}
     rule = {"mean_normal_J": 2 * foreseen["normal_energy_J"], "mean_tangential_J": 1e-3, "frequency_hz": 1e6}

@@ -13,7 +13,7 @@ from millprint.config.checks import load_workflow
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.mill_cases import mill_cases
+from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT

@@ -4,8 +4,7 @@ import re
 
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.dem.resources import resources_of
-from millprint.fingerprint.mill_cases import large_case, mill_cases
-from millprint.fingerprint.similarity import enlarged
+from millprint.fingerprint.cases import enlarged, large_case, mill_cases
 
 MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"

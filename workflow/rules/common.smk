@@ -3,7 +3,7 @@
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
 from millprint.digest import library_digest
-from millprint.fingerprint.chosen_cases import has_chapters
+from millprint.fingerprint.cases import has_chapters
 
 # In the order in which they lie over each other: those of --configfile are on top, and Snakemake names them first as well.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]

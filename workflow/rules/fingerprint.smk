@@ -1,6 +1,6 @@
 """Descriptors, master curves, universal curves and the inverse mode (thesis chapter 3)."""
 
-from millprint.fingerprint.chosen_cases import described_cases, mapped_cases
+from millprint.fingerprint.cases import described_cases, mapped_cases
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"

@@ -1,7 +1,7 @@
 """The fit of what the thesis leaves open of its jar: what it was fitted to, what was held back, and the search."""
 
 from millprint.config.fit import TrialConfig
-from millprint.fit.fitted_mill import fitted_mill
+from millprint.fit import fitted_mill
 
 FIT = f"{RESULTS}/fingerprint"
 FIT_MILL = fitted_mill(CONFIG, MILLS)

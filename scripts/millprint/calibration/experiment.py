@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.calibration.friction_fit import PARAMETERS, Fit, fit_friction
-from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, simulate_track
-from millprint.calibration.track import read_track
+from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, read_track, simulate_track
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig

@@ -23,9 +23,11 @@ from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.walls import Walls
+from millprint.tables import Number, read_measured, refuse_rows
 
 LOOK_S = 4e-3  # between looks at the ball: a cubic through them is exact to about a micrometre
 PLACES = ["across_mm", "height_mm"]
+FEWEST_FRAMES = 20  # of a measured track
 STANDS_OUT_MM = 1.0  # a turn must differ from the middle by this much to count
 START_GAP = 1e-4  # gap to the wall at the start over the ball's radius [-]
 
@@ -129,3 +131,26 @@ def describe_swings(swing: Swing, pairs: list[tuple[float, float]], duration: fl
         rows.append((*pair, len(turns), *rises, *ends))
     columns = ["static_friction", "rolling_friction", "half_swings", "first_rise_mm", "second_rise_mm"]
     return pd.DataFrame(rows, columns=[*columns, "first_turn_s", "last_turn_s"])
+
+
+def read_track(path: str) -> pd.DataFrame:
+    """Read a measured track: time_s since the release, and across_mm, height_mm or both.
+
+    across_mm is the place of the ball's centre from the jar's middle, positive on the side of the start; height_mm is
+    counted from the lowest place that it can have. Frames in which the ball was not found are left out of the table.
+    Raises ConfigError for a table without a place, too few frames, or times that do not rise from 0 or more.
+    """
+    places = [Number(column, optional=True) for column in PLACES]
+    track = read_measured(path, [Number("time_s", 0), *places], FEWEST_FRAMES)
+    found = [column for column in PLACES if column in track]
+    if not found:
+        raise ConfigError(f"{path}: column {' or '.join(PLACES)} is missing; the table has {', '.join(track.columns)}")
+    before = track["time_s"].shift()
+    refuse_rows(
+        track.assign(before=before),
+        path,
+        "time_s",
+        track["time_s"] <= before,
+        lambda frame: f"must be more than in the row before, {frame['before']:g}",
+    )
+    return track[["time_s", *found]]

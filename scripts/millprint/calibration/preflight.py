@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from millprint.calibration.drop_test import read_heights
-from millprint.calibration.oscillation import make_swing
-from millprint.calibration.track import read_track
+from millprint.calibration.oscillation import make_swing, read_track
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig

@@ -1,4 +1,4 @@
-"""Settings of the fingerprint stage."""
+"""Settings of the fingerprint stage, and of the convergence study that its time step rests on."""
 
 from typing import Annotated
 
@@ -116,3 +116,24 @@ class FingerprintConfig(Section):
     )
     maps: MapsConfig | None = Field(default=None, description="simulations shown as heat maps (Figs 3.9, 3.10)")
     inverse: InverseConfig | None = Field(default=None, description="inverse mode (Sec. 3.3.4)")
+
+
+class ConvergenceConfig(Section):
+    """How the sweeps over time_steps_s and over young_moduli_gpa are judged.
+
+    Energies and frequencies are those of fingerprint.counting_rule.
+    """
+
+    counting_rules: list[RuleName] = Field(
+        default=["lifetimes"], description="further rules of dem.counting_rules that the tables show"
+    )
+    tolerance_percent: Positive = Field(
+        default=1.0, description="largest deviation of a descriptor from that at the finest step, if not chance [%]"
+    )
+    confidence: Fraction = Field(
+        default=0.95,
+        description="probability that, of all comparisons of a sweep, none is called a deviation by chance [-]",
+    )
+    closure_max: Fraction = Field(
+        default=0.001, description="largest energy balance error over the wall work at a step that is good enough [-]"
+    )

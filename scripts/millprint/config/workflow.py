@@ -6,10 +6,9 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.chapters import ChapterSections
-from millprint.config.convergence import ConvergenceConfig
 from millprint.config.data import DataConfig
 from millprint.config.doe import DoeConfig
-from millprint.config.fingerprint import FingerprintConfig
+from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.partition import PartitionConfig

@@ -1,9 +1,26 @@
-"""The explorer as one HTML file."""
+"""The explorer: one HTML file that carries the fingerprints and the yield model of a run, and what a user can set."""
 
 from pathlib import Path
 
-from millprint.pages import embed_files, embed_json, render_page
+import numpy as np
+from scipy.stats import norm
 
+from millprint.config.averaging import INPUTS
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
+from millprint.config.proposals import PredictionConfig
+from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.inputs import read_content
+from millprint.fingerprint.search import GRID
+from millprint.pages import embed_files, embed_json, render_page
+from millprint.predict.answer import trained_ranges
+from millprint.predict.archive import load_averaged, training_rows
+from millprint.predict.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, Member
+from millprint.predict.features import CHEMICAL
+from millprint.predict.structured import JITTER, MEAN_VARIANCE, Terms
+
+# A slider reaches past what was simulated, and by this factor either way where a single value was.
+BEYOND = 1.25
+LONE = 2.0
 FOLDER = Path(__file__).parent
 SCRIPTS = ("numerics.js", "fingerprint.js", "yields.js", "search.js", "charts.js", "page.js")
 
@@ -27,3 +44,109 @@ def explorer_page(content: dict) -> str:
         scripts=embed_files(FOLDER, *SCRIPTS),
         content=embed_json(content),
     )
+
+
+def explorer_content(
+    name: str,
+    title: str,
+    fingerprints: list[str | Path],
+    yield_model: str | Path,
+    request: MatchConfig,
+    prediction: PredictionConfig,
+    level: float,
+) -> dict:
+    """Everything that the page computes from, as plain values.
+
+    fingerprints: fingerprint_CONTACT.json files of one mill; yield_model: a stored averaged Gaussian process;
+    request: what the user of the mill can set; prediction: how far beyond the trained range a yield is still
+    answered; level: of the yield's interval [-]. Raises ConfigError for a file that is not what it should be.
+    """
+    contents = [read_content(path) for path in fingerprints]
+    # The processes' own data is all that is computed from; formats and names of files stay behind.
+    kept = [{key: content[key] for key in ("about", "inputs", "processes")} for content in contents]
+    return {
+        "name": name,
+        "title": title,
+        "variables": list(VARIABLES),
+        "descriptors": list(TARGET_DESCRIPTORS),
+        "widths": [float(norm.ppf(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
+        "fingerprints": kept,
+        "yield": yield_content(yield_model, prediction, level),
+        "sliders": sliders([content["about"] for content in contents], request),
+        "chemistry": chemistry(yield_model),
+        "search": {
+            "grid": list(GRID),
+            "speeds_rpm": list(request.speeds_rpm),
+            "fill_ratios": list(request.fill_ratios),
+            "ball_diameters_mm": list(request.ball_diameters_mm),
+            "densities_kg_m3": list(request.densities_kg_m3),
+            "weights": request.weights.model_dump(),
+            "ranked": request.ranked,
+            "targets": {target.name: target.given for target in request.targets if target.like is None},
+        },
+    }
+
+
+def yield_content(path: str | Path, prediction: PredictionConfig, level: float) -> dict:
+    """An averaged yield model with its data as it sees them: scaled inputs and standardised yields of every member."""
+    model = load_averaged(str(path))
+    ranges = trained_ranges(training_rows(str(path)), prediction)
+    return {
+        "inputs": list(INPUTS),
+        "level": level,
+        "ranges": {name: [float(end) for end in ends] for name, ends in ranges.items()},
+        "nodes": NODES.tolist(),
+        "node_weights": NODE_WEIGHTS.tolist(),
+        "bisections": BISECTIONS,
+        "search": [LOWEST, HIGHEST],
+        "mean_variance": MEAN_VARIANCE,
+        "jitter": JITTER,
+        "members": [
+            _member(member, float(weight)) for member, weight in zip(model.members, model.weights, strict=True)
+        ],
+    }
+
+
+def _member(member: Member, weight: float) -> dict:
+    return {
+        "weight": weight,
+        "link": member.candidate.link,
+        "scales": list(member.candidate.scales),
+        "terms": _terms(member.process.terms),
+        "log_parameters": member.process.logs.tolist(),
+        "input_mean": member.scaling.mean.tolist(),
+        "input_spread": member.scaling.spread.tolist(),
+        "target_mean": float(member.mean),
+        "target_spread": float(member.spread),
+        "known": member.process.inputs.tolist(),
+        "target": member.process.target.tolist(),
+    }
+
+
+def _terms(terms: Terms) -> list[dict]:
+    pairs = zip(terms.factors.astype(int).tolist(), terms.linear.tolist(), strict=True)
+    return [{"factors": factors, "linear": linear} for factors, linear in pairs]
+
+
+def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
+    """From and to of every slider in SI: what can be set and what was simulated, and some way beyond."""
+    asked = {
+        "speed_hz": [speed / 60 for speed in request.speeds_rpm],
+        "fill_ratio": request.fill_ratios,
+        "ball_diameter_m": [diameter * 1e-3 for diameter in request.ball_diameters_mm],
+        "density_kg_m3": request.densities_kg_m3,
+    }
+    found = {}
+    for name, values in asked.items():
+        every = [*values, *(end for about in abouts for end in about["ranges"][name])]
+        factor = BEYOND if max(every) > min(every) * BEYOND else LONE
+        found[name] = [min(every) / factor, max(every) * factor]
+    # Balls at random do not fill more than some 0.6 of a vessel.
+    found["fill_ratio"][1] = min(found["fill_ratio"][1], 0.6)
+    return found
+
+
+def chemistry(yield_model: str | Path) -> dict[str, list[float]]:
+    """Smallest, middle and largest value that the yield model was trained on, of each chemical condition."""
+    rows = training_rows(str(yield_model))
+    return {name: np.quantile(rows[name], [0, 0.5, 1]).tolist() for name in CHEMICAL}

@@ -5,7 +5,7 @@ import pandas as pd
 
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import specific_frequency
-from millprint.fingerprint.summaries import counted
+from millprint.fingerprint.inputs import counted
 
 # What tells conditions apart. `varied` names what a sweep changed of the mill or its balls: NOTHING where as built.
 CONDITION_TEXT = ["mill", "contact", "varied"]

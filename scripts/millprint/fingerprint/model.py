@@ -19,9 +19,9 @@ from millprint.fingerprint.condition import (
     power_scale,
     scaled_quantities,
 )
-from millprint.fingerprint.content import FORMAT, read_content
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.inputs import FORMAT, read_content
 from millprint.fingerprint.processes import Predictor, Process, logarithms, varied_components
 
 # What a fingerprint says of the runs that it was made of.

@@ -6,9 +6,9 @@ from millprint.config.chapters import ChapterSections
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.chosen_cases import described_cases, has_chapters, is_as_built, mapped_cases
-from millprint.fingerprint.content import read_content
+from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.curves import FEWEST_FILLS
+from millprint.fingerprint.inputs import read_content
 from millprint.fingerprint.published import read_published
 from millprint.fingerprint.regimes import read_regimes
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 import pandas as pd
 
 from millprint.config.mill_sweep import ScaleUpConfig
+from millprint.fingerprint.cases import RUN_WAY, WAYS
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.similarity import RUN_WAY, WAYS
 
 SECONDS_PER_HOUR = 3600.0
 
@@ -80,7 +80,7 @@ def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
 
     large: summary of the run; rule: its collisions by the fingerprint's counting rule.
     """
-    foreseen = sheet.set_index("way").loc[RUN_WAY]
+    foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     power = large["power_W"]
     simulated = {
         "balls": large["balls"],

@@ -4,7 +4,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.published import read_published
-from millprint.fit.fitted_mill import fitted_mill
+from millprint.fit import fitted_mill
 from millprint.fit.published import published_values, with_roles
 
 

@@ -1,4 +1,7 @@
-"""Reads the summaries of simulations and refuses, in one line, one that lacks what the descriptors need."""
+"""What the fingerprint stage reads: summaries of simulations, and fingerprints that other runs have written.
+
+Each reader refuses, in one line, a file that lacks what is needed.
+"""
 
 import json
 from collections.abc import Iterable
@@ -10,6 +13,9 @@ from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.columns import MEASURED
 
+# The kind of a fingerprint's file, and what such files are called.
+FORMAT = "millprint fingerprint 1"
+WHERE = "one is written as fingerprint_CONTACT.json"
 # Numbers that a summary must have: group.key, or a key of its own.
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
 NUMBERS = (
@@ -74,3 +80,16 @@ def counted(summary: dict, rule_name: str) -> dict:
         f"fingerprint.counting_rule = {rule_name}: not among the rules that the simulations recorded ({known}); "
         "add it to dem.counting_rules"
     )
+
+
+def read_content(path: str | Path) -> dict:
+    """The content of a fingerprint's file; raises ConfigError, in one line, for a missing or another file."""
+    try:
+        content = read_json(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such fingerprint; {WHERE}") from None
+    except ValueError:
+        raise ConfigError(f"{path}: not a fingerprint; {WHERE}") from None
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise ConfigError(f"{path}: format: must be {FORMAT!r}; {WHERE}")
+    return content

@@ -1,0 +1,181 @@
+"""The simulations that fingerprints are made of: those of the sweeps, of a mill's own sweep, and of a mill enlarged.
+
+The Snakefile asks for them, so nothing that takes long is imported here.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+from millprint.config.mill import InsertConfig, MillConfig
+from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.section import Section
+from millprint.config.sweep import Case
+from millprint.config.workflow import WorkflowConfig
+
+# Where a sweep gives no turns: at least so many, and as many as fill so long a time [s].
+FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to run the large mill: its speed over the small one's is L^power; whether its balls grow with it."""
+
+    name: str
+    keeps: str
+    power: float
+    balls_grow: bool = False
+
+
+# The way that the large run takes: the energy of a collision is what chemistry depends on.
+RUN_WAY = Way("energy", "energy of a collision, balls as they are", -1.0)
+WAYS = (
+    Way("similar", "everything scaled, balls enlarged", -0.5, balls_grow=True),
+    RUN_WAY,
+    Way("power", "power of a ball, balls as they are", -2 / 3),
+    Way("acceleration", "acceleration of the wall, balls as they are", -0.5),
+    Way("frequency", "collisions of a ball, balls as they are", 0.0),
+)
+
+
+def is_as_built(case: Case) -> bool:
+    """Whether a case runs the mill and the balls as they are described."""
+    return case.amplitude_mm is None and case.density_kg_m3 is None
+
+
+def has_chapters(config: WorkflowConfig, cases: dict[str, Case]) -> bool:
+    """Whether the configuration has the chapters' sections, and its sweeps simulate the mill that they are about."""
+    simulated = {case.mill for case in described_cases(config, cases).values()}
+    return config.has_chapter_sections and config.mill in simulated
+
+
+def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str, Case]:
+    """The cases that descriptors are made of: snapshots, a changed modulus or step serve other questions.
+
+    Amplitude and density are varied for the fingerprint of the run's own mill: such a case of another mill is left out.
+    """
+    return {
+        path: case
+        for path, case in cases.items()
+        if case.speed_rpm > 0
+        and case.snapshot_interval_s is None
+        and case.young_modulus_gpa is None
+        and case.time_step_s is None
+        and (is_as_built(case) or case.mill == config.mill)
+    }
+
+
+def mapped_cases(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> dict[float, str]:
+    """Fill ratio to path of the cases that the heat maps of a contact set show: the first seed of each, if any."""
+    maps = config.fingerprint.maps
+    chosen: dict[float, str] = {}
+    if maps is None:
+        return chosen
+    for path, case in described_cases(config, cases).items():
+        if not is_as_built(case):
+            continue
+        place = (case.mill, case.contact, case.ball_diameter_mm, case.speed_rpm)
+        if (
+            place == (config.mill, contact, maps.ball_diameter_mm, maps.speed_rpm)
+            and case.fill_ratio in maps.fill_ratios
+        ):
+            chosen.setdefault(case.fill_ratio, path)
+    return dict(sorted(chosen.items()))
+
+
+def sweep_of(mill: MillConfig) -> MillSweepConfig:
+    """The sweep of a mill, or the one derived from it. Raises ConfigError for a mill whose shape does not hold."""
+    if mill.sweep:
+        return mill.sweep
+    # Takes long to import, and few mills need it.
+    from millprint.mill.default_sweep import default_sweep
+
+    return default_sweep(mill)
+
+
+def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
+    """File and section that hold a mill's sweep, with which a message about it begins.
+
+    The sweep of the run's mill may stand in the configuration, whose last file is `source`.
+    """
+    return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
+
+
+def settings_of(sweep: MillSweepConfig) -> list[tuple[float, float]]:
+    """Ball diameters [mm] with speeds [rpm]: the first speed with every size, the first size with every speed."""
+    speeds, sizes = sweep.speeds, sweep.ball_diameters_mm
+    return [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
+
+
+def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
+    """The cases of a mill's sweep, ball size and speed by fill ratio and seed; raises ConfigError as `sweep_of`."""
+    sweep = sweep_of(mill)
+    cases = []
+    for diameter, speed in settings_of(sweep):
+        turn_s = 60 / speed
+        discard = sweep.discard_turns or math.ceil(DISCARD_S / turn_s)
+        window = sweep.window_turns or max(FEWEST_TURNS, math.ceil(WINDOW_S / turn_s))
+        for fill, seed in product(sweep.fill_ratios, sweep.seeds):
+            cases.append(
+                Case(
+                    mill=mill.name, contact=settings.contact_set, ball_diameter_mm=diameter, fill_ratio=fill,
+                    speed_rpm=speed, seed=seed, rayleigh_fraction=settings.rayleigh_fraction,
+                    settle_s=settings.settle_s, discard_s=discard * turn_s, window_s=window * turn_s,
+                )
+            )  # fmt: skip
+    return cases
+
+
+def large_case(large: MillConfig, factor: float, settings: MillsConfig) -> Case:
+    """The large run of a scale-up: balls as they are, at the speed that keeps the energy of a collision.
+
+    factor: the length of the large mill over the small one's [-]. Raises ValueError for settings without a scale-up.
+    """
+    plan = settings.scale_up
+    if plan is None:
+        raise ValueError("mills.scale_up: is left out, so that there is no large run")
+    speed = plan.speed_rpm * factor**RUN_WAY.power
+    turn_s = 60 / speed
+    return Case(
+        mill=large.name, contact=settings.contact_set, ball_diameter_mm=plan.ball_diameter_mm,
+        fill_ratio=plan.fill_ratio, speed_rpm=speed, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
+        settle_s=plan.run_settle_s,
+        discard_s=plan.run_turns / 2 * turn_s, window_s=plan.run_turns / 2 * turn_s, threads=plan.cores,
+    )  # fmt: skip
+
+
+def enlarged(mill: MillConfig, volume_l: float, name: str) -> tuple[MillConfig, float]:
+    """The mill with `volume_l` [L] in place of its volume, all lengths of shape and motion scaled, and the factor L."""
+    factor = (volume_l * 1e3 / mill.volume_ml) ** (1 / 3)
+    large = mill.model_copy(
+        update={
+            "name": name,
+            "title": f"{mill.title}, enlarged to {volume_l:g} L",
+            "volume_ml": volume_l * 1e3,
+            "geometry": _larger(mill.geometry, factor),
+            "motion": _larger(mill.motion, factor),
+            "inserts": [_larger_insert(insert, factor) for insert in mill.inserts],
+            "sweep": None,
+        }
+    )
+    return large, factor
+
+
+def _larger_insert(insert: InsertConfig, factor: float) -> InsertConfig:
+    motion = insert.motion and _larger(insert.motion, factor)
+    return insert.model_copy(update={"geometry": _larger(insert.geometry, factor), "motion": motion})
+
+
+def _larger(part: Section, factor: float) -> Section:
+    """A geometry or a motion with every length multiplied; one from a file by its `scale`."""
+    if hasattr(part, "scale"):
+        return part.model_copy(update={"scale": part.scale * factor})
+    return type(part).model_validate(_lengths(part.model_dump(), factor))
+
+
+def _lengths(value: object, factor: float, is_length: bool = False) -> object:
+    if isinstance(value, dict):
+        return {key: _lengths(item, factor, key.endswith("_mm")) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_lengths(item, factor, is_length) for item in value]
+    return value * factor if is_length and isinstance(value, int | float) else value
