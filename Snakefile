@@ -1,4 +1,4 @@
-"""millprint from its own folder: plain `snakemake` makes all of workflow/Snakefile."""
+"""For plain `snakemake` in the folder of millprint: makes the target `all` of workflow/Snakefile."""
 
 
 include: "workflow/Snakefile"

@@ -29,7 +29,7 @@ rule calibrate_restitution:
         interval=CONFIG.calibration.interval,
         library=library("calibrate_restitution.py"),
     message:
-        "Dropping a ball to read its restitution back"
+        "Simulating the drop test and fitting the restitution"
     script:
         "../../scripts/calibrate_restitution.py"
 

@@ -1,4 +1,4 @@
-"""Every simulation that can be asked for: those of the configuration's sweeps, of the mills' own, and the large mill."""
+"""Every simulation of this run: the sweeps of the configuration, the sweep of each mill, and the large mill."""
 
 import re
 
@@ -9,12 +9,12 @@ from millprint.fingerprint.cases import enlarged, large_case, mill_cases
 MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
 BOX = CONFIG.mills.box
-# Mills whose own sweep can be asked for.
+# Mills whose own sweep may be simulated.
 SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.mills.named]))
 SCALE_UP_CASES = {}
 
 if CONFIG.mills.scale_up is not None:
-    # The large mill is one like any other, but made from the small one and not from a file.
+    # The large mill is a mill like any other, but it is calculated from the small one and has no file.
     LARGE, LARGE_FACTOR = enlarged(
         MILLS[CONFIG.mills.scale_up.mill], CONFIG.mills.scale_up.volume_l, f"{CONFIG.mills.scale_up.mill}_large"
     )
@@ -24,12 +24,12 @@ if CONFIG.mills.scale_up is not None:
 
 
 def any_of(names) -> str:
-    """A wildcard's pattern for these names; one that nothing matches where there are none."""
+    """A wildcard's pattern that matches these names only; without names it matches nothing."""
     return "|".join(map(re.escape, names)) or "(?!)"
 
 
 def none_of(names) -> str:
-    """A wildcard's pattern for every other name."""
+    """A wildcard's pattern that matches every name except these."""
     return f"(?!(?:{any_of(names)})(?:/|$))[^/]+"
 
 
@@ -38,7 +38,7 @@ wildcard_constraints:
 
 
 def mill_named(name: str):
-    """A mill of this run. An unknown one ends the program with a line that names those that there are."""
+    """A mill of this run. An unknown name ends the program with one line that lists the known mills."""
     with stop_on_bad_input():
         if name not in MILLS:
             raise ConfigError(
@@ -49,12 +49,12 @@ def mill_named(name: str):
 
 
 def dumped(mill) -> dict:
-    """A mill as plain values, without its sweep: another sweep changes no picture."""
+    """A mill as plain values, without its sweep, so that a change of the sweep draws no picture again."""
     return mill.model_dump(mode="json", exclude={"sweep"})
 
 
 def cases_of_mill(name: str) -> dict:
-    """The cases of a mill's own sweep by their path; of a mill without one, once its sweep has been derived."""
+    """The cases of a mill's own sweep, by their path. If its file has no sweep, the checkpoint that derives it runs first."""
     mill = mill_named(name)
     if mill.sweep is None:
         with open(checkpoints.derive_sweep.get(mill=name).output.sweep) as file:
@@ -63,19 +63,19 @@ def cases_of_mill(name: str) -> dict:
 
 
 def mill_summaries(name: str) -> list[str]:
-    """Summaries of every case of a mill's own sweep."""
+    """The summary files of all cases of a mill's own sweep."""
     return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_mill(name)]
 
 
 def described(name: str) -> str:
-    """The fingerprint of a mill."""
+    """The fingerprint file of a mill."""
     return f"{RESULTS}/mills/{name}/fingerprint.json"
 
 
 def case_at(wildcards):
-    """The case of a folder below results/dem. An unknown one ends the program with a line that says so."""
+    """The case of a folder in results/dem. An unknown case ends the program with one line."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
-    # A case that a sweep of the configuration simulates already is taken as it is there.
+    # If a sweep of the configuration has the same case, its settings apply.
     for known in (CASES, SCALE_UP_CASES):
         if path in known:
             return known[path]
@@ -84,18 +84,18 @@ def case_at(wildcards):
         if path not in own:
             raise ConfigError(
                 f"{RESULTS}/dem/{path}: no such case; neither the sweeps of the configuration nor the sweep of mill "
-                f"{wildcards.mill} ask for it"
+                f"{wildcards.mill} contain it"
             )
     return own[path]
 
 
 def resources_at(wildcards):
-    """What the case of a folder below results/dem takes."""
+    """Threads, time and memory of the case of a folder in results/dem."""
     return resources_of(case_at(wildcards), CONFIG.dem, MILLS[wildcards.mill], CONTACTS[wildcards.contact])
 
 
 def names_of_long_cases() -> list[str]:
-    """Names of the cases that a cluster should run apart from others, of those that are known from the start."""
+    """Names of the cases that need a cluster job of their own, of all cases that are known before the run."""
     swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in cases_of_mill(name).values()]
     known = [*CASES.values(), *swept, *SCALE_UP_CASES.values()]
     with stop_on_bad_input():

@@ -1,4 +1,4 @@
-"""The thesis: one target a chapter, all of them together, and the report."""
+"""The thesis: a target for each chapter, the list of all their files, and the report."""
 
 
 include: "doe.smk"
@@ -29,7 +29,7 @@ STAGE_OUTPUTS = [
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
     *SURROGATE_OUTPUTS,
-    # A smoke test runs every mill of the box once; the thesis has no need of them.
+    # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
 ]
 

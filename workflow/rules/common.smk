@@ -1,25 +1,25 @@
-"""What the rules share: the validated configuration, the results folder, and digests of the library."""
+"""Shared by all rules: the validated configuration, the results folder, and digests of the library."""
 
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
 from millprint.digest import library_digest
 from millprint.fingerprint.cases import has_chapters
 
-# In the order in which they lie over each other: those of --configfile are on top, and Snakemake names them first as well.
+# In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
 
 with stop_on_bad_input():
-    # Snakemake's own reader takes the last of two equal keys, and any number of aliases.
+    # Stricter than Snakemake's own reader, which accepts a key twice and any number of aliases.
     for file in CONFIG_FILES:
         read_yaml(file)
     CONFIG, MILLS, CONTACTS, CASES = load_workflow(config, CONFIG_FILES, Sources(shipped))
     CHAPTERS = has_chapters(CONFIG, CASES)
 
-# What is checked as a run starts: the mills as they are in files, and the file that a refusal names.
+# For the check at the start of a run: the mills as they are in files, and the configuration file that messages name.
 CHECKED_MILLS = dict(MILLS)
 SOURCE = CONFIG_FILES[-1] if CONFIG_FILES else CONFIGURATION
 
-# Captions of the report, and the record of the run, have the configuration with all of its defaults.
+# Captions of the report and the record of the run use the configuration with all defaults.
 config = CONFIG.model_dump(mode="json")
 
 RESULTS = CONFIG.results.rstrip("/")
@@ -33,35 +33,35 @@ def settings(section: str) -> dict:
 
 
 def library(script: str) -> str:
-    """The digest of the library files that a script imports, for `params`: an edit of one of them reruns the rule.
+    """The digest of the library files that a script imports. In `params`, it reruns the rule when one of them changes.
 
-    Snakemake's own trigger, the code of a rule, sees the script alone.
+    Snakemake itself only notices changes of the script.
     """
     return library_digest(shipped(f"scripts/{script}"))
 
 
 def summaries_over(key: str) -> list[str]:
-    """Summaries of every case of the sweeps that give this list of values; none where no sweep does."""
+    """The summary files of all cases of the sweeps that set the list `key`; empty if no sweep does."""
     return summaries_of([block for block in CONFIG.sweeps if getattr(block, key)])
 
 
 def summaries_of(sweeps) -> list[str]:
-    """Summaries of every case of some sweeps."""
+    """The summary files of all cases of these sweeps."""
     cases = [case for sweep in sweeps for case in expand_sweep(sweep, CONFIG.dem, CONFIG.mill)]
     return [f"{RESULTS}/dem/{case.path}/summary.json" for case in cases]
 
 
 def cases_of_sweep(name: str) -> list[str]:
-    """Paths of every case of a sweep; none for a sweep that the configuration lacks."""
+    """The paths of all cases of a sweep; empty if the configuration has no such sweep."""
     blocks = [block for block in CONFIG.sweeps if block.name == name]
     return [case.path for block in blocks for case in expand_sweep(block, CONFIG.dem, CONFIG.mill)]
 
 
 def yield_settings(section: str) -> dict:
-    """One part of the section `yields`, so that a change of another part reruns nothing."""
+    """A part of the section `yields` for `params`, so that a change of another part does not rerun the rule."""
     return getattr(CONFIG.yields, section).model_dump(mode="json")
 
 
 def every_model(pattern: str, models) -> list[str]:
-    """The files of `models`, from a pattern of {model} and {strategy}."""
+    """The files of `models`, from a pattern with {model} and {strategy}."""
     return [pattern.format(model=model, strategy=strategy) for model, strategy in models]

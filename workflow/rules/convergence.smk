@@ -1,8 +1,8 @@
-"""Descriptors against the time step and against Young's modulus: what the default step rests on, and Fig. 3.4."""
+"""Descriptors against the time step, which justify the default step, and against Young's modulus (Fig. 3.4)."""
 
 CONVERGENCE = f"{RESULTS}/convergence"
 STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
-# A sweep with one step of its own compares nothing, and no other stage asks for its cases: they are simulated.
+# A sweep with a single step is not tabulated. No other stage needs its cases, so they are requested here.
 ONE_STEP = [path for path in summaries_over("time_steps_s") if path not in STEP_STUDY]
 
 
@@ -38,7 +38,7 @@ rule choose_time_step:
         configured_s=CONFIG.dem.time_step_s,
         library=library("choose_time_step.py"),
     message:
-        "Looking for the largest time step that changes nothing"
+        "Searching the largest time step that leaves every descriptor unchanged"
     script:
         "../../scripts/choose_time_step.py"
 

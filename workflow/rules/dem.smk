@@ -1,9 +1,9 @@
-"""Simulations: compile the kernels once, run every case that is asked for."""
+"""Simulations: compile the kernels once, then run each case."""
 
 
-# First of all: half of the other jobs wait for it. Once only: what a later edit of the library changes, the simulations
-# that it reruns compile themselves. Made again, it would hide them from Snakemake 9, which plans nothing behind an
-# ancient input that another job makes (its issue 4166).
+# It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation
+# that runs again compiles what has changed. If this rule ran again, Snakemake 9 would skip those simulations: it plans
+# nothing behind an ancient input that another job makes (Snakemake issue 4166).
 rule compile_kernels:
     output:
         report=f"{RESULTS}/dem/kernels.json",
@@ -32,7 +32,7 @@ rule run_dem_case:
     wildcard_constraints:
         case=none_of(LONG_CASES),
     threads: lambda wildcards: resources_at(wildcards).threads
-    # Another attempt goes on where the last one was ended, so it has more time in all.
+    # Each attempt continues where the last one ended, and gets more time and memory.
     resources:
         runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
@@ -48,7 +48,7 @@ rule run_dem_case:
         "../../scripts/run_dem_case.py"
 
 
-# The same in a cluster job of its own: a profile puts short simulations several to a job, by the name of their rule.
+# The same rule under another name, so that a cluster profile can group short simulations and leave long ones alone.
 use rule run_dem_case as run_long_dem_case with:
     benchmark:
         f"{BENCHMARKS}/run_long_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"

@@ -24,7 +24,7 @@ rule design_experiments:
         design=CONFIG.doe.part(DesignConfig),
         library=library("design_experiments.py"),
     message:
-        "Making the screening design and auditing the runs in {input.screening}"
+        "Making the screening design and checking the runs in {input.screening} against it"
     script:
         "../../scripts/design_experiments.py"
 
@@ -73,7 +73,7 @@ rule compute_wet_lab:
         gas=CONFIG.doe.gas.model_dump(mode="json"),
         library=library("compute_wet_lab.py"),
     message:
-        "Computing half-lives, wear, powder masses and gas volumes"
+        "Calculating half-lives, wear, powder masses and gas volumes"
     script:
         "../../scripts/compute_wet_lab.py"
 
@@ -106,7 +106,7 @@ rule tabulate_literature:
     params:
         library=library("tabulate_literature.py"),
     message:
-        "Tabulating what the studies in {input.studies} leave unreported"
+        "Tabulating which parameters the studies in {input.studies} do not report"
     script:
         "../../scripts/tabulate_literature.py"
 

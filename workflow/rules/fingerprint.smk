@@ -99,7 +99,7 @@ rule invert_master_curves:
         contacts=CONFIG.contacts,
         library=library("invert_master_curves.py"),
     message:
-        "Searching the conditions that give the wanted descriptors"
+        "Searching the conditions that give the target descriptors"
     script:
         "../../scripts/invert_master_curves.py"
 
@@ -225,7 +225,7 @@ rule plot_maps:
         fill_ratios=lambda wildcards: list(mapped_cases(CONFIG, CASES, wildcards.contact)),
         library=library("plot_maps.py"),
     message:
-        "Drawing where the balls are and how hot, contact set {wildcards.contact}"
+        "Drawing maps of the balls and of the granular temperature, contact set {wildcards.contact}"
     script:
         "../../scripts/plot_maps.py"
 

@@ -1,4 +1,4 @@
-"""The fit of what the thesis leaves open of its jar: what it was fitted to, what was held back, and the search."""
+"""The fit of the jar, whose shape the thesis does not give: fitted values, values held back, and the search."""
 
 from millprint.config.fit import TrialConfig
 from millprint.fit import fitted_mill
@@ -30,7 +30,7 @@ if FIT_MILL:
             settings=settings("fit"),
             library=library("fit_jar.py"),
         message:
-            "Searching a jar in better agreement with the published values that are fitted"
+            "Searching the jar that agrees best with the published values chosen for the fit"
         script:
             "../../scripts/fit_jar.py"
 
@@ -49,7 +49,7 @@ if FIT_MILL:
             settings=CONFIG.fit.part(TrialConfig),
             library=library("measure_fit_sensitivity.py"),
         message:
-            "Measuring what a step of each parameter of the jar does"
+            "Measuring the effect of one step of each parameter of the jar"
         script:
             "../../scripts/measure_fit_sensitivity.py"
 
@@ -71,7 +71,7 @@ if FIT_MILL:
             counting_rule=CONFIG.fingerprint.counting_rule,
             library=library("tabulate_fit.py"),
         message:
-            "Tabulating what the jar was fitted to and what was held back"
+            "Tabulating the fitted values and those held back"
         script:
             "../../scripts/tabulate_fit.py"
 

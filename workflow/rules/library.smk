@@ -1,8 +1,8 @@
-"""Where the project's own files and its library are: beside this file, or in Snakemake's cache of a remote repository."""
+"""Finds the files of this project and its library: in the local checkout, or in Snakemake's cache of a remote one."""
 
 from os import PathLike
 
-# The folder of a local checkout; None where the workflow is a module from a remote repository.
+# The folder of a local checkout; None if the workflow is a module from a remote repository.
 PROJECT = Path(workflow.current_basedir).parents[1] if isinstance(workflow.current_basedir, PathLike) else None
 
 ENVIRONMENT = workflow.current_basedir.join("../../envs/millprint.yaml")
@@ -10,7 +10,7 @@ RULES_OF_OTHERS = {each.name for each in workflow.rules}
 
 
 def shipped(path: str) -> str | None:
-    """Where a file of this project lies, from its path in the project; None where there is no such file."""
+    """The location of a file of this project, given its path in the project; None if it does not exist."""
     if PROJECT is not None:
         return str(PROJECT / path) if (PROJECT / path).exists() else None
     try:
@@ -20,15 +20,15 @@ def shipped(path: str) -> str | None:
 
 
 if PROJECT is not None:
-    # The library beside this file comes before any that is installed.
+    # The library of this checkout takes precedence over an installed one.
     sys.path.insert(0, str(PROJECT / "scripts"))
 
 try:
     from millprint.config.checks import load_workflow, stop_on_bad_input
 except ModuleNotFoundError as error:
     raise WorkflowError(
-        f"Python has no module {error.name}: install pydantic, and millprint where this workflow is remote "
-        "(pip install git+URL), beside Snakemake; or use --sdm conda"
+        f"Python has no module {error.name}: in the environment of Snakemake, install pydantic and, for a remote "
+        "workflow, millprint (pip install git+URL); or use --sdm conda"
     ) from None
 
 from millprint.config.sources import Sources
@@ -40,8 +40,8 @@ from millprint.machine import prepare_environment
 from millprint.records import report_damaged
 
 prepare_environment()
-# Jobs end when the run that started them has ended, for Snakemake leaves them behind when it is killed; jobs of a
-# cluster's queue outlive it. Only the environment is changed: to read this file must leave the disk as it is.
+# Jobs end with the run that started them, because a killed Snakemake leaves its jobs running. Jobs in the queue of a
+# cluster continue. Only environment variables are set here: reading this file must change nothing on disk.
 if workflow.remote_exec:
     outlive_run()
 else:

@@ -1,9 +1,9 @@
-"""Any mill: its picture, the fingerprint by its own sweep, the collapse of all in the box, matches, a large mill."""
+"""Any mill: picture, fingerprint from its own sweep, collapse of all mills of the box, match, large mill."""
 
 SCALE_UP = f"{RESULTS}/scale_up"
 
 
-# Only for a mill whose file names no conditions: what suits it follows from its walls, which takes the libraries.
+# For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, hence a job.
 checkpoint derive_sweep:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
@@ -76,7 +76,7 @@ rule describe_mill:
         collapse_max=CONFIG.mills.collapse_max,
         library=library("describe_mill.py"),
     message:
-        "Describing mill {wildcards.mill} by {input.summaries}"
+        "Calculating the fingerprint of mill {wildcards.mill} from {input.summaries}"
     script:
         "../../scripts/describe_mill.py"
 
@@ -127,13 +127,13 @@ rule collect_mills:
         collapse_max=CONFIG.mills.collapse_max,
         library=library("collect_mills.py"),
     message:
-        "Collecting the collapse of {BOX}"
+        "Comparing how well the curves of {BOX} collapse"
     script:
         "../../scripts/collect_mills.py"
 
 
 MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
-# A smoke test runs one case of each mill, and draws all.
+# A smoke test runs one case of each mill, and draws all mills.
 BOX_OUTPUTS = (
     [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX if MILLS[name].sweep)]
     if CONFIG.mills.first_case_only
@@ -208,7 +208,7 @@ if CONFIG.mills.scale_up is not None:
             poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
             library=library("plan_scale_up.py"),
         message:
-            "Planning the large mill"
+            "Planning the large mill and its costs"
         script:
             "../../scripts/plan_scale_up.py"
 

@@ -22,7 +22,7 @@ rule partition_dissipation:
         settings=settings("partition"),
         library=library("partition_dissipation.py"),
     message:
-        "Designing the cases of constant speed and constant power, and what their energy buys"
+        "Calculating the cases of constant speed and constant power, their yields and energy costs"
     script:
         "../../scripts/partition_dissipation.py"
 

@@ -1,11 +1,11 @@
-"""The claims, tables that sort, runtimes, the explorer, and one HTML file that opens offline."""
+"""Pages of the report: claims, sortable tables, runtimes and the explorer."""
 
 from millprint.records import digest
 from millprint.report.catalogue import TABLES
 
 STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
 ABLATIONS = f"{SURROGATE}/ablations.tsv"
-# By chapter. A run without sweeps over the time step, say, has no table of it.
+# By chapter, without tables that this run does not make, such as that of the time step if no sweep varies it.
 SHOWN_TABLES = {
     chapter: paths
     for chapter, tables in TABLES.items()
@@ -61,11 +61,11 @@ rule tabulate_claims:
     params:
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
-        # No input, or the claims would run appendix A. Once that has been run, the claims are made again.
+        # Not an input, because the claims would then run appendix A. Its digest makes the claims again once it has run.
         ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
         library=library("tabulate_claims.py"),
     message:
-        "Holding every claim of the thesis against what was computed"
+        "Comparing every claim of the thesis with the computed value"
     script:
         "../../scripts/tabulate_claims.py"
 
@@ -88,7 +88,7 @@ rule tabulate_chapter:
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
         library=library("tabulate_chapter.py"),
     message:
-        "Showing the tables of chapter {wildcards.chapter}"
+        "Writing the page of tables of chapter {wildcards.chapter}"
     script:
         "../../scripts/tabulate_chapter.py"
 
@@ -113,7 +113,7 @@ rule tabulate_runtimes:
         logs=LOGS,
         library=library("tabulate_runtimes.py"),
     message:
-        "Adding up how long every job took"
+        "Adding up the run times of all jobs"
     script:
         "../../scripts/tabulate_runtimes.py"
 

@@ -1,4 +1,4 @@
-"""Appendix A: what each part of the surrogate is good for."""
+"""Appendix A: the effect of each part of the surrogate."""
 
 
 rule tabulate_ablations:
@@ -20,7 +20,7 @@ rule tabulate_ablations:
         },
         library=library("tabulate_ablations.py"),
     message:
-        "Every ablation beside what the thesis says of it"
+        "Tabulating every ablation next to the statement of the thesis"
     script:
         "../../scripts/tabulate_ablations.py"
 
@@ -42,12 +42,12 @@ rule plot_ablations:
     params:
         library=library("plot_ablations.py"),
     message:
-        "Draw the ablations of appendix A"
+        "Drawing the ablations of appendix A"
     script:
         "../../scripts/plot_ablations.py"
 
 
-# Appendix A. Not part of `all`: nine more trainings, as long as that of the variant `thesis`.
+# Not part of `all`: nine more trainings, each as long as that of the variant `thesis`.
 rule ablations:
     input:
         rules.tabulate_ablations.output,

@@ -1,4 +1,4 @@
-"""What the rules of chapter 6 and appendix A share: where their files are, and which tests a surrogate has."""
+"""Shared by the rules of chapter 6 and appendix A: their files, and the tests of each surrogate."""
 
 SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
@@ -16,51 +16,51 @@ def simulated(case: str) -> str:
 
 
 def tests_of(variant: str) -> list[str]:
-    """The tests that a variant is rolled out in: all, and for an ablation the trained one."""
+    """The tests in which a variant is rolled out: all tests; for an ablation only the test on the training motion."""
     ablation = variant in CONFIG.surrogate.ablations
     return [CONFIG.surrogate.trained_test] if ablation else SURROGATE_TESTS
 
 
 def measured(variant: str) -> list[str]:
-    """The tables of measures of a variant: of its roll-outs, and of a graph network's single steps."""
+    """The tables of measures of a variant: of its roll-outs and, for a graph network, of its single steps."""
     names = ["metrics", *(["single_steps"] if variant in CONFIG.surrogate.of_kind("graph") else [])]
     return [f"{SURROGATE}/{variant}/{name}.tsv" for name in names]
 
 
 def variant_settings(section: str):
-    """A section of a variant's settings, for `params`; it depends on the wildcard `variant`."""
+    """A function for `params`: a section of the settings of the variant that the wildcard names."""
     return lambda wildcards: getattr(CONFIG.surrogate.variant(wildcards.variant), section).model_dump(mode="json")
 
 
 def rollout_settings(wildcards) -> dict:
-    """The recursive stage of a variant in a test."""
+    """The settings of a variant's roll-out in a test."""
     return CONFIG.surrogate.rollout_of(wildcards.variant, wildcards.test).model_dump(mode="json")
 
 
 def variant_weights(wildcards) -> str:
-    """The weights that a variant is rolled out with: its own, or those of another."""
+    """The weights for the roll-out of a variant: its own, or those of another variant."""
     return f"{SURROGATE}/{CONFIG.surrogate.weights_of(wildcards.variant)}/weights.pt"
 
 
 def runs_of(test: str) -> dict[str, str]:
-    """The simulations that a test is measured against, and the summaries of those whose collisions are counted."""
+    """The reference simulations of a test, and the summaries of those whose collisions are counted."""
     cases = CONFIG.surrogate.tests[test].runs()
     runs = {role: simulated(case) for role, case in cases.items()}
     return runs | {f"{role}_summary": f"{RESULTS}/dem/{cases[role]}/summary.json" for role in ("dem", "other_seed")}
 
 
 def compared_runs(wildcards) -> dict[str, str]:
-    """What the tests of a variant are measured against, each as `test_role`."""
+    """The reference simulations of all tests of a variant, named `test_role`."""
     return {f"{test}_{role}": path for test in tests_of(wildcards.variant) for role, path in runs_of(test).items()}
 
 
 def moving_tests_of(variant: str) -> list[str]:
-    """Its tests in which the balls move: single steps are judged in them."""
+    """The tests of a variant in which the balls move; single steps are evaluated in these."""
     return [test for test in tests_of(variant) if test in MOVING_TESTS]
 
 
 def changes(variant: str) -> str:
-    """What an ablation changes, in words."""
+    """The settings that an ablation changes, as text."""
     own = CONFIG.surrogate.ablations[variant]
     sections = ("graph", "edges", "network", "training", "rollout")
     keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}

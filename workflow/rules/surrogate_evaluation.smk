@@ -20,7 +20,7 @@ rule roll_out_surrogate:
         starts_s=lambda wildcards: CONFIG.surrogate.tests[wildcards.test].starts_s,
         library=library("roll_out_surrogate.py"),
     message:
-        "Roll out the surrogate {wildcards.variant}: {wildcards.test}"
+        "Rolling out the surrogate {wildcards.variant} in test {wildcards.test}"
     script:
         "../../scripts/roll_out_surrogate.py"
 
@@ -43,7 +43,7 @@ rule evaluate_surrogate:
         tests=lambda wildcards: tests_of(wildcards.variant),
         library=library("evaluate_surrogate.py"),
     message:
-        "Measure the surrogate {wildcards.variant} against the simulation"
+        "Comparing the surrogate {wildcards.variant} with the simulation"
     script:
         "../../scripts/evaluate_surrogate.py"
 
@@ -67,7 +67,7 @@ rule evaluate_single_steps:
         },
         library=library("evaluate_single_steps.py"),
     message:
-        "Single steps of the surrogate {wildcards.variant}"
+        "Evaluating single steps of the surrogate {wildcards.variant}"
     script:
         "../../scripts/evaluate_single_steps.py"
 
@@ -87,7 +87,7 @@ rule check_measures:
         test=CONFIG.surrogate.trained_test,
         library=library("check_measures.py"),
     message:
-        "What the measures make of roll-outs that are known to be right or wrong"
+        "Checking the measures with roll-outs that are known to be right or wrong"
     script:
         "../../scripts/check_measures.py"
 
@@ -103,8 +103,8 @@ rule time_surrogates:
         f"{LOGS}/surrogate/time_surrogates.log",
     benchmark:
         f"{BENCHMARKS}/time_surrogates/time_surrogates.tsv"
-    # It uses one thread, and asks for more than any machine has: Snakemake gives it all cores that there are, so that
-    # nothing runs beside what is timed.
+    # The job uses one thread. With a request for more than any machine has, Snakemake reserves all cores for it, so that
+    # no other job disturbs the timing.
     threads: 1024
     params:
         variants={
@@ -117,7 +117,7 @@ rule time_surrogates:
         timing=CONFIG.surrogate.timing.model_dump(mode="json"),
         library=library("time_surrogates.py"),
     message:
-        "Time the surrogates beside our simulation"
+        "Timing the surrogates and the simulation"
     script:
         "../../scripts/time_surrogates.py"
 
@@ -133,6 +133,6 @@ rule collect_surrogate:
     params:
         library=library("collect_surrogate.py"),
     message:
-        "Measures of every surrogate"
+        "Collecting the measures of every surrogate"
     script:
         "../../scripts/collect_surrogate.py"

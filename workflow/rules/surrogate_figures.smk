@@ -1,4 +1,4 @@
-"""Figures and animations of the surrogates, and all that chapter 6 makes."""
+"""Figures and animations of the surrogates, and the list of all files of chapter 6."""
 
 
 rule plot_surrogate_data:
@@ -36,7 +36,7 @@ rule plot_surrogate_data:
         snap_back_m=CONFIG.surrogate.rollout.snap_back_m,
         library=library("plot_surrogate_data.py"),
     message:
-        "Draw the signed distance of the jar, its wall contacts and the recursion"
+        "Drawing the signed distance of the jar, its wall contacts and the recursion"
     script:
         "../../scripts/plot_surrogate_data.py"
 
@@ -81,7 +81,7 @@ rule plot_surrogate:
         tests=MOVING_TESTS,
         library=library("plot_surrogate.py"),
     message:
-        "Draw loss and roll-outs of the surrogate {wildcards.variant}"
+        "Drawing loss and roll-outs of the surrogate {wildcards.variant}"
     script:
         "../../scripts/plot_surrogate.py"
 
@@ -102,8 +102,8 @@ rule compare_motion:
         ],
         pngs=[f"{SURROGATE}/{{variant}}/{test}/motion.png" for test in MOVING_TESTS],
         gifs=[f"{SURROGATE}/{{variant}}/{test}/motion.gif" for test in MOVING_TESTS],
-        # Snakemake's report shows a PNG, also one that moves, but hands a GIF out as a download only. One is enough
-        # for a report that is sent by mail.
+        # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download. One animation keeps
+        # the report small enough for mail.
         movie=report(
             f"{SURROGATE}/{{variant}}/{CONFIG.surrogate.trained_test}/motion_animated.png",
             caption="../report/surrogate_motion.rst",
@@ -120,7 +120,7 @@ rule compare_motion:
         settings=CONFIG.surrogate.movie.model_dump(mode="json"),
         library=library("compare_motion.py"),
     message:
-        "Draw balls of the surrogate {wildcards.variant} beside those of the simulation"
+        "Drawing the balls of the surrogate {wildcards.variant} next to those of the simulation"
     script:
         "../../scripts/compare_motion.py"
 

@@ -1,8 +1,8 @@
-"""Surrogates: the data that they learn from, and their training."""
+"""Surrogates: training data and training."""
 
 import math
 
-# What the simulations of the contact surrogate are made of.
+# Settings of the simulations that train the contact surrogate.
 TRACES = CONFIG.surrogate.contact.traces
 TRACED = {
     "mills": {trace.mill: dumped(MILLS[trace.mill]) for trace in TRACES},
@@ -25,7 +25,7 @@ rule build_surrogate_dataset:
         settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
         library=library("build_surrogate_dataset.py"),
     message:
-        "Features, targets and contacts of every snapshot to train on"
+        "Calculating features, targets and contacts of every training snapshot"
     script:
         "../../scripts/build_surrogate_dataset.py"
 
@@ -46,7 +46,7 @@ rule trace_surrogate_contacts:
         judge=CONFIG.surrogate.contact.judge.model_dump(mode="json"),
         library=library("trace_surrogate_contacts.py"),
     message:
-        "Simulations whose contacts are followed coarse step by coarse step"
+        "Simulating the training data of the contact surrogate, contact by contact"
     script:
         "../../scripts/trace_surrogate_contacts.py"
 
@@ -69,7 +69,7 @@ rule train_contact_surrogate:
         settings=CONFIG.surrogate.contact.model_dump(mode="json"),
         library=library("train_contact_surrogate.py"),
     message:
-        "Train the ensemble of the surrogate {wildcards.variant}"
+        "Training the ensemble of the surrogate {wildcards.variant}"
     script:
         "../../scripts/train_contact_surrogate.py"
 
@@ -86,17 +86,17 @@ rule train_surrogate:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=any_of(CONFIG.surrogate.of_kind("graph")),
-    # The longest chain of the thesis begins here.
+    # It runs early: the longest chain of jobs of the thesis begins here.
     priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
-        # Twice its own limit [min], and some to start.
+        # Twice its own time limit, plus 20 min to start [min].
         runtime=lambda wildcards: 20
         + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30),
     params:
         settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
         library=library("train_surrogate.py"),
     message:
-        "Train the surrogate {wildcards.variant}"
+        "Training the surrogate {wildcards.variant}"
     script:
         "../../scripts/train_surrogate.py"

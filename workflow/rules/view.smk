@@ -1,4 +1,4 @@
-"""Runs to look at: files for ParaView and animations, of any case with snapshots."""
+"""Files for ParaView and animations of any case with snapshots."""
 
 
 rule export_run:
@@ -26,7 +26,7 @@ rule animate_run:
         run=f"{CASE}/run.h5",
     output:
         gif=f"{CASE}/mill.gif",
-        # Snakemake's report shows a PNG, also one that moves, but hands a GIF out as a download only.
+        # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download.
         png=report(
             f"{CASE}/mill.png",
             caption="../report/mill.rst",

@@ -1,9 +1,9 @@
-"""What the rules of chapter 5 share: where its files lie, and the machine behind its descriptors."""
+"""Shared by the rules of chapter 5: its folder, and the machine that its descriptors were calculated for."""
 
 from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
 
 YIELDS = f"{RESULTS}/yield"
-# The machine of the chapter 4 cases, whose descriptors follow from their master curves; its amplitude is the mill's.
+# The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
 YIELD_CONTACT = CONTACTS[CONFIG.partition.contact]
 YIELD_MACHINE = {
     "reference_speed": CONFIG.partition.reference_speed_rpm / 60,

@@ -1,4 +1,4 @@
-"""Yield models, judged: locked split, held-out runs, other choices and regimes, and what drives them."""
+"""Evaluation of the yield models: locked split, held-out runs, other choices, other regimes, SHAP values."""
 
 from millprint.config.yields import HeldOutConfig
 
@@ -34,7 +34,7 @@ rule hold_out_yields:
         averaging=yield_settings("averaging"),
         library=library("hold_out_yields.py"),
     message:
-        "Predicting every run by {wildcards.model} {wildcards.strategy} models that have not seen it"
+        "Predicting every run with {wildcards.model} {wildcards.strategy} models that were not trained on it"
     script:
         "../../scripts/hold_out_yields.py"
 
@@ -60,7 +60,7 @@ rule evaluate_yield_models:
         interval_level=CONFIG.yields.interval_level,
         library=library("evaluate_yield_models.py"),
     message:
-        "Judging the yield models on the locked split, on held-out runs and outside their domain"
+        "Evaluating the yield models on the locked split, on held-out runs and outside their domain"
     script:
         "../../scripts/evaluate_yield_models.py"
 
@@ -86,7 +86,7 @@ rule compare_yield_choices:
         searched_again=CONFIG.yields.searched_again,
         library=library("compare_yield_choices.py"),
     message:
-        "Comparing what the thesis leaves open"
+        "Comparing models with other values of the choices that the thesis leaves open"
     script:
         "../../scripts/compare_yield_choices.py"
 
@@ -106,7 +106,7 @@ rule try_yield_models:
         averaging=yield_settings("averaging"),
         library=library("try_yield_models.py"),
     message:
-        "Leave-one-out of everything that was tried for a better yield model"
+        "Cross-validating the alternative yield models, leaving one run out"
     script:
         "../../scripts/try_yield_models.py"
 
@@ -133,7 +133,7 @@ rule leave_regimes_out:
         interval_level=CONFIG.yields.interval_level,
         library=library("leave_regimes_out.py"),
     message:
-        "Predicting the fill ratios of {input.regimes} before and after cases of them are added"
+        "Predicting the fill ratios of {input.regimes}, without and with cases of them in the training rows"
     script:
         "../../scripts/leave_regimes_out.py"
 
@@ -153,6 +153,6 @@ rule explain_yield_models:
     params:
         library=library("explain_yield_models.py"),
     message:
-        "SHAP values of the two-step tree models"
+        "Calculating SHAP values of the two-step tree models"
     script:
         "../../scripts/explain_yield_models.py"

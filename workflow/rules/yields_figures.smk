@@ -1,4 +1,4 @@
-"""Figures of the yield models, and all that chapter 5 makes."""
+"""Figures of the yield models, and the list of all files of chapter 5."""
 
 YIELD_FIGURES = f"{YIELDS}/figures"
 
@@ -90,7 +90,7 @@ rule plot_yield_trust:
     params:
         library=library("plot_yield_trust.py"),
     message:
-        "Drawing the honest evaluation, coverage, regimes and the next experiments"
+        "Drawing cross-validation, coverage, regimes and the next experiments"
     script:
         "../../scripts/plot_yield_trust.py"
 

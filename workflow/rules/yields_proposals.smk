@@ -1,4 +1,4 @@
-"""What follows from the yield models: the next experiments, and yields of new conditions."""
+"""The next experiments, and predicted yields of new conditions."""
 
 
 rule propose_experiments:
@@ -48,7 +48,7 @@ rule search_retrospectively:
         level=CONFIG.yields.honest.level,
         library=library("search_retrospectively.py"),
     message:
-        "Counting the runs to the best of those that were done"
+        "Counting how many runs it would have taken to find the best one"
     script:
         "../../scripts/search_retrospectively.py"
 

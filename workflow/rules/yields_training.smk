@@ -1,4 +1,4 @@
-"""Yield models: the locked split, the models of the thesis and the averaged one, trained."""
+"""Training of the yield models: the locked split, the models of the thesis, and the averaged model."""
 
 
 rule split_screening:
@@ -15,7 +15,7 @@ rule split_screening:
         factors=FACTORS,
         library=library("split_screening.py"),
     message:
-        "Splitting the screening runs as {input.split} says"
+        "Splitting the screening runs according to {input.split}"
     script:
         "../../scripts/split_screening.py"
 
