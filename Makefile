@@ -40,7 +40,7 @@ verify: $(VENV)/installed
 
 # Both parts run in parallel, since each uses only one core for long. The tests of bad input run with those of the library,
 # so that both parts take about the same time.
-BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_more_bad_input.py test_fuzz.py)
+BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py)
 test: $(VENV)/installed lint
 	$(MAKE) --jobs=2 test-library test-workflow
 

@@ -1,7 +1,7 @@
-"""Pages in a real browser without a window: what they compute, what they fetch and how they look.
+"""Opens pages in a real browser without a window, to test what they compute, what they fetch and how they look.
 
-The browser is that of MILLPRINT_BROWSER, or the first of BROWSERS on the PATH; tests that need one are skipped where
-there is none. It is driven over a pair of pipes by the DevTools protocol: nothing has to be installed beside it.
+The browser is that of MILLPRINT_BROWSER, or the first of BROWSERS on the PATH. Without one, the tests that need it are
+skipped. It is controlled over two pipes by the DevTools protocol, so no further package is needed.
 """
 
 import base64
@@ -36,27 +36,27 @@ OPTIONS = (
     "--hide-scrollbars",
     "--disable-background-networking",
     "--remote-debugging-pipe",
-    # Should a page ask for anything, it must fail here as it would without a network.
+    # A request for anything else must fail here, as it would without a network.
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
 DESKTOP, PHONE = 1280, 390
-PATIENCE_S = 120
+TIMEOUT_S = 120
 
 
 def find_browser() -> str | None:
-    """The path of a browser of Chromium's kind, or None."""
+    """The path of a Chromium-based browser, or None."""
     names = (os.environ[VARIABLE],) if os.environ.get(VARIABLE) else BROWSERS
     return next((found for name in names if (found := shutil.which(name))), None)
 
 
 needs_browser = pytest.mark.skipif(
     find_browser() is None,
-    reason=f"no browser: set {VARIABLE} to one of Chromium's kind, or put {BROWSERS[0]} on the PATH",
+    reason=f"no browser: set {VARIABLE} to a Chromium-based one, or put {BROWSERS[0]} on the PATH",
 )
 
 
 class Page:
-    """One open page. `requests`: addresses it asked for; `errors`: what went wrong in its scripts."""
+    """An open page. `requests`: the addresses that it requested; `errors`: the errors of its scripts."""
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
@@ -70,10 +70,10 @@ class Page:
             self._send(f"{domain}.enable")
 
     def _receive(self) -> dict:
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + TIMEOUT_S
         while b"\0" not in self._buffer:
             if not select.select([self._answers], [], [], max(0, end - time.monotonic()))[0]:
-                raise TimeoutError(f"the browser said nothing for {PATIENCE_S} s")
+                raise TimeoutError(f"no message from the browser for {TIMEOUT_S} s")
             part = os.read(self._answers, 1 << 20)
             if not part:
                 raise EOFError("the browser has ended")
@@ -82,7 +82,7 @@ class Page:
         return json.loads(message)
 
     def _note(self, message: dict) -> None:
-        """Keep what an event says."""
+        """Record an event of the page."""
         about = message.get("params", {})
         match message.get("method"):
             case "Page.loadEventFired":
@@ -107,7 +107,7 @@ class Page:
         return answer["result"]
 
     def resize(self, width: int, height: int) -> None:
-        """Give the window a size [px]."""
+        """Set the size of the window [px]."""
         self._send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def open(self, file: Path) -> None:
@@ -118,26 +118,26 @@ class Page:
             self._note(self._receive())
 
     def run(self, script: str):
-        """What `script`, the body of an async function, returns as JSON; raises AssertionError with its error."""
+        """Run `script`, the body of an async function; return its result. Raises AssertionError with its error."""
         expression = f"(async () => {{ {script} }})()"
-        said = self._send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in said, said["exceptionDetails"]["exception"].get("description")
-        return said["result"].get("value")
+        answer = self._send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]["exception"].get("description")
+        return answer["result"].get("value")
 
     def picture(self, path: Path) -> Image.Image:
-        """The window as it looks, written to `path`."""
-        # Two frames, so that what a script changed is drawn.
+        """A picture of the window, also written to `path`."""
+        # Wait for two frames, so that the changes of a script are drawn.
         self.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));")
         data = base64.b64decode(self._send("Page.captureScreenshot", format="png")["data"])
         path.write_bytes(data)
         return Image.open(BytesIO(data)).convert("RGB")
 
     def outside_requests(self) -> list[str]:
-        """Addresses that the page asked for beside itself and what it carries."""
+        """The requested addresses outside the page and its own files."""
         return [url for url in self.requests if not url.startswith(("file:", "data:", "blob:", "about:"))]
 
     def measure(self) -> dict[str, float]:
-        """Width of the window, how much wider the page is, and its smallest text, all in px."""
+        """`width` of the window, `beyond`: how much wider the page is, and `smallest`: its smallest text [px]."""
         return self.run("""
           const sizes = [...document.querySelectorAll("body *")].filter((e) => e.checkVisibility()
             && !e.closest("script, style") && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()))
@@ -150,10 +150,11 @@ class Page:
 
 @contextmanager
 def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Iterator[Page]:
-    """An empty page in a browser of its own, which keeps its files in `folder`."""
+    """An empty page in a new browser, which keeps its files in `folder`."""
     their_end, commands = os.pipe()
     answers, our_end = os.pipe()
-    # The browser reads at 3 and writes at 4: numbers that must not be taken when the shell puts the pipes there.
+    # The browser reads from descriptor 3 and writes to 4. Our ends are moved to 10 and above, so that the shell can use
+    # these numbers.
     reads, writes = (fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (their_end, our_end))
     command = [find_browser(), *OPTIONS, f"--user-data-dir={folder / 'profile'}", "about:blank"]
     process = subprocess.Popen(

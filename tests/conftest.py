@@ -1,4 +1,4 @@
-"""Puts the library on the path, as Snakemake does for the scripts."""
+"""Puts the library on the path, as the Snakefile does for the scripts."""
 
 import sys
 from pathlib import Path

@@ -1,10 +1,10 @@
-"""Fuzzing of what users write: every damaged file is refused in lines that begin with it, or makes a valid plan.
+"""Fuzzing of the input files: every damaged file is refused in one line per fault, or makes a valid plan.
 
     python -m tests.fuzz --count 5000 --seed 1
 
-Each change is checked in this process, as before a first job: the configuration read, bodies built, balls counted.
-Reported as a fault: an exception other than ConfigError, a refusal that is not one line a fault, more than SECONDS of
-processor time, or more memory than MEMORY_BYTES.
+Each change is checked in this process as before the first job of a run: the configuration is read, bodies are built
+and balls counted. The program is at fault if it raises another exception than ConfigError, if its message is not one
+readable line per fault, or if it takes more than SECONDS of processor time or MEMORY_BYTES of memory.
 """
 
 import argparse
@@ -46,7 +46,7 @@ CONFIG = "config/config.yaml"
 
 @dataclass
 class Outcome:
-    """What became of the damaged files."""
+    """Results of the fuzzing: how often each outcome came, the faults of the program, the slowest check [s]."""
 
     kinds: Counter = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
@@ -54,7 +54,7 @@ class Outcome:
 
 
 def make_project(folder: Path) -> Path:
-    """The project's configuration at smoke size, with tables of a user's own for what the thesis has none."""
+    """Copy the configuration at smoke size to `folder`, and add tables of measured drops and of a track."""
     shutil.copytree(ROOT / "config", folder / "config")
     content = yaml.safe_load((ROOT / CONFIG).read_text())
     update_config(content, yaml.safe_load((ROOT / "config/smoke.yaml").read_text()))
@@ -73,7 +73,7 @@ def make_project(folder: Path) -> Path:
 
 @cache
 def _bodies_of(mill_json: str, volume_tolerance: float):
-    # A dump leaves the tolerance out.
+    # The JSON of a mill does not contain the tolerance.
     mill = MillConfig.model_validate_json(mill_json).model_copy(update={"volume_tolerance": volume_tolerance})
     return _checked_bodies({mill.name: mill})[mill.name]
 
@@ -83,7 +83,7 @@ _check_tables = preflight.check_tables
 
 
 def remember_shapes() -> None:
-    """Build every shape once: most changes leave the mills as they are."""
+    """Cache the slow checks of shapes: most changes do not touch the mills."""
     known: dict = {}
 
     def capacity(vessel, diameter, **options):
@@ -117,22 +117,22 @@ def remember_shapes() -> None:
 
 
 def plan() -> None:
-    """What the Snakefile does before the first job. Raises ConfigError."""
+    """Check the input as the Snakefile does before the first job. Raises ConfigError."""
     loaded = load_workflow(read_yaml(CONFIG), [CONFIG])
     preflight.check_before_running(*loaded, CONFIG)
 
 
-class Late(BaseException):
-    """Raised in the middle of a check that takes too long; no `except Exception` takes it for bad input."""
+class TooSlow(BaseException):
+    """Raised in a check that takes too long. A BaseException, so that no `except Exception` catches it."""
 
 
-def _late(number, frame):
-    raise Late(f"takes more than {SECONDS:g} s")
+def _stop_slow_check(number, frame):
+    raise TooSlow(f"takes more than {SECONDS:g} s")
 
 
-def judge(name: str) -> str:
-    """`valid`, `refused`, or what is wrong, for a project in which `name` was damaged."""
-    signal.signal(signal.SIGPROF, _late)
+def outcome_of(name: str) -> str:
+    """The outcome of one damaged file: `valid`, `refused`, or a description of the fault."""
+    signal.signal(signal.SIGPROF, _stop_slow_check)
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
         plan()
@@ -148,9 +148,9 @@ def judge(name: str) -> str:
 
 
 def fuzz(count: int, seed: int, folder: Path, only: str = "") -> Outcome:
-    """Damage one file at a time, `count` times, in a project made in `folder`."""
+    """Make a project in `folder` and damage one file at a time, `count` times."""
     project, outcome, rng = make_project(folder), Outcome(), random.Random(seed)
-    # Mills, contact sets and the configuration get as many changes as all tables together.
+    # Each group gets the same number of changes; the configuration counts twice.
     groups = [sorted((project / "config").glob(pattern)) for pattern in
               ("mills/*.yaml", "contacts/*.yaml", "config.yaml", "config.yaml", "data/*.tsv")]  # fmt: skip
     groups = [[file for file in group if only in str(file)] for group in groups]
@@ -162,7 +162,7 @@ def fuzz(count: int, seed: int, folder: Path, only: str = "") -> Outcome:
             damage = (mutate_table if file.suffix == ".tsv" else mutate_yaml)(whole, rng)
             file.write_text(damage, encoding="utf-8", errors="surrogatepass")
             begin = time.process_time()
-            found = judge(file.name)
+            found = outcome_of(file.name)
             outcome.slowest_s = max(outcome.slowest_s, time.process_time() - begin)
             file.write_text(whole)
             outcome.kinds[found if found in ("valid", "refused") else "fault"] += 1
@@ -173,7 +173,7 @@ def fuzz(count: int, seed: int, folder: Path, only: str = "") -> Outcome:
 
 
 def limit_memory() -> None:
-    """A change that asks for absurd memory ends in MemoryError, a fault, and not in a machine that swaps."""
+    """Limit the memory of this process: a change that needs too much ends with MemoryError and does not swap."""
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY_BYTES, resource.RLIM_INFINITY))
 
@@ -182,8 +182,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=1000, help="damaged files")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", default="", help="part of the path of the files to damage, such as mills/ or .tsv")
-    parser.add_argument("--keep", type=Path, help="folder for the project and each file that made a fault")
+    parser.add_argument("--only", default="", help="damage only files whose path contains this, such as mills/ or .tsv")
+    parser.add_argument("--keep", type=Path, help="folder for the project and for each file that caused a fault")
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fuzz_"))
     limit_memory()

@@ -1,4 +1,4 @@
-"""Random damage to YAML files and tables, as typing errors, bad exports and bad luck do it; seeded, so repeatable."""
+"""Random damage to YAML files and tables, such as typing errors and bad exports; repeatable by its seed."""
 
 import copy
 import datetime
@@ -8,11 +8,11 @@ import string
 
 import yaml
 
-# The fast ones, where PyYAML was built with them.
+# The fast versions, if PyYAML has them.
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
-# What a person, a script or an enemy may write where something else belongs.
+# Values that a person, a script or an attacker may write in the wrong place.
 ODD_VALUES = [
     None, True, False, "", " ", "abc", "yes", "1e5", "0x1F", "1_000", "١٢", "12 mm", "\0", "💥", "../../etc/passwd",
     "/etc/passwd", "config/mills", "a" * 5000, "~", "NaN", "-0", math.nan, math.inf, -math.inf, 0, -1, 1, 2, 0.5,

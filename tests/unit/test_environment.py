@@ -1,4 +1,4 @@
-"""The environment is pinned, and written once."""
+"""All packages are pinned, and every environment file follows from the lock file."""
 
 import re
 import tomllib
@@ -20,20 +20,20 @@ def test_every_package_has_one_version():
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines if not line.startswith("#"))
 
 
-def needed() -> list[str]:
-    """What pyproject.toml asks for: by the library, by the workflow and by developers."""
+def required() -> list[str]:
+    """The requirements in pyproject.toml: of the library, the workflow and the developers."""
     project = tomllib.loads((ENVIRONMENTS.parent / "pyproject.toml").read_text())["project"]
     further = [name for names in project["optional-dependencies"].values() for name in names]
     return [*project["dependencies"], *further]
 
 
-def test_what_is_needed_is_locked_in_a_version_that_will_do():
+def test_every_required_package_is_locked_in_an_allowed_version():
     versions = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in locked().items()}
-    for requirement in map(Requirement, needed()):
+    for requirement in map(Requirement, required()):
         assert versions[requirement.name.lower()] in requirement.specifier, requirement
 
 
-def test_jobs_need_neither_snakemake_nor_the_tools_of_developers():
+def test_the_environment_of_jobs_has_no_snakemake_and_no_developer_tools():
     text = (ENVIRONMENTS / "millprint.yaml").read_text()
     assert "numba==" in text and "torch==" in text
     assert not re.search(r"- (snakemake|pytest|ruff|mypy|snakefmt)", text)

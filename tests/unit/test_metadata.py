@@ -1,4 +1,4 @@
-"""What the project says of itself, in one voice: version, licence and authors."""
+"""Version, licence and authors agree in all files that state them."""
 
 import tomllib
 
@@ -19,8 +19,8 @@ def test_citation_and_licence_agree_with_the_project():
     assert f"{authors[0]}\n" in (ROOT / "LICENSE").read_text()
 
 
-def test_catalogue_names_deployments_that_exist():
-    """Conda, by the environment file of every rule; no container is published."""
+def test_the_catalogue_entry_names_only_existing_deployments():
+    """Conda by the environment file of the rules; no container is published."""
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert usage["software-stack-deployment"] == {
         "conda": True,

@@ -1,23 +1,36 @@
-"""A copy of the working tree to run the pipeline in, and one smoke run that the workflow tests share."""
+"""Shared by the workflow tests: a copy of the project to run in, Snakemake, its output, and one smoke run."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
-ROOT = Path(__file__).parents[2]
-# As `make smoke` and `make thesis` ask for it.
+from millprint.config.checks import load_workflow
+from millprint.errors import ConfigError
+from millprint.preflight import check_before_running
+from tests.conftest import ROOT
+
+CONFIG = "config/config.yaml"
+
+# The options of `make smoke` and `make thesis` for the report.
 REPORT = (
     *("--report", "results/report/report.html", "--report-after-run"),
     *("--report-stylesheet", "workflow/report/report.css"),
 )
 
 
+def active_environment() -> dict[str, str]:
+    """The variables of this process, with the programs of its virtual environment first on the PATH."""
+    return {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+
 def copy_project(folder: Path) -> Path:
-    """Copy every file that git tracks or would track, as a clean clone of the working tree."""
+    """Copy the working tree to `folder` as a clean clone: every file that git tracks or would track."""
     listing = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
@@ -34,12 +47,11 @@ def copy_project(folder: Path) -> Path:
 
 
 def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subprocess.CompletedProcess:
-    """Run Snakemake in `project`, both streams in `stdout`."""
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    """Run Snakemake on 2 cores in `project`, with both streams in `stdout`."""
     return subprocess.run(
         [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
         cwd=project,
-        env=environment,
+        env=active_environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -48,14 +60,55 @@ def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subpr
 
 
 def ask_snakemake(folder: Path, *arguments: str, timeout: float = 180) -> subprocess.CompletedProcess:
-    """Run Snakemake with nothing but `arguments`, no --cores either; its two streams apart."""
+    """Run Snakemake in `folder` with these arguments only, not even --cores; its two streams are kept apart."""
     command = [sys.executable, "-m", "snakemake", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout)
+
+
+def error_lines(output: str) -> list[str]:
+    """The lines of an output that begin with `error: `."""
+    return [line for line in output.splitlines() if line.startswith("error: ")]
+
+
+def jobs_of(output: str) -> dict[str, int]:
+    """Number of jobs of each rule, from Snakemake's table of jobs."""
+    return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE) if rule != "total"}
+
+
+def edit_yaml(path, *place, value):
+    """Set a value in a YAML file; `place` is the path to it, of keys and list positions."""
+    content = yaml.safe_load(path.read_text())
+    inner = content
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    path.write_text(yaml.safe_dump(content))
+
+
+def copy_planetary(mills: Path) -> None:
+    """Copy the planetary mill to `mills`/mine.yaml, as the README tells users to."""
+    text = (ROOT / "config/mills/planetary.yaml").read_text()
+    (mills / "mine.yaml").write_text(text.replace("name: planetary", "name: mine"))
 
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     return copy_project(tmp_path / "millprint")
+
+
+@pytest.fixture
+def refusal(project, monkeypatch):
+    """A function that checks the project and returns the one line that refuses it; no line or several are a failure."""
+    monkeypatch.chdir(project)
+
+    def read_line() -> str:
+        with pytest.raises(ConfigError) as caught:
+            config, mills, contacts, cases = load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
+            check_before_running(config, mills, contacts, cases, CONFIG)
+        (line,) = str(caught.value).splitlines()
+        return line
+
+    return read_line
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""A few hundred damaged files; `make fuzz COUNT=5000 SEED=7` damages thousands (tests/fuzz.py)."""
+"""Fuzzing with 200 damaged files; `make fuzz COUNT=5000 SEED=7` uses more (tests/fuzz.py)."""
 
 import os
 import re
@@ -11,7 +11,7 @@ COUNT = int(os.environ.get("MILLPRINT_FUZZ", "200"))
 
 
 def test_damaged_input_is_refused_in_one_line_or_makes_a_valid_plan(tmp_path):
-    """In a process of its own, for its memory is limited."""
+    """The fuzzing runs in a process of its own, because it limits its memory."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.fuzz", "--count", str(COUNT), "--seed", "3", "--keep", str(tmp_path / "project")],
         cwd=ROOT,
@@ -20,7 +20,7 @@ def test_damaged_input_is_refused_in_one_line_or_makes_a_valid_plan(tmp_path):
         timeout=600,
     )
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-3000:]
-    # It does damage: most files are refused, some changes are harmless.
+    # The damage is real: most files are refused, and some changes are harmless.
     counts = {kind: int(count) for kind, count in re.findall(r"'(\w+)': (\d+)", done.stdout)}
     assert counts["refused"] > COUNT / 3
     assert counts["valid"] > COUNT / 50

@@ -1,4 +1,4 @@
-"""Kill -9 at random moments, and damaged files: after `make verify` the next run ends with the same, bit for bit.
+"""Kill -9 at random moments, and damaged files: after `make verify`, the next run gives the same results bit for bit.
 
 MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments.
 """
@@ -21,7 +21,7 @@ import psutil
 import pytest
 
 from millprint.files import read_json
-from tests.workflow.conftest import copy_project, run_snakemake
+from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake
 
 KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))
 SEED = int(os.environ.get("MILLPRINT_KILL_SEED", "0"))
@@ -42,7 +42,7 @@ CONFIGURATION = ("--configfile", "config/smoke.yaml", "tests/data/faults.yaml")
 ARGUMENTS = (*CONFIGURATION, "--", *TARGETS)
 RUNS = ".snakemake/millprint/runs"
 
-# What says how long something took, and nothing else, differs between two runs.
+# Only measured times differ between two runs.
 CLOCKS = {
     "summary.json": ["wall_clock_s", "processor_s", "ns_per_ball_step"],
     "kernels.json": ["seconds"],
@@ -51,8 +51,8 @@ CLOCKS = {
 NO_RESULTS = ("logs", "benchmarks")
 
 
-def fingerprint(path: Path) -> str:
-    """A digest of a result, its clocks left out."""
+def digest_of(path: Path) -> str:
+    """A digest of a result without its measured times."""
     clocks = CLOCKS.get(path.name, [])
     if path.suffix == ".json" and clocks:
         content = {key: value for key, value in read_json(path).items() if key not in clocks}
@@ -63,25 +63,20 @@ def fingerprint(path: Path) -> str:
 
 
 def results_of(project: Path) -> dict[str, str]:
-    """Every file below results/ with its digest."""
+    """The digest of every file in results/, except NO_RESULTS."""
     folder = project / "results"
     files = [path for path in folder.rglob("*") if path.is_file() and path.name != ".gitkeep"]
     return {
-        str(path.relative_to(folder)): fingerprint(path)
+        str(path.relative_to(folder)): digest_of(path)
         for path in sorted(files)
         if path.relative_to(folder).parts[0] not in NO_RESULTS
     }
 
 
-def jobs_run(output: str) -> dict[str, int]:
-    """Rule to number of jobs of a run, from Snakemake's table of them."""
-    return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE) if rule != "total"}
-
-
 def verify(
     project: Path, *options: str, arguments: tuple[str, ...] = (), timeout: float = 600
 ) -> subprocess.CompletedProcess:
-    """`make verify` with its own `options` and more `arguments` of Snakemake, nobody at the terminal."""
+    """Run what `make verify` runs, with its `options` and further `arguments` of Snakemake, without a terminal."""
     return subprocess.run(
         [sys.executable, "scripts/verify_results.py", *options, "--", "--cores", "2", *arguments, *CONFIGURATION],
         cwd=project,
@@ -95,7 +90,7 @@ def verify(
 
 @pytest.fixture(scope="module")
 def workplace(tmp_path_factory) -> tuple[Path, dict[str, str]]:
-    """A project, and the results of a run of it that nothing disturbed."""
+    """A project without results, and the digests of the results of an undisturbed run."""
     project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
     done = run_snakemake(project, *ARGUMENTS, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
@@ -106,26 +101,25 @@ def workplace(tmp_path_factory) -> tuple[Path, dict[str, str]]:
 
 
 class Session:
-    """Snakemake in a group of processes of its own."""
+    """Snakemake in a process group of its own."""
 
     def __init__(self, project: Path, log: Path, arguments: tuple[str, ...] = ARGUMENTS):
-        environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         self.project, self.log = project, log.open("a")
         self.process = subprocess.Popen(
             [sys.executable, "-m", "snakemake", "--cores", "2", "--keep-going", *arguments],
             cwd=project,
-            env=environment,
+            env=active_environment(),
             stdout=self.log,
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
 
     def jobs(self) -> list[psutil.Process]:
-        """The scripts that run."""
+        """The running scripts."""
         found = []
         for child in psutil.Process(self.process.pid).children(recursive=True):
             try:
-                # Not the shell around it, which has the script's name in its words too.
+                # Only the script, not the shell that runs it, whose command also contains its name.
                 words = child.cmdline()
                 if len(words) == 2 and "/.snakemake/scripts/" in words[1]:
                     found.append(child)
@@ -134,7 +128,7 @@ class Session:
         return found
 
     def wait_for_a_job(self) -> bool:
-        """Whether a script was seen to run before the session ended."""
+        """Wait until a script runs; False if the session ends first."""
         while self.process.poll() is None:
             if self.jobs():
                 return True
@@ -142,7 +136,7 @@ class Session:
         return False
 
     def wait_for_progress(self) -> bool:
-        """Whether there is something that a job can go on from, before the session ended."""
+        """Wait until there is a restart file or checkpoint; False if the session ends first."""
         while self.process.poll() is None:
             if left_behind(self.project):
                 return True
@@ -166,11 +160,11 @@ def test_kills_at_random_moments_change_nothing(workplace):
     rng, log = random.Random(SEED), project / "sessions.log"
     session, kills, resumable, said = Session(project, log), 0, 0, ""
     while kills < KILLS:
-        # While Snakemake begins, while a job begins, or in the middle of one.
+        # While Snakemake starts, while a job starts, or in the middle of a job.
         moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
         if session.process.poll() is not None or not moment():
             if results_complete(project):
-                # All is done before the last kill: the rest hits it anew.
+                # Everything is done before the last kill: start again for the others.
                 shutil.rmtree(project / "results")
             said += verified(project)
             session = Session(project, log)
@@ -181,7 +175,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
         kills += 1
     session.process.kill()
     session.process.wait()
-    # What users type next: nothing to unlock by hand, no further option.
+    # The next command of a user needs no manual unlocking and no further option.
     said += verified(project)
     done = run_snakemake(project, *ARGUMENTS, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
@@ -193,7 +187,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
     assert "cannot be locked" not in sessions
     assert "IncompleteFilesException" not in sessions
     assert not list((project / RUNS).iterdir())
-    # Some job went on from where it was.
+    # Some job continued where it had stopped.
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
     assert resumable
     assert "going on from" in logs
@@ -201,14 +195,14 @@ def test_kills_at_random_moments_change_nothing(workplace):
 
 
 def verified(project: Path) -> str:
-    """What `make verify` says after a kill, which it must mend without a question."""
+    """The output of `make verify` after a kill, which it must repair without a question."""
     done = verify(project)
     assert done.returncode == 0, done.stdout
     return done.stdout
 
 
 def left_behind(project: Path) -> list[Path]:
-    """Restart files and checkpoints of jobs that have not come to their end."""
+    """Restart files and checkpoints of unfinished jobs."""
     return [path for name in ("restart.h5", "*.checkpoint.pt") for path in (project / "results").rglob(name)]
 
 
@@ -234,7 +228,7 @@ def damage(path: Path, how: str) -> None:
         ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
     ],
 )
-def test_a_damaged_result_is_found_and_it_alone_made_again(workplace, file, how, rule):
+def test_only_the_damaged_result_is_found_and_made_again(workplace, file, how, rule):
     project, undisturbed = workplace
     assert run_snakemake(project, *ARGUMENTS, timeout=1800).returncode == 0
     dates = dates_of(project)
@@ -247,28 +241,28 @@ def test_a_damaged_result_is_found_and_it_alone_made_again(workplace, file, how,
     assert results_of(project) == damaged
     done = verify(project, "--repair")
     assert done.returncode == 0, done.stdout[-4000:]
-    assert jobs_run(done.stdout) == {rule: 1}
+    assert jobs_of(done.stdout) == {rule: 1}
     assert f"made again: {file}, bit for bit as it was written" in done.stdout
     (project / f"{file}.damaged").unlink()
     assert results_of(project) == undisturbed
-    # Of all results, only this one is younger, and Snakemake sees that it is the same.
+    # Only the date of this result has changed, and Snakemake sees that the content is the same.
     now = dates_of(project)
     assert {name for name in now if now[name] != dates.get(name)} == {file}
     assert "Nothing to be done" in run_snakemake(project, *ARGUMENTS).stdout
 
 
 def dates_of(project: Path) -> dict[str, int]:
-    """Every result with its date."""
+    """The modification time of every result [ns]."""
     return {f"results/{name}": (project / "results" / name).stat().st_mtime_ns for name in results_of(project)}
 
 
-def test_a_file_that_was_edited_on_purpose_stays_until_its_owner_decides(workplace):
+def test_an_edited_file_stays_until_the_user_decides(workplace):
     project, undisturbed = workplace
     file = "results/doe/anova_printed.tsv"
     assert run_snakemake(project, *ARGUMENTS, timeout=1800).returncode == 0
     edited = (project / file).read_text() + "# a remark of mine\n"
     (project / file).write_text(edited)
-    # Another job to do, so that a run begins, and says what it found.
+    # A missing file, so that there is a job, and the run reports the edited file.
     (project / "results/yield/models/xgb_primary.json").unlink()
     done = run_snakemake(project, *ARGUMENTS, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
@@ -279,20 +273,20 @@ def test_a_file_that_was_edited_on_purpose_stays_until_its_owner_decides(workpla
     assert verify(project).returncode == 0
     assert (project / file).read_text() == edited
     assert "Nothing to be done" in run_snakemake(project, *ARGUMENTS).stdout
-    # Made again only when it is no longer there.
+    # It is made again only if it is missing.
     (project / file).unlink()
     assert run_snakemake(project, *ARGUMENTS, timeout=600).returncode == 0
     assert results_of(project) == undisturbed
 
 
-def test_a_lock_stays_where_a_run_is_alive_or_nothing_is_known_of_one(workplace):
+def test_a_lock_stays_if_a_run_is_or_may_be_alive(workplace):
     project, _ = workplace
     (project / TARGETS[0]).unlink(missing_ok=True)
     session, held = Session(project, project / "sessions.log"), []
     other = project / RUNS / "another-host-12"
     try:
         assert session.wait_for_a_job()
-        # It must not end before the second run has begun.
+        # Its jobs must not end before the second run has started.
         held = session.jobs()
         for job in held:
             job.suspend()
@@ -307,7 +301,7 @@ def test_a_lock_stays_where_a_run_is_alive_or_nothing_is_known_of_one(workplace)
         for job in held:
             job.kill()
         session.kill("everything", random.Random(0))
-    # The run here is dead, but the locks could be those of the other machine's.
+    # The run on this machine is dead, but the locks could belong to the run on the other machine.
     done = verify(project)
     assert done.returncode == 0, done.stdout
     assert "process 12 on machine another-host; its locks stay" in done.stdout
@@ -315,7 +309,7 @@ def test_a_lock_stays_where_a_run_is_alive_or_nothing_is_known_of_one(workplace)
     assert "cannot be locked" in run_snakemake(project, *ARGUMENTS).stdout
     assert other.read_text() == "of another machine"
     assert (project / RUNS / f"{socket.gethostname()}-{session.process.pid}").exists()
-    # Its owner has looked after it.
+    # The user has ended the run on the other machine.
     other.unlink()
     done = verify(project)
     assert "its locks are removed: snakemake --cores 2 --configfile" in done.stdout

@@ -1,4 +1,4 @@
-"""Any mill through the workflow: the box in the smoke run, and a mill from a drawing by the README alone."""
+"""Mills in the workflow: every mill of the box in the smoke run, and a mill from a drawing as in the README."""
 
 import re
 
@@ -8,13 +8,13 @@ import trimesh
 import yaml
 
 from millprint.files import read_json
-from tests.workflow.conftest import ROOT, run_snakemake
+from tests.workflow.conftest import ROOT, error_lines, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 BOX = yaml.safe_load((ROOT / "config/config.yaml").read_text())["mills"]["box"]
 
 
-def test_every_mill_of_the_box_has_run_and_has_its_pictures(smoke_project):
+def test_every_mill_of_the_box_is_simulated_and_drawn(smoke_project):
     for name in BOX:
         summaries = [read_json(path) for path in (smoke_project / "results/dem" / name).rglob("summary.json")]
         assert summaries, name
@@ -24,7 +24,7 @@ def test_every_mill_of_the_box_has_run_and_has_its_pictures(smoke_project):
 
 
 def make_mill(project) -> None:
-    """A shaken jar from a drawing in mm, with a measured motion, as a workshop and a camera would give them."""
+    """Write the files of a shaken jar: a drawing in mm and a measured motion."""
     mills = project / "config/mills"
     jar = trimesh.creation.cylinder(radius=20, height=40, sections=24)
     jar.apply_translation([0, 0, 20])
@@ -50,7 +50,7 @@ def make_mill(project) -> None:
     (mills / "mine.yaml").write_text(yaml.safe_dump(described))
 
 
-def test_a_mill_from_a_drawing_and_a_table_of_points_has_its_fingerprint(smoke_project):
+def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(smoke_project):
     make_mill(smoke_project)
     done = run_snakemake(smoke_project, "fingerprint", *SMOKE, "--config", "mill=mine", timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
@@ -58,23 +58,23 @@ def test_a_mill_from_a_drawing_and_a_table_of_points_has_its_fingerprint(smoke_p
     for name in ("fingerprint.pdf", "fingerprint.tsv", "geometry.png", "motion.png", "descriptors.tsv", "curves.tsv"):
         assert (folder / name).stat().st_size > 0
     collapse = pd.read_csv(folder / "collapse.tsv", sep="\t").set_index("quantity")
-    # Shaken far above g: about the cube of the speed, by few short runs.
+    # Shaken far above g, the power goes with about the cube of the speed; these few short runs show it roughly.
     assert 1.5 < collapse.loc["power_per_ball_W", "omega"] < 5.5
     again = run_snakemake(smoke_project, "fingerprint", *SMOKE, "--config", "mill=mine")
     assert "Nothing to be done" in again.stdout
-    # A mill that the sweeps of the configuration do not simulate has no chapters, and says so by not knowing them.
+    # The sweeps of the configuration do not simulate this mill, so there is no target chapter3.
     chapter = run_snakemake(smoke_project, "chapter3", *SMOKE, "--config", "mill=mine", "-n")
     assert chapter.returncode != 0
     assert re.search(r"chapter3", chapter.stdout)
 
 
-def test_a_bad_sweep_of_a_mill_is_refused_in_one_line_that_names_its_file(project):
+def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(project):
     make_mill(project)
     file = project / "config/mills/mine.yaml"
     described = yaml.safe_load(file.read_text())
     described["sweep"]["fill_ratios"] = [0.1, 0.2, 0.9]
     file.write_text(yaml.safe_dump(described))
     done = run_snakemake(project, "fingerprint", "--config", "mill=mine")
-    (line,) = [line for line in done.stdout.splitlines() if line.startswith("error: ")]
+    (line,) = error_lines(done.stdout)
     assert "config/mills/mine.yaml: sweep: fill_ratios = 0.9" in line
     assert "Traceback" not in done.stdout

@@ -1,4 +1,4 @@
-"""Commands that only look change no file, also beside a damaged result and the lock of a run that was killed."""
+"""Commands that only read change no file, even if a result is damaged and a killed run has left its lock."""
 
 import hashlib
 import os
@@ -16,26 +16,26 @@ from tests.workflow.conftest import ask_snakemake, copy_project, run_snakemake
 
 CONFIGURATION = ("--configfile", "config/smoke.yaml")
 RESULT = "results/doe/anova_printed.tsv"
-# Made of it, and shown in the report.
+# Made from RESULT, and shown in the report.
 REPORTED = "results/doe/pareto.svg"
-# Snakemake's own: its logs, and what it remembers of a dry run for the next start.
-OWN = (".snakemake/log", ".snakemake/iocache")
+# Files that Snakemake itself writes: its logs, and its cache of a dry run.
+SNAKEMAKE_FILES = (".snakemake/log", ".snakemake/iocache")
 
 
 def state_of(project: Path) -> dict[str, tuple[int, str]]:
-    """Every file with its date and digest."""
+    """Modification time [ns] and digest of every file, except SNAKEMAKE_FILES."""
     files = (path for path in sorted(project.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
     names = {str(path.relative_to(project)): path for path in files}
     return {
         name: (path.stat().st_mtime_ns, hashlib.sha256(path.read_bytes()).hexdigest())
         for name, path in names.items()
-        if not name.startswith(OWN)
+        if not name.startswith(SNAKEMAKE_FILES)
     }
 
 
 @pytest.fixture(scope="module")
 def disturbed(tmp_path_factory) -> Path:
-    """A project with a result that was changed, and with what a killed run left."""
+    """A project with a changed result and the lock of a killed run."""
     project = copy_project(tmp_path_factory.mktemp("reading") / "millprint")
     done = run_snakemake(project, *CONFIGURATION, "--", RESULT, REPORTED, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
@@ -58,7 +58,7 @@ def disturbed(tmp_path_factory) -> Path:
     session.wait()
     assert list((project / ".snakemake/locks").iterdir())
     assert list((project / ".snakemake/millprint/runs").iterdir())
-    # Its jobs end with it, within a second.
+    # Its jobs end within a second after it.
     time.sleep(2)
     return project
 
@@ -82,12 +82,12 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
-def test_a_command_that_looks_changes_no_file_and_needs_no_cores(disturbed, command):
+def test_a_command_that_reads_changes_no_file_and_needs_no_cores(disturbed, command):
     before = state_of(disturbed)
     done = ask_snakemake(disturbed, *CONFIGURATION, *command)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert "Traceback" not in done.stderr
-    # What --report is asked for.
+    # The file that --report writes.
     (disturbed / "report.html").unlink(missing_ok=True)
     assert state_of(disturbed) == before
     assert "found:" not in done.stdout + done.stderr
@@ -103,10 +103,8 @@ def test_a_run_and_a_touch_stop_at_a_lock_and_change_nothing(disturbed):
 
 
 @pytest.mark.parametrize(("mode", "status"), [("remote", 0), ("subprocess", 143)])
-def test_a_job_of_a_queue_outlives_the_run_that_submitted_it_and_no_other_job_does(
-    disturbed, monkeypatch, mode, status
-):
-    """As an executor starts a job: --mode remote on a node of a cluster, which may be this machine."""
+def test_only_jobs_of_a_queue_outlive_the_run_that_submitted_them(disturbed, monkeypatch, mode, status):
+    """Jobs are started as by an executor; --mode remote is that of a cluster node, which may be this machine."""
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     monkeypatch.setenv(RUN_VARIABLE, f"{socket.gethostname()} {ended.pid} {time.time()}")
@@ -125,16 +123,16 @@ def test_unlocking_removes_the_lock_and_changes_nothing_else(disturbed):
     assert after != before
 
 
-def test_what_asks_for_a_lock_or_forgets_metadata_changes_no_result(disturbed):
+def test_commands_that_lock_or_remove_metadata_change_no_result(disturbed):
     ask_snakemake(disturbed, *CONFIGURATION, "--unlock")
     before = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
     commands = (["--containerize"], ["--cleanup-metadata", RESULT], ["--touch", "--cores", "1", "--", RESULT])
     for command in commands:
         done = ask_snakemake(disturbed, *CONFIGURATION, *command)
-        # Snakemake itself asks conda for an image's channels, where there is one to ask.
+        # --containerize calls conda, which may not be installed.
         assert done.returncode == 0 or "Error running conda info" in done.stderr, done.stderr[-2000:]
         after = {name: state for name, state in state_of(disturbed).items() if not name.startswith(".snakemake")}
-        # A touch changes dates, as its name says, and no content.
+        # --touch changes dates, but no content.
         contents = [{name: content for name, (_, content) in state.items()} for state in (before, after)]
         assert contents[0] == contents[1]
         assert after == before or command[0] == "--touch"

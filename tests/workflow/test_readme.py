@@ -1,4 +1,4 @@
-"""Every command of the handbooks is real: its target or script exists, and its options are known."""
+"""Every command of the handbooks works: its target or script exists and has the given options."""
 
 import re
 import shlex
@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 from snakemake.cli import get_argument_parser
 
-from tests.workflow.conftest import ROOT, run_snakemake
+from tests.workflow.conftest import ROOT, copy_planetary, run_snakemake
 
 HANDBOOKS = ("README.md", "config/README.md")
-# What the handbooks write in capitals: a case of config/config.yaml that has snapshots.
+# For MILL/CONTACT/CASE of the handbooks: a case of config/config.yaml with snapshots.
 CASE = "emax/calibrated/d10_f0.10_n600_s2"
 
 
 def commands(handbook: str) -> list[list[str]]:
-    """The commands of a handbook's `sh` blocks, in words, without comments."""
+    """The commands of a handbook's `sh` blocks, each as a list of words, without comments."""
     blocks = re.findall(r"^```sh\n(.*?)^```", (ROOT / handbook).read_text(), re.MULTILINE | re.DOTALL)
     lines = "".join(blocks).replace("\\\n", " ").replace("MILL/CONTACT/CASE", CASE).splitlines()
     return [words for line in lines if (words := shlex.split(line, comments=True))]
@@ -26,16 +26,17 @@ def commands(handbook: str) -> list[list[str]]:
 COMMANDS = [words for handbook in HANDBOOKS for words in commands(handbook)]
 
 
-def of(program: str) -> list[list[str]]:
+def commands_of(program: str) -> list[list[str]]:
+    """The arguments of every command that calls `program`."""
     return [words[1:] for words in COMMANDS if words[0] == program]
 
 
 def test_programs_are_known():
-    assert len(of("make")) >= 3 and len(of("snakemake")) >= 5 and len(of("python")) >= 4
+    assert len(commands_of("make")) >= 3 and len(commands_of("snakemake")) >= 5 and len(commands_of("python")) >= 4
     assert {words[0] for words in COMMANDS} <= {"make", "snakemake", "python", "cp", "sed", "$EDITOR"}
 
 
-@pytest.mark.parametrize("words", of("make"), ids=" ".join)
+@pytest.mark.parametrize("words", commands_of("make"), ids=" ".join)
 def test_make_knows_the_target(words):
     done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -43,22 +44,21 @@ def test_make_knows_the_target(words):
 
 def test_snakemake_would_run_every_target(project: Path):
     parser = get_argument_parser()
-    parsed = [parser.parse_args(words) for words in of("snakemake")]
+    parsed = [parser.parse_args(words) for words in commands_of("snakemake")]
     targets = [target for arguments in parsed if not arguments.config for target in arguments.targets]
     assert {"chapter3", "ablations"} <= set(targets)
     done = run_snakemake(project, *dict.fromkeys(targets), "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 
-@pytest.mark.parametrize("words", [words for words in of("snakemake") if "mill=mine" in words], ids=" ".join)
-def test_snakemake_would_run_a_mill_of_ones_own(project: Path, words):
-    mill = (project / "config/mills/planetary.yaml").read_text()
-    (project / "config/mills/mine.yaml").write_text(mill.replace("name: planetary", "name: mine"))
+@pytest.mark.parametrize("words", [words for words in commands_of("snakemake") if "mill=mine" in words], ids=" ".join)
+def test_snakemake_would_run_your_own_mill(project: Path, words):
+    copy_planetary(project / "config/mills")
     done = run_snakemake(project, *words, "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 
-@pytest.mark.parametrize("words", of("python"), ids=" ".join)
+@pytest.mark.parametrize("words", commands_of("python"), ids=" ".join)
 def test_script_knows_its_options(words):
     script, *rest = words
     done = subprocess.run(

@@ -29,7 +29,7 @@ def page(tmp_path):
 
 
 def _show(name: str) -> str:
-    """What opens a result in Snakemake's viewer, by the end of its path."""
+    """JavaScript that opens the result whose path ends with `name` in Snakemake's report."""
     return f"""
       const path = Object.keys(results).find((key) => key.endsWith({name!r}));
       const kind = {{ "text/html": "html" }}[results[path].mime_type] ?? "img";
@@ -40,14 +40,14 @@ def _show(name: str) -> str:
 @needs_browser
 @pytest.mark.parametrize("width", [DESKTOP, PHONE])
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_can_be_read_and_fetches_nothing(report, page, tmp_path, name, width):
+def test_a_page_is_readable_and_fetches_nothing(report, page, tmp_path, name, width):
     page.resize(width, 1200)
     page.open(report / f"{name}.html")
     picture = page.picture(tmp_path / f"{name}_{width}.png")
     assert np.asarray(picture.convert("L")).std() > 5
     measured = page.measure()
     assert measured["beyond"] <= 0 and measured["smallest"] >= 10
-    # Tables of numbers are moved sideways on a phone, sentences are not.
+    # On a phone, tables of numbers scroll sideways, sentences do not.
     spill = 'return [...document.querySelectorAll(".cards")].map((e) => e.scrollWidth - e.parentElement.clientWidth);'
     assert all(wider <= 0 for wider in page.run(spill))
     assert page.outside_requests() == []
@@ -99,7 +99,7 @@ def test_a_table_sorts_and_filters(report, page):
     rising = [float(text) for text in found["rising"] if text]
     assert rising == sorted(rising) and len(rising) > 50 and found["says"] == "ascending"
     assert [float(text) for text in found["falling"] if text] == rising[::-1]
-    # Cells without a number come last both ways.
+    # Cells without a number come last in both orders.
     assert found["rising"][-1] == "" and found["falling"][-1] == ""
     assert "3.balls.10mm.0.40" in found["left"] and all(name.startswith("3.") for name in found["left"])
     assert found["said"].startswith(f"{len(found['left'])} of ")
@@ -126,7 +126,7 @@ def test_the_summary_counts_what_the_table_of_claims_holds(report):
         assert said in text
 
 
-def test_every_erratum_that_a_run_of_this_size_proves_is_there(report):
+def test_every_erratum_that_a_smoke_run_can_show_is_listed(report):
     errata = read_table(
         report / "errata.tsv", text=["chapter", "locus", "printed", "computed", "calculation", "source"]
     )
@@ -141,7 +141,7 @@ def test_every_erratum_that_a_run_of_this_size_proves_is_there(report):
 
 def test_the_table_of_runtimes_has_every_benchmark(report):
     runtimes = pd.read_csv(report / "runtimes.tsv", sep="\t")
-    # Other tests may have run more jobs since.
+    # Other tests may have run more jobs after this file was written.
     written = (report / "runtimes.tsv").stat().st_mtime
     files = (report.parent / "benchmarks").rglob("*.tsv")
     benchmarks = [file for file in files if file.stat().st_mtime <= written]
@@ -151,7 +151,7 @@ def test_the_table_of_runtimes_has_every_benchmark(report):
     assert "commit" in (report / "runtimes.html").read_text()
 
 
-def test_the_explorer_carries_the_fingerprints_of_the_run(report):
+def test_the_explorer_contains_the_fingerprints_of_the_run(report):
     text = (report / "explorer.html").read_text()
     (content,) = re.findall(r"new Explorer\((\{.*\})\);", text)
     content = json.loads(content)

@@ -1,4 +1,4 @@
-"""A part of the smoke workflow through a real SLURM; skipped where no daemon answers (.ci/slurm starts one)."""
+"""A part of the smoke workflow on a real SLURM; skipped if no daemon answers (.ci/slurm starts one)."""
 
 import os
 import re
@@ -13,14 +13,14 @@ from tests.conftest import ROOT
 from tests.workflow.conftest import copy_project, run_snakemake
 
 PROFILE = "profiles/slurm"
-# No accounting: what a site without one sets.
+# The options for a site without accounting.
 SITE = ("--slurm-status-command", "squeue", "--slurm-no-account", "--latency-wait", "10")
 CASES = [f"results/dem/emax/calibrated/d10_f{fill}_n600_s0/summary.json" for fill in ("0.06", "0.10", "0.17")]
 MODELS = [f"results/yield/models/{name}_primary.json" for name in ("linear", "gpr")]
 
 
 def partition() -> str | None:
-    """A partition with a node that takes jobs; None where no SLURM answers."""
+    """A partition with a node that accepts jobs; None if no SLURM answers."""
     if not shutil.which("sbatch") or not shutil.which("sinfo"):
         return None
     done = subprocess.run(["sinfo", "-h", "-o", "%R %T"], capture_output=True, text=True)
@@ -28,19 +28,19 @@ def partition() -> str | None:
     return found[0] if done.returncode == 0 and found else None
 
 
-def test_the_profile_names_rules_that_there_are():
+def test_the_profile_names_only_existing_rules():
     profile = yaml.safe_load((ROOT / PROFILE / "config.yaml").read_text())
     text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
     rules = set(re.findall(r"^\s*(?:use rule \w+ as|rule) (\w+)", text, re.MULTILINE))
     assert set(profile["set-resources"]) | set(profile["set-threads"]) <= rules
     assert set(profile["groups"]) <= rules
     assert set(profile["group-components"]) == set(profile["groups"].values())
-    # An explicit number in a rule would be stronger than that of the profile, and than a user's --retries.
+    # `retries` in a rule would override the profile and the option --retries.
     assert profile["retries"] > 0 and "retries:" not in text
 
 
-def test_every_rule_of_the_cluster_is_measured():
-    """A rule that is not local leaves a benchmark in the folder of its name."""
+def test_every_rule_that_runs_on_the_cluster_has_a_benchmark():
+    """Each rule that is not local writes a benchmark to a folder of its own name."""
     for path in (ROOT / "workflow/rules").glob("*.smk"):
         for name, body in re.findall(r"^rule (\w+):\n((?:    .*\n|\n)+)", path.read_text(), re.MULTILINE):
             if "script:" in body and "localrule" not in body:
@@ -60,7 +60,7 @@ def test_smoke_jobs_run_through_slurm(tmp_path):
     done = run_snakemake(project, *arguments, timeout=1500)
     assert done.returncode == 0, done.stdout[-4000:]
     submitted = re.findall(r"submitted with SLURM jobid (\d+)", done.stdout)
-    # The kernels, the simulations as one job, the yield models as one job; the node has two cores.
+    # One job for the kernels, one for all simulations, one for the yield models.
     assert len(submitted) == 3, done.stdout
     assert "Group job simulations" in done.stdout
     assert all(abs(read_json(project / case)["closure"]) < 0.005 for case in CASES)
@@ -79,7 +79,7 @@ sweeps:
 
 
 @pytest.mark.skipif("MILLPRINT_SLURM" not in os.environ, reason="takes five minutes: `make slurm` runs it")
-def test_a_simulation_that_is_killed_for_its_time_goes_on_in_its_second_attempt(tmp_path):
+def test_a_simulation_that_exceeds_its_time_limit_continues_in_a_second_attempt(tmp_path):
     place = partition()
     assert place is not None, "no SLURM daemon answers `sinfo` with a node: `sudo .ci/slurm` starts one on this machine"
     project = copy_project(tmp_path / "millprint")
@@ -88,13 +88,13 @@ def test_a_simulation_that_is_killed_for_its_time_goes_on_in_its_second_attempt(
     done = run_snakemake(
         project,
         *("--profile", PROFILE, *SITE, "--default-resources", f"slurm_partition={place}", "runtime=30", "mem_mb=1000"),
-        # A minute for the first attempt, two for the second: SLURM counts in minutes.
+        # One minute for the first attempt, two for the second: SLURM counts in minutes.
         *("--set-resources", "run_dem_case:runtime=attempt", "--", f"{case}/summary.json"),
         timeout=1500,
     )
     assert done.returncode == 0, done.stdout[-4000:]
     assert "Trying to restart job" in done.stdout
     log = (project / "results/logs/dem/emax/calibrated/d10_f0.10_n600_s0.log").read_text()
-    # The last attempt's log.
+    # The log is that of the last attempt.
     assert re.search(r"going on from", log), log
     assert abs(read_json(project / case / "summary.json")["closure"]) < 0.005

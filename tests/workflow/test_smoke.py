@@ -8,20 +8,15 @@ from PIL import Image
 
 from millprint.claims.tabulate import CLAIM_COLUMNS
 from millprint.files import read_json, read_table
-from tests.workflow.conftest import ROOT, run_snakemake
+from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 
 
 def rules_of(files: str) -> set[str]:
-    """Names of the rules in the files of workflow/rules that a pattern names."""
+    """Names of the rules in those files of workflow/rules that match the pattern `files`."""
     text = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob(files))
     return set(re.findall(r"^(?:use rule \w+ as |rule )(\w+)", text, re.MULTILINE))
-
-
-def planned_rules(plan: str) -> set[str]:
-    """Names of the rules in the table of planned jobs: a rule and how many of it."""
-    return set(re.findall(r"^(\w+) +\d+$", plan, re.MULTILINE)) - {"total"}
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +25,12 @@ def claims(smoke_project) -> pd.DataFrame:
 
 
 def test_every_claim_has_a_row_and_a_verdict(claims):
-    wanted = read_table(ROOT / "config/data/claims.tsv", text=CLAIM_COLUMNS)
+    expected = read_table(ROOT / "config/data/claims.tsv", text=CLAIM_COLUMNS)
     assert list(claims.columns) == [
         *("id", "locus", "quantity", "published", "unit", "kind", "tolerance"),
         *("reproduced", "deviation", "verdict", "explanation"),
     ]
-    assert claims["id"].tolist() == wanted["id"].tolist()
+    assert claims["id"].tolist() == expected["id"].tolist()
     assert set(claims["verdict"]) <= {"reproduced", "deviates", "erratum", "not run"}
 
 
@@ -84,12 +79,12 @@ def test_every_job_left_a_log(smoke_project):
     assert not empty
 
 
-def test_nothing_to_do_the_second_time(smoke_project):
+def test_a_second_run_has_nothing_to_do(smoke_project):
     again = run_snakemake(smoke_project, *SMOKE)
     assert "Nothing to be done" in again.stdout
 
 
-def test_an_edit_of_the_yield_models_reruns_yield_and_report_only(smoke_project):
+def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project):
     file = smoke_project / "scripts/millprint/predict/__init__.py"
     before = file.read_text()
     file.write_text(before + "\n# touched\n")
@@ -97,7 +92,7 @@ def test_an_edit_of_the_yield_models_reruns_yield_and_report_only(smoke_project)
         plan = run_snakemake(smoke_project, *SMOKE, "-n").stdout
     finally:
         file.write_text(before)
-    rules = planned_rules(plan)
+    rules = set(jobs_of(plan))
     yield_rules = rules_of("yields_*.smk")
     assert rules & yield_rules
     report_rules = rules_of("report.smk")
@@ -117,7 +112,7 @@ def test_an_edit_of_the_yield_models_reruns_yield_and_report_only(smoke_project)
         ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_drop_test"}),
     ],
 )
-def test_another_setting_reruns_what_uses_it_and_the_report_only(smoke_project, change, rerun):
+def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):
     plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", change).stdout
     always = rules_of("report.smk") | {"all", "everything"}
-    assert planned_rules(plan) - always == rerun, plan[-3000:]
+    assert set(jobs_of(plan)) - always == rerun, plan[-3000:]

@@ -1,19 +1,18 @@
-"""The workflow as Snakemake offers it: read with little, from another folder, as a module, asked for unknown names."""
+"""Uses of the workflow: with few libraries, from another folder, as a module, and with unknown names."""
 
-import re
 import subprocess
 import sys
 
 import pytest
 
-from tests.workflow.conftest import ROOT, ask_snakemake, copy_project
+from tests.workflow.conftest import ROOT, ask_snakemake, copy_planetary, copy_project, jobs_of
 
-# What reading the Snakefile may import: what Snakemake brings, pydantic and yaml. Nothing of these.
+# Reading the Snakefile may import Snakemake, what that imports, pydantic and yaml, but none of these.
 HEAVY = "numpy pandas scipy numba h5py trimesh molmass matplotlib statsmodels sklearn xgboost shap torch vtk tqdm"
 
 
 def test_reading_the_snakefile_imports_little(project):
-    """Snakemake in a process in which the library cannot import what the jobs need; Snakemake's plugins may."""
+    """Snakemake runs in a process in which millprint cannot import these; the plugins of Snakemake can."""
     blocked = f"""
 import builtins, sys
 plain = builtins.__import__
@@ -74,11 +73,12 @@ rule all:
 
 
 def as_a_clone(tmp_path, monkeypatch) -> str:
+    """The `snakefile` of a module in a local clone."""
     return repr(str(ROOT / "workflow/Snakefile"))
 
 
 def as_a_remote_repository(tmp_path, monkeypatch) -> str:
-    """As from GitHub, whose address git is told to find on this machine."""
+    """The `snakefile` of a module on GitHub; git is configured to find that address on this machine."""
     clone = copy_project(tmp_path / "remote")
     for command in (
         ["init", "-q"],
@@ -91,30 +91,29 @@ def as_a_remote_repository(tmp_path, monkeypatch) -> str:
     settings.write_text(f'[url "file://{clone}"]\n\tinsteadOf = https://github.com/someone/millprint\n')
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(settings))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    # The library is installed beside Snakemake.
+    # The library is installed in the environment of Snakemake.
     monkeypatch.setenv("PYTHONPATH", str(ROOT / "scripts"))
     return 'github("someone/millprint", path="workflow/Snakefile", tag="v1")'
 
 
 @pytest.mark.parametrize("source", [as_a_clone, as_a_remote_repository])
 def test_another_workflow_uses_this_one_as_a_module(tmp_path, monkeypatch, source):
-    mill = (ROOT / "config/mills/planetary.yaml").read_text().replace("name: planetary", "name: mine")
     folder = tmp_path / "project"
     (folder / "config/mills").mkdir(parents=True)
-    (folder / "config/mills/mine.yaml").write_text(mill)
+    copy_planetary(folder / "config/mills")
     (folder / "Snakefile").write_text(MODULE.format(snakefile=source(tmp_path, monkeypatch)))
     plan = ask_snakemake(folder, "-n", "mill_fingerprint")
     assert plan.returncode == 0, plan.stderr[-3000:]
-    jobs = dict(re.findall(r"^(\w+) +(\d+)$", plan.stdout + plan.stderr, re.MULTILINE))
+    jobs = jobs_of(plan.stdout + plan.stderr)
     # Two speeds, one ball, three fill ratios.
-    assert jobs["mill_run_dem_case"] == "6" and jobs["mill_describe_mill"] == "1"
+    assert jobs["mill_run_dem_case"] == 6 and jobs["mill_describe_mill"] == 1
     done = ask_snakemake(folder, "--cores", "2")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (folder / "milling/mills/mine/geometry.png").stat().st_size > 0
     assert not (folder / "results").exists()
 
 
-TWENTY_LINES = """
+SHORT_CONFIGURATION = """
 mill: planetary
 contacts: [calibrated]
 sweep:
@@ -126,14 +125,14 @@ results: milling
 """
 
 
-def test_a_folder_of_ones_own_needs_a_short_configuration_alone(tmp_path):
+def test_a_folder_needs_only_a_short_configuration(tmp_path):
     (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text(TWENTY_LINES)
+    (tmp_path / "config/config.yaml").write_text(SHORT_CONFIGURATION)
     arguments = ("--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(tmp_path))
     plan = ask_snakemake(ROOT, *arguments, "-n")
     assert plan.returncode == 0, plan.stderr[-3000:]
-    jobs = dict(re.findall(r"^(\w+) +(\d+)$", plan.stdout + plan.stderr, re.MULTILINE))
-    assert jobs["run_dem_case"] == "6" and "train_yield_model" not in jobs
+    jobs = jobs_of(plan.stdout + plan.stderr)
+    assert jobs["run_dem_case"] == 6 and "train_yield_model" not in jobs
     done = ask_snakemake(ROOT, *arguments, "--cores", "1", "milling/mills/planetary/motion.png")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (tmp_path / "milling/mills/planetary/motion.png").stat().st_size > 0

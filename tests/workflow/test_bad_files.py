@@ -1,0 +1,120 @@
+"""Files that cannot be read as YAML or as a table are refused before a job starts, in one line."""
+
+import os
+
+import pytest
+
+from millprint.config.strict_yaml import DEEPEST, read_yaml
+from millprint.errors import ConfigError
+from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
+
+
+def test_yaml_that_is_not_a_mapping(project, refusal):
+    (project / "config/contacts/steel.yaml").write_text("- a\n- b\n")
+    assert "mapping" in refusal()
+
+
+def test_missing_data_column(project, refusal):
+    table = project / "config/data/screening.tsv"
+    table.write_text(table.read_text().replace("yield_percent", "outcome", 1))
+    line = refusal()
+    assert "screening.tsv" in line
+    assert "yield_percent" in line
+
+
+def test_text_in_a_number_column(project, refusal):
+    table = project / "config/data/wear.tsv"
+    table.write_text(table.read_text().replace("97.06", "heavy", 1))
+    line = refusal()
+    assert "wear.tsv" in line
+    assert "unused_mass_g" in line
+    assert "heavy" in line
+
+
+@pytest.mark.parametrize(
+    ("row", "changed", "parts"),
+    [
+        ("1\t10\t8\t5\t600", "1\t10\t8\t5\t650", ["speed_rpm", "case 1", "650", "600, 800, 1000"]),
+        ("\n2\t10", "\n1\t10", ["case = 1", "twice"]),
+        ("\t400\t12\n", "\t400\t140\n", ["yield_percent", "case 1", "140", "between 0 and 100"]),
+        ("\t400\t12\n", "\t400\tNaN\n", ["yield_percent", "case 1", "finite number"]),
+        ("\t400\t12\n", "\t400\thigh\n", ["yield_percent", "high", "finite number"]),
+    ],
+)
+def test_a_bad_run_of_the_screening(project, refusal, row, changed, parts):
+    table = project / "config/data/screening.tsv"
+    text = table.read_text()
+    assert row in text
+    table.write_text(text.replace(row, changed, 1))
+    line = refusal()
+    assert all(part in line for part in ["screening.tsv", *parts])
+
+
+def test_a_bad_study_of_the_literature(project, refusal):
+    table = project / "config/data/literature_yields.tsv"
+    table.write_text(table.read_text().replace("\t76\n", "\t760\n", 1))
+    assert "literature_yields.tsv: column yield_percent" in refusal()
+
+
+def test_a_link_out_of_the_project_is_no_table(project, refusal):
+    table = project / "config/data/wear.tsv"
+    table.rename(project.parent / "wear.tsv")
+    table.symlink_to(project.parent / "wear.tsv")
+    assert "data.wear" in refusal()
+
+
+BOMB = "a0: &a0 [x]\n" + "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 12))
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("a: 1\nb: 2\na: 3\n", "key 'a' twice"),
+        ("x: {a: 1, a: 1}\n", "key 'a' twice"),
+        (BOMB, "aliases"),
+        ("a: &a [*a]\n", "alias"),
+        ("a: &a\n  b: *a\n", "alias"),
+        ("[" * 100_000, f"{DEEPEST} levels"),
+        ("!!python/object/apply:os.system ['true']", "not valid YAML"),
+        ("a: !!python/name:os.system\n", "not valid YAML"),
+        ("x: !!int ''\n", "not valid YAML"),
+        ("x: !!timestamp nothing\n", "not valid YAML"),
+        ("x: 2020-99-99\n", "not valid YAML"),
+        ("a: \x07\n", "not valid YAML"),
+        ("a: [1\n", "line 2"),
+        ("x: " + "y" * 5_000_000, "larger than"),
+    ],
+)
+def test_yaml_that_is_more_than_plain_data(tmp_path, text, part):
+    path = tmp_path / "a.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        read_yaml(path)
+    (line,) = str(caught.value).splitlines()
+    assert part in line
+    assert line.startswith(str(path))
+
+
+def test_yaml_that_cannot_be_read_as_text(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_bytes(b"a: \xff\xfe\n")
+    with pytest.raises(ConfigError, match="not valid YAML"):
+        read_yaml(path)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_yaml(tmp_path)
+
+
+def test_merged_keys_are_not_keys_given_twice(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("base: &base {a: 1, b: 2}\nother:\n  <<: *base\n  a: 3\n")
+    assert read_yaml(path)["other"] == {"a": 3, "b": 2}
+
+
+def test_snakemake_refuses_a_key_given_twice(project):
+    path = project / CONFIG
+    path.write_text(path.read_text() + "mill: emax_smooth\n")
+    done = run_snakemake(project)
+    assert done.returncode == 1
+    (line,) = error_lines(done.stdout)
+    assert "key 'mill' twice" in line
+    assert os.listdir(project / "results") == [".gitkeep"]
