@@ -8,10 +8,9 @@ from millprint.config.surrogate import SnapshotConfig
 from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.thesis.dataset import TrainingRun, write_dataset
-from millprint.surrogate.thesis.features import featurise, wall_contact_distances
+from millprint.surrogate.tables import wall_contact_table
+from millprint.surrogate.thesis.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
 from millprint.surrogate.trajectory import read_trajectory
-from millprint.surrogate.wall_contacts import wall_contact_table
 
 logger = logging.getLogger("millprint")
 

@@ -17,7 +17,7 @@ def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float,
     runs = {role: read_trajectory(inputs[role], start_s) for role in ("dem", "other_seed", "twin") if role in inputs}
     summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
     length_s = min(LENGTH_S, *(float(run.time_s[-1]) - start_s for run in runs.values()))
-    known = {role: simulated_rollout(run, start_s, length_s, interval_s) for role, run in runs.items()}
+    known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
     tables = []
     for name, rollout in known.items():

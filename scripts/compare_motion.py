@@ -7,23 +7,23 @@ from millprint.figures.animation import save_animation
 from millprint.figures.chapter6_motion import plot_motion
 from millprint.figures.style import save
 from millprint.job import job
-from millprint.surrogate.rolled import read_rolled
+from millprint.surrogate.rollout import RollOut
 from millprint.view.beside import movie_beside
 
 # Moments of the figure, as shares of what the animation shows: while errors grow, and after.
 MOMENTS = (0.0, 0.1, 0.4, 1.0)
 
 
-def main(rollout: str, run: str, svg: str, png: str, animations: list[str], settings: MovieConfig) -> None:
-    rolled = read_rolled(rollout)
-    interval_s = rolled.time_s[1] - rolled.time_s[0]
-    last = min(len(rolled.time_s) - 1, round(settings.length_s / interval_s))
+def main(path: str, run: str, svg: str, png: str, animations: list[str], settings: MovieConfig) -> None:
+    rollout = RollOut.read(path)
+    interval_s = rollout.time_s[1] - rollout.time_s[0]
+    last = min(len(rollout.time_s) - 1, round(settings.length_s / interval_s))
     every = max(1, min(last, round(settings.frame_interval_s / interval_s)))
     movie = movie_beside(
         run,
-        rolled.start_s[0] + rolled.time_s[: last + 1],
-        rolled.position_m[: last + 1, 0],
-        rolled.velocity_m_s[: last + 1, 0],
+        rollout.start_s[0] + rollout.time_s[: last + 1],
+        rollout.position_m[: last + 1, 0],
+        rollout.velocity_m_s[: last + 1, 0],
         every,
         settings.frames_per_second,
     )

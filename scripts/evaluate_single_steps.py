@@ -3,11 +3,11 @@
 from millprint.config.surrogate import EdgeConfig
 from millprint.files import write_table
 from millprint.job import job
-from millprint.surrogate.device import choose_device
+from millprint.surrogate.checkpoint import choose_device
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import join_tables, tabulate
-from millprint.surrogate.thesis.single_steps import one_step
-from millprint.surrogate.thesis.store import read_weights
+from millprint.surrogate.thesis.network import read_weights
+from millprint.surrogate.thesis.surrogate import single_steps
 from millprint.surrogate.trajectory import read_trajectory
 
 GRAPHS = 2000
@@ -26,7 +26,7 @@ def main(
     model, recipe = read_weights(weights, device)
     tables = []
     for (test, start_s), run in zip(starts_s.items(), runs, strict=True):
-        values = one_step(model, recipe, rule, read_trajectory(run, start_s), read_scene(run), GRAPHS, device)
+        values = single_steps(model, recipe, rule, read_trajectory(run, start_s), read_scene(run), GRAPHS, device)
         tables.append(tabulate(values, {}, test, variant))
     write_table(join_tables(tables), output)
 

@@ -6,7 +6,7 @@ from millprint.files import read_json, write_table
 from millprint.job import job
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
-from millprint.surrogate.rolled import read_rolled
+from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import join_tables, tabulate
 from millprint.surrogate.trajectory import read_trajectory
@@ -15,14 +15,14 @@ ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
 
 def of_test(test: str, inputs) -> dict[str, str]:
-    """What a test is measured against, by role; every test's are called `test_role`."""
+    """What a test is measured against, by role; the inputs of a test are named `test_role`."""
     prefix = f"{test}_"
     return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
 
 
 def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> dict[str, pd.DataFrame]:
     """The tables of one test. inputs: the simulation of each role, and summaries of some."""
-    rollout, scene = read_rolled(rolled_out), read_scene(inputs["dem"])
+    rollout, scene = RollOut.read(rolled_out), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
     runs = {
         role: read_trajectory(inputs[role], *(() if role == "driven" else (first, last)))
@@ -36,9 +36,9 @@ def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> di
         found = evaluate(rollout, runs, scene, summaries)
     return {
         "metrics": tabulate(found.values, found.references, test, variant),
-        "errors": error_table(found.series, test),
-        "dissipation": dissipation_table(found.series, rollout.member_totals_J(), test),
-        "distributions": distribution_table(found.series, scene.ball_radius_m, test),
+        "errors": error_table(found.rollouts, test),
+        "dissipation": dissipation_table(found.rollouts, test),
+        "distributions": distribution_table(found.rollouts, scene.ball_radius_m, test),
     }
 
 

@@ -3,16 +3,13 @@
 import numpy as np
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.figures.chapter6 import plot_distance_slices, plot_wall_contacts
-from millprint.figures.chapter6_loop import plot_loop
+from millprint.figures.chapter6 import plot_distance_slices, plot_recursion, plot_wall_contacts
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.section import section
-from millprint.surrogate.thesis.recursion import steps_in_words
+from millprint.surrogate.tables import covered_share
 from millprint.surrogate.trajectory import read_attributes
-from millprint.surrogate.wall_contacts import covered_share
 
 
 def main(
@@ -23,15 +20,15 @@ def main(
     height = scene.bounds_m[:, 2]
     # One section through the middle of the jar, one at the height of a ball's centre that lies on the floor.
     slices = [
-        section(scene, "y", float(np.mean(scene.bounds_m[:, 1]))),
-        section(scene, "z", float(height[0] + scene.ball_radius_m)),
+        scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
+        scene.section("z", float(height[0] + scene.ball_radius_m)),
     ]
     save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"])
     threshold_m = edges.wall_threshold_m
     contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
     save(contacts, outputs["contacts_svg"], outputs["contacts_png"])
     step_s = read_attributes(run)["case"]["snapshot_interval_s"]
-    save(plot_loop(*steps_in_words(window, edges, snap_back_m, step_s)), outputs["loop_svg"], outputs["loop_png"])
+    save(plot_recursion(window, edges, snap_back_m, step_s), outputs["loop_svg"], outputs["loop_png"])
 
 
 if "snakemake" in globals():

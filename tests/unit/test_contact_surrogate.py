@@ -1,26 +1,27 @@
 """The contact surrogate: what holds whatever its network has learned, and that training goes on where it stopped."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
-from millprint.config.contact_surrogate import ContactRecipe, JudgeConfig
+from millprint.config.contact_surrogate import ContactRecipe, ValidationConfig
 from millprint.dem import lanes, state
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
-from millprint.surrogate.checkpoint import read_checkpoint
+from millprint.surrogate.checkpoint import read_checkpoint, write_tensors
 from millprint.surrogate.contact import pair, samples
 from millprint.surrogate.contact.coarse import CoarseSimulation, coarse_step
 from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
-from millprint.surrogate.contact.judge import judged, reached
+from millprint.surrogate.contact.ensemble import ensemble_content, reached_states, read_ensemble, roll_out_errors
 from millprint.surrogate.contact.scratch import make_weights, no_weights
 from millprint.surrogate.contact.step import gather_all, predict
-from millprint.surrogate.contact.store import is_ensemble, read_ensemble, write_ensemble
 from millprint.surrogate.contact.training import ContactTrainer, batch_of
 from tests.unit.contact_samples import COARSE, NETWORK, TRACE, TRAINING, in_mid_air, random_network, tiny_tracer
 
 RADIUS = TRACE.ball_diameter_mm / 2e3
-JUDGE = JudgeConfig(starts=2, length_s=0.01, position_s=0.005)
+VALIDATION = ValidationConfig(starts=2, length_s=0.01, position_s=0.005)
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +213,7 @@ def test_followed_impulses_are_those_that_move_the_balls(tracer):
 
 
 def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_path):
-    found = truths(tracer, JUDGE)
+    found = truths(tracer, VALIDATION)
     write_dataset([followed], found, tmp_path / "contacts.h5")
     parts, found = read_dataset(tmp_path / "contacts.h5")
     np.testing.assert_array_equal(parts[0].rows, followed.rows)
@@ -221,10 +222,11 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_p
     def fresh() -> ContactTrainer:
         def own(weights):
             tracer.load(begin)
-            return reached([tracer], weights, TRAINING)
+            return reached_states([tracer], weights, TRAINING)
 
-        judge = lambda weights: judged(tracer.coarse, weights, found, JUDGE)  # noqa: E731
-        return ContactTrainer(parts, NETWORK, TRAINING, 7, judge, own, "same", torch.device("cpu"))
+        validate = partial(roll_out_errors, tracer.coarse, truths=found, settings=VALIDATION)
+        settings = TRAINING.model_copy(update={"seed": 7})
+        return ContactTrainer(parts, NETWORK, settings, validate, own, "same", torch.device("cpu"))
 
     whole = fresh()
     assert whole.train()
@@ -244,8 +246,7 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_p
 def test_weights_come_back_without_pickle(tmp_path):
     models = [random_network(seed) for seed in (1, 2)]
     recipe = ContactRecipe(coarse=COARSE, network=NETWORK, training=TRAINING, members=2)
-    write_ensemble(tmp_path / "weights.pt", [model.state_dict() for model in models], recipe)
-    assert is_ensemble(tmp_path / "weights.pt")
+    write_tensors(tmp_path / "weights.pt", ensemble_content([model.state_dict() for model in models], recipe))
     members, read = read_ensemble(tmp_path / "weights.pt")
     assert read == recipe
     for model, weights in zip(models, members, strict=True):

@@ -5,13 +5,21 @@ import pytest
 import torch
 
 from millprint.errors import ConfigError
-from millprint.surrogate.thesis.dataset import TrainingRun, read_dataset, write_dataset
-from millprint.surrogate.thesis.features import DISTANCE, GRADIENT, VELOCITY, featurise, wall_contact_distances
+from millprint.surrogate.tables import covered_share, wall_contact_table
+from millprint.surrogate.thesis.dataset import (
+    DISTANCE,
+    GRADIENT,
+    VELOCITY,
+    TrainingRun,
+    featurise,
+    read_dataset,
+    wall_contact_distances,
+    write_dataset,
+)
 from millprint.surrogate.thesis.graphs import contact_edges, graphs_at, threshold_edges
-from millprint.surrogate.thesis.normalise import Surrogate, measure
+from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics
 from millprint.surrogate.thesis.training import Trainer
 from millprint.surrogate.trajectory import read_trajectory
-from millprint.surrogate.wall_contacts import covered_share, wall_contact_table
 from tests.unit.surrogate_samples import (
     CONTACTS,
     GRAVITY,
@@ -122,7 +130,7 @@ def test_statistics_come_from_training_rows_only():
 def test_statistics_are_kept_apart_and_make_unit_deviation():
     rows = torch.arange(3, 250)
     recipe = small_recipe()
-    model = Surrogate(recipe, measure([(SNAPSHOTS, rows)], recipe.graph, None))
+    model = NormalisedNetwork(recipe, feature_statistics([(SNAPSHOTS, rows)], recipe.graph, None))
     graphs = model.normalise(graphs_at(SNAPSHOTS, rows, 4, None))
     newest = graphs.ball.view(-1, 4, 7)[:, -1]
     for values in (newest, graphs.edges.pair_vector, graphs.edges.wall_vector):

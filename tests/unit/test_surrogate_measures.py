@@ -12,10 +12,8 @@ from millprint.surrogate import measures
 from millprint.surrogate.ablations import STATEMENTS, ablation_table
 from millprint.surrogate.controls import blurred, simulated_rollout, slowed
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
-from millprint.surrogate.descriptors import rolled_descriptors, simulated_descriptors
-from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
-from millprint.surrogate.rolled import Rolled, read_rolled
-from millprint.surrogate.series import Series, rolled_series, simulated_series
+from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, rollout_descriptors, simulated_descriptors
+from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
 from millprint.surrogate.trajectory import Trajectory
 from tests.unit.surrogate_samples import RADIUS, STEP, VESSEL, circle, simulate, sphere_scene
@@ -37,13 +35,13 @@ def summary(frequency_hz: float, normal_W: float = 2.0) -> dict:
 SUMMARIES = {"dem": summary(600.0), "other_seed": summary(630.0)}
 
 
-def table_of(rollout: Rolled, runs: dict[str, Trajectory] | None = None):
+def table_of(rollout: RollOut, runs: dict[str, Trajectory] | None = None):
     found = evaluate(rollout, runs or RUNS, SCENE, SUMMARIES)
     return tabulate(found.values, found.references, "trained", "thesis").set_index("measure")
 
 
-def known(run: Trajectory = TRUTH) -> Rolled:
-    return simulated_rollout(run, START, LENGTH, FRAME)
+def known(run: Trajectory = TRUTH) -> RollOut:
+    return simulated_rollout(run, SCENE, START, LENGTH, FRAME)
 
 
 def test_position_error_sums_axes():
@@ -90,9 +88,11 @@ def test_contacts_are_counted_on_both_sides():
     """Two balls that touch, one of them the wall too, and a third a tenth of a radius away."""
     places = np.array([[VESSEL - RADIUS, 0, 0], [VESSEL - 3 * RADIUS, 0, 0], [VESSEL - 5.1 * RADIUS, 0, 0]])
     position = places[None, None]
-    distance = -SCENE.signed_distance(position, np.zeros(3))[0]
-    series = Series(np.zeros(1), position, 0 * position, np.zeros((1, 1, 3)), np.zeros((1, 1)), distance)
-    assert series.contacts(RADIUS)[0, 0].tolist() == [2, 1, 0]
+    rollout = RollOut(np.zeros(1), position, 0 * position, np.zeros((1, 1)), np.full((1, 3), np.inf), np.zeros(1))
+    with pytest.raises(ValueError, match="has no wall_distance_m"):
+        rollout.contacts(RADIUS)
+    placed = rollout.in_scene(SCENE, np.zeros((1, 1, 3)))
+    assert placed.contacts(RADIUS)[0, 0].tolist() == [2, 1, 0]
 
 
 def test_the_simulation_itself_scores_nothing_and_meets_every_aim():
@@ -169,25 +169,24 @@ def test_frames_that_the_simulation_lacks_are_refused():
     coarse = replace(TRUTH, **{name: getattr(TRUTH, name)[::15] for name in ("time_s", "position_m", "velocity_m_s")})
     coarse = replace(coarse, wall_position_m=TRUTH.wall_position_m[::15], dissipated_J=TRUTH.dissipated_J[::15])
     with pytest.raises(ConfigError, match="snapshot_interval_s must divide"):
-        simulated_series(coarse, SCENE, np.arange(10) * FRAME, np.array([0.03]))
+        simulated(coarse, SCENE, np.arange(10) * FRAME, np.array([0.03]))
 
 
 def test_roll_out_and_simulation_stand_in_the_same_place():
     rollout = known()
-    simulated, rolled = simulated_series(TRUTH, SCENE, rollout.time_s, rollout.start_s), rolled_series(rollout, SCENE)
-    np.testing.assert_allclose(rolled.wall_m, simulated.wall_m, atol=1e-12)
-    np.testing.assert_allclose(rolled.wall_distance_m, simulated.wall_distance_m, atol=1e-12)
-    np.testing.assert_allclose(rolled.cumulative_J, simulated.cumulative_J, rtol=1e-12)
+    recorded, placed = simulated(TRUTH, SCENE, rollout.time_s, rollout.start_s), rollout.in_scene(SCENE)
+    np.testing.assert_allclose(placed.known("wall_distance_m"), recorded.known("wall_distance_m"), atol=1e-12)
+    np.testing.assert_allclose(placed.cumulative_J, recorded.cumulative_J, rtol=1e-12)
 
 
-def at_rest(lift_m: float, dissipated_J: float) -> Rolled:
+def at_rest(lift_m: float, dissipated_J: float) -> RollOut:
     """Balls of which one rises and sinks again, in a jar that stands still."""
     time_s = np.arange(201) * FRAME
     place = np.repeat(TRUTH.position_m[None, None, 0], len(time_s), axis=0)
     place[100, 0, 2, 2] += lift_m
     energy = np.full((len(time_s), 1), dissipated_J / 200)
     energy[0] = 0
-    return Rolled(time_s, place, 0 * place, energy, np.full((1, 6), np.inf), np.zeros(1))
+    return RollOut(time_s, place, 0 * place, energy, np.full((1, 6), np.inf), np.zeros(1))
 
 
 def test_energy_from_nothing_is_a_share_of_the_driven_case():
@@ -219,12 +218,12 @@ def test_descriptors_are_those_of_the_simulation_s_summary():
         "tangential_J": np.full(frames, 0.03),
         "collisions": np.full(frames, 6.0),
     }
-    own = rolled_descriptors(replace(rollout, extra=extra))
+    own = rollout_descriptors(replace(rollout, **extra))
     assert own["normal_energy"] == pytest.approx(0.02 / 6) and own["tangential_energy"] == pytest.approx(0.005)
     assert own["collision_frequency"] == pytest.approx(frames[0] / LENGTH)
     simulated = simulated_descriptors(summary(600.0), "lifetimes")
     assert simulated == {"normal_energy": 2 / 600, "tangential_energy": 3 / 600, "collision_frequency": 100}
-    table = table_of(replace(rollout, extra=extra))
+    table = table_of(replace(rollout, **extra))
     assert table["value"]["normal_energy_error_percent"] == pytest.approx(0)
     assert table["dem_reference"]["collision_frequency_error_percent"] == pytest.approx(5)
     assert "normal_energy_error_percent" not in table_of(rollout).index
@@ -235,22 +234,21 @@ def test_descriptors_are_those_of_the_simulation_s_summary():
 def test_an_ensemble_s_spread_is_reported_and_drawn():
     rollout = known()
     shares = rollout.dissipated_J * np.array([0.9, 1.0, 1.1])
-    ensemble = replace(rollout, extra={"member_dissipated_J": shares, "doubt": np.array([0.1, 0.3, np.nan])})
+    ensemble = replace(rollout, member_dissipated_J=shares, force_disagreement=np.array([0.1, 0.3, np.nan]))
     assert table_of(ensemble)["value"]["ensemble_spread_percent"] == pytest.approx(10)
     assert table_of(ensemble)["value"]["ensemble_doubt_percent"] == pytest.approx(100 * np.sqrt((0.1**2 + 0.3**2) / 2))
-    series = evaluate(ensemble, RUNS, SCENE, SUMMARIES).series
-    table = dissipation_table(series, ensemble.member_totals_J(), "trained")
+    table = dissipation_table(evaluate(ensemble, RUNS, SCENE, SUMMARIES).rollouts, "trained")
     np.testing.assert_allclose(table["spread_J"], 0.1 * table["surrogate_J"], atol=1e-15)
-    assert replace(rollout, extra={"member_dissipated_J": shares[:, :1]}).member_totals_J() is None
+    assert replace(rollout, member_dissipated_J=shares[:, :1]).member_totals_J() is None
 
 
 def test_densities_integrate_to_one_and_errors_have_a_twin():
     found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE, SUMMARIES)
-    table = distribution_table(found.series, RADIUS, "trained")
+    table = distribution_table(found.rollouts, RADIUS, "trained")
     for _, part in table.groupby("quantity"):
         area = part["dem"] * (part["high"] - part["low"])
         assert area.sum() == pytest.approx(1, abs=0.02)
-    errors = error_table(found.series, "trained")
+    errors = error_table(found.rollouts, "trained")
     assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
 
 
@@ -261,12 +259,13 @@ def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
             file[name] = getattr(rollout, name)
         file["normal_J"] = rollout.dissipated_J / 2
     with pytest.raises(ConfigError, match="start_s is missing"):
-        read_rolled(path)
+        RollOut.read(path)
     with h5py.File(path, "a") as file:
         file["start_s"], file.attrs["counting_rule"] = rollout.start_s, "gap_3ms"
-    again = read_rolled(path)
+    again = RollOut.read(path)
     np.testing.assert_array_equal(again.position_m, rollout.position_m)
-    assert list(again.extra) == ["normal_J"] and again.counting_rule == "gap_3ms" and again.edges == {}
+    np.testing.assert_array_equal(again.known("normal_J"), rollout.dissipated_J / 2)
+    assert again.tangential_J is None and again.counting_rule == "gap_3ms" and again.mean_edges == {}
 
 
 def ablations(parts: dict[str, tuple]) -> pd.DataFrame:

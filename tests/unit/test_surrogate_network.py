@@ -5,13 +5,11 @@ import pytest
 import torch
 
 from millprint.config.surrogate import NetworkConfig
-from millprint.surrogate.thesis.dataset import TrainingRun
-from millprint.surrogate.thesis.features import featurise
+from millprint.surrogate.checkpoint import write_tensors
+from millprint.surrogate.thesis.dataset import TrainingRun, featurise
 from millprint.surrogate.thesis.graphs import Edges, Graphs, graphs_at
-from millprint.surrogate.thesis.loss import huber, losses
-from millprint.surrogate.thesis.network import InteractionLayer, SignedDistanceNetwork
-from millprint.surrogate.thesis.store import read_weights, write_weights
-from millprint.surrogate.thesis.training import Trainer, draw_epoch
+from millprint.surrogate.thesis.network import InteractionLayer, SignedDistanceNetwork, read_weights, weights_content
+from millprint.surrogate.thesis.training import Trainer, draw_epoch, huber, losses
 from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
 
 CPU = torch.device("cpu")
@@ -171,7 +169,7 @@ def test_learning_rate_reaches_its_end():
 
 def test_weights_load_without_code(tmp_path):
     trainer = trained(steps=3)
-    write_weights(tmp_path / "weights.pt", trainer.model, trainer.recipe)
+    write_tensors(tmp_path / "weights.pt", weights_content(trainer.model, trainer.recipe))
     assert set(torch.load(tmp_path / "weights.pt", weights_only=True)) == {"recipe", "state"}
     model, recipe = read_weights(tmp_path / "weights.pt", CPU)
     assert recipe == trainer.recipe

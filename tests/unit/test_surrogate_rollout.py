@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.surrogate.store import read_rollout, write_rollout
-from millprint.surrogate.thesis.features import DISTANCE, featurise
+from millprint.surrogate.rollout import RollOut
+from millprint.surrogate.thesis.dataset import DISTANCE, featurise
 from millprint.surrogate.thesis.graphs import graphs_at
-from millprint.surrogate.thesis.normalise import Surrogate, measure
-from millprint.surrogate.thesis.simulator import Simulator, euler_step, first_state, snap_back
+from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics
+from millprint.surrogate.thesis.surrogate import GraphSurrogate, euler_step, snap_back
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 
 RUN, SCENE = simulate(), sphere_scene()
@@ -25,14 +25,14 @@ class Free(torch.nn.Module):
         return acceleration, 1e-3 * torch.bincount(graph, minlength=graphs.count).float()
 
 
-def untrained() -> Surrogate:
+def untrained() -> NormalisedNetwork:
     torch.manual_seed(0)
     recipe = small_recipe()
-    return Surrogate(recipe, measure([(SNAPSHOTS, torch.arange(3, 290))], recipe.graph, None)).eval()
+    return NormalisedNetwork(recipe, feature_statistics([(SNAPSHOTS, torch.arange(3, 290))], recipe.graph, None)).eval()
 
 
-def simulator(model, threshold=-0.0049) -> Simulator:
-    return Simulator(model, SCENE, CONTACTS, threshold, STEP, CPU)
+def surrogate(model, snap_back_m=-0.0049) -> GraphSurrogate:
+    return GraphSurrogate(model, SCENE, RUN, 4, CONTACTS, snap_back_m, CPU)
 
 
 def test_euler_step():
@@ -54,16 +54,16 @@ def test_snap_back_puts_the_ball_at_its_threshold():
 def test_first_state_is_the_training_graph():
     """The roll-out's own graph of a DEM window equals the one that training would see with threshold edges."""
     model = untrained()
-    state = first_state(RUN, SCENE, [0.02, 0.01], 4)
-    own, known = simulator(model).graphs(state), graphs_at(SNAPSHOTS, torch.tensor([200, 100]), 4, CONTACTS)
+    state = surrogate(Free()).first_state([0.02, 0.01])
+    own, known = surrogate(model).graphs(state), graphs_at(SNAPSHOTS, torch.tensor([200, 100]), 4, CONTACTS)
     torch.testing.assert_close(own.ball, known.ball)
     torch.testing.assert_close(own.wall, known.wall)
     assert torch.equal(own.edges.pair, known.edges.pair) and torch.equal(own.edges.wall, known.edges.wall)
 
 
 def test_free_fall():
-    state = first_state(RUN, SCENE, [0.0], 4)
-    rollout = simulator(Free(), None).run(state, 50, 10)
+    state = surrogate(Free()).first_state([0.0])
+    rollout = surrogate(Free(), None).run(state, 50, 10)
     start = RUN.time_s[3]
     fall = rollout.position_m[:, 0] - (RUN.position_m[3] + RUN.velocity_m_s[3] * rollout.time_s[:, None, None])
     # Explicit Euler falls by g dt^2 n (n - 1) / 2 in n steps.
@@ -74,8 +74,8 @@ def test_free_fall():
 
 
 def test_window_slides_and_the_wall_moves():
-    sim = simulator(Free())
-    state = first_state(RUN, SCENE, [0.01], 4)
+    sim = surrogate(Free())
+    state = surrogate(Free()).first_state([0.01])
     following, _, _ = sim.advance(state, sim.graphs(state))
     np.testing.assert_array_equal(following.ball[:, :, :-1], state.ball[:, :, 1:])
     np.testing.assert_allclose(following.wall[0, -1, :3], circle(0.0101), rtol=1e-6)
@@ -84,28 +84,28 @@ def test_window_slides_and_the_wall_moves():
 
 
 def test_no_ball_stays_outside_with_snap_back():
-    state = first_state(RUN, SCENE, [0.0], 4)
-    with_snap = simulator(Free()).run(state, 1200, 100)
+    state = surrogate(Free()).first_state([0.0])
+    with_snap = surrogate(Free()).run(state, 1200, 100)
     wall = circle(with_snap.start_s[0] + with_snap.time_s)
     far = np.linalg.norm(with_snap.position_m[:, 0] - wall[:, None], axis=-1)
     assert far.max() < VESSEL - 0.0049 + 1e-6
-    without = simulator(Free(), None).run(state, 1200, 100)
+    without = surrogate(Free(), None).run(state, 1200, 100)
     assert np.isfinite(without.crossed_s).all()
     assert 0 < without.crossed_s.min() < 1200 * STEP
 
 
 def test_dissipation_of_every_step_is_counted():
-    state = first_state(RUN, SCENE, [0.01], 4)
-    coarse, fine = (simulator(Free()).run(state, 60, stride) for stride in (20, 1))
+    state = surrogate(Free()).first_state([0.01])
+    coarse, fine = (surrogate(Free()).run(state, 60, stride) for stride in (20, 1))
     np.testing.assert_allclose(coarse.dissipated_J.sum(), fine.dissipated_J.sum())
-    np.testing.assert_allclose(fine.dissipated_J.sum(), 60 * 1e-3 * fine.edges["wall"], rtol=1e-6)
+    np.testing.assert_allclose(fine.dissipated_J.sum(), 60 * 1e-3 * fine.mean_edges["wall"], rtol=1e-6)
     np.testing.assert_array_equal(coarse.position_m[1:], fine.position_m[20::20])
 
 
 def test_trajectories_of_a_batch_do_not_meet():
     model = untrained()
-    alone = [simulator(model).run(first_state(RUN, SCENE, [start], 4), 30, 10) for start in (0.005, 0.02)]
-    batch = simulator(model).run(first_state(RUN, SCENE, [0.005, 0.02], 4), 30, 10)
+    alone = [surrogate(model).run(surrogate(Free()).first_state([start]), 30, 10) for start in (0.005, 0.02)]
+    batch = surrogate(model).run(surrogate(Free()).first_state([0.005, 0.02]), 30, 10)
     for number, single in enumerate(alone):
         np.testing.assert_allclose(batch.position_m[:, number], single.position_m[:, 0], atol=1e-7)
         np.testing.assert_allclose(batch.dissipated_J[:, number], single.dissipated_J[:, 0], rtol=1e-3, atol=1e-9)
@@ -117,13 +117,13 @@ def test_roll_out_that_is_not_finite_ends():
             acceleration, dissipation = super().forward(graphs)
             return acceleration * float("nan"), dissipation
 
-    rollout = simulator(Broken()).run(first_state(RUN, SCENE, [0.01], 4), 100, 10)
+    rollout = surrogate(Broken()).run(surrogate(Free()).first_state([0.01]), 100, 10)
     assert np.isfinite(rollout.crossed_s).all() and np.isnan(rollout.position_m[-1]).all()
 
 
 def test_roll_out_on_disk_is_the_same(tmp_path):
-    rollout = simulator(Free()).run(first_state(RUN, SCENE, [0.01], 4), 20, 5)
-    write_rollout(rollout, tmp_path / "rollout.h5", "a/b/c")
-    again = read_rollout(tmp_path / "rollout.h5")
+    rollout = surrogate(Free()).run(surrogate(Free()).first_state([0.01]), 20, 5)
+    rollout.write(tmp_path / "rollout.h5", "a/b/c")
+    again = RollOut.read(tmp_path / "rollout.h5")
     np.testing.assert_array_equal(again.position_m, rollout.position_m)
-    assert again.edges == rollout.edges
+    assert again.mean_edges == rollout.mean_edges

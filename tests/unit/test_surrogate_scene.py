@@ -7,7 +7,6 @@ import pytest
 import yaml
 
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.section import section
 from tests.unit.surrogate_samples import simulate, write_run
 
 ROOT = Path(__file__).parents[2]
@@ -47,7 +46,7 @@ def test_what_is_not_finite_has_no_distance(scene):
 
 
 def test_section_is_blank_outside(scene):
-    part = section(scene, "z", 0.0175, points=41)
+    part = scene.section("z", 0.0175, points=41)
     assert part["axes"] == ("x", "y") and part["distance_m"].shape == (41, 41)
     assert np.isnan(part["distance_m"][0, 0])  # a corner of the box about the stadium
     assert part["distance_m"][20, 20] == pytest.approx(-0.0175, abs=1e-6)

@@ -11,15 +11,12 @@ from tests.unit.test_surrogate_scene import ROOT
 
 
 class Sleeper:
-    """A roller that takes a millisecond a step and a trajectory."""
+    """A surrogate that takes a millisecond a step and a trajectory."""
 
     step_s, balls = 1e-4, 7
 
-    def first_state(self, starts_s: list[float]) -> int:
-        return len(starts_s)
-
-    def run(self, state: int, steps: int, steps_per_frame: int, bar=None) -> None:
-        time.sleep(1e-3 * steps * state)
+    def begin(self, starts_s: list[float]):
+        return lambda steps, steps_per_frame: time.sleep(1e-3 * steps * len(starts_s))
 
 
 def test_seconds_are_those_of_a_batch_and_of_its_share():

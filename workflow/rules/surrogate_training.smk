@@ -4,7 +4,7 @@ import math
 
 # Settings of the simulations that train the contact surrogate.
 TRACES = CONFIG.surrogate.contact.traces
-TRACED = {
+TRACED_MODELS = {
     "mills": {trace.mill: dumped(MILLS[trace.mill]) for trace in TRACES},
     "contacts": {trace.contact: CONTACTS[trace.contact].model_dump(mode="json") for trace in TRACES},
     "dem": settings("dem"),
@@ -40,10 +40,9 @@ rule trace_surrogate_contacts:
     benchmark:
         f"{BENCHMARKS}/trace_surrogate_contacts/trace_surrogate_contacts.tsv"
     params:
-        **TRACED,
-        traces=[trace.model_dump(mode="json") for trace in TRACES],
-        coarse=CONFIG.surrogate.contact.coarse.model_dump(mode="json"),
-        judge=CONFIG.surrogate.contact.judge.model_dump(mode="json"),
+        # Nothing of the training: other settings of it need no other traces.
+        settings=CONFIG.surrogate.contact.model_dump(mode="json", include={"traces", "coarse", "judge"}),
+        models=TRACED_MODELS,
         library=library("trace_surrogate_contacts.py"),
     message:
         "Simulating the training data of the contact surrogate, contact by contact"
@@ -65,13 +64,13 @@ rule train_contact_surrogate:
         variant=any_of(CONFIG.surrogate.of_kind("contact")),
     threads: CONFIG.surrogate.contact.training.threads
     params:
-        **TRACED,
-        settings=CONFIG.surrogate.contact.model_dump(mode="json"),
-        library=library("train_contact_surrogate.py"),
+        kind="contact",
+        settings={"settings": CONFIG.surrogate.contact.model_dump(mode="json"), "models": TRACED_MODELS},
+        library=library("train_surrogate.py"),
     message:
         "Training the ensemble of the surrogate {wildcards.variant}"
     script:
-        "../../scripts/train_contact_surrogate.py"
+        "../../scripts/train_surrogate.py"
 
 
 rule train_surrogate:
@@ -94,6 +93,7 @@ rule train_surrogate:
         runtime=lambda wildcards: 20
         + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30),
     params:
+        kind="graph",
         settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
         library=library("train_surrogate.py"),
     message:

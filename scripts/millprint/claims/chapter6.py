@@ -8,7 +8,7 @@ import pandas as pd
 from millprint.claims.finding import Finding
 from millprint.files import read_json, read_table
 from millprint.surrogate.ablations import BASELINE, DISSIPATION, OPEN, PLATEAU
-from millprint.surrogate.wall_contacts import covered_share
+from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 # Tables 6.1 and 6.3.

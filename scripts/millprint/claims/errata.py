@@ -11,7 +11,7 @@ from millprint.claims.compare import ERRATUM
 from millprint.claims.evidence import Evidence, rows
 from millprint.claims.tabulate import chapter_of
 from millprint.files import read_json, read_table
-from millprint.surrogate.wall_contacts import covered_share
+from millprint.surrogate.tables import covered_share
 
 TRAINING_RUNS = "dem/emax/calibrated/d10_f0.10_n300_s*/summary.json"
 # Energies are printed in whole microjoules, rounded or truncated; a departure that counts exceeds what that does.

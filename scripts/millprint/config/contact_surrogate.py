@@ -45,7 +45,7 @@ class TraceConfig(Section):
         return self
 
 
-class JudgeConfig(Section):
+class ValidationConfig(Section):
     """Roll-outs that tell when training is good enough: of the first trace's case, after what is learned from."""
 
     starts: Count = Field(default=12, description="roll-outs [-]")
@@ -98,7 +98,7 @@ class ContactSurrogateConfig(Section):
 
     coarse: CoarseConfig = CoarseConfig()
     traces: list[TraceConfig] = Field(min_length=1, description="simulations to learn from; never of a test's mill")
-    judge: JudgeConfig = JudgeConfig()
+    judge: ValidationConfig = ValidationConfig()
     network: PredictorConfig = PredictorConfig()
     training: ContactTrainingConfig = ContactTrainingConfig()
     members: Count = Field(default=3, description="networks in the ensemble; the first one is rolled out [-]")

@@ -1,4 +1,4 @@
-"""Figures of chapter 6 and appendix A: signed distance, wall contacts, loss, roll-outs, ablations."""
+"""Figures of chapter 6 and appendix A: signed distance, wall contacts, recursion, loss, roll-outs, ablations."""
 
 import numpy as np
 import pandas as pd
@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from millprint.config.surrogate import EdgeConfig
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED, LineLook, plt
 
 LABELS: dict[str, tuple[str, LineLook]] = {
@@ -25,6 +26,8 @@ LOSSES: tuple[tuple[str, str, LineLook], ...] = (
     ("validation_total", "validation", {"color": COLOURS[1]}),
     ("validation_mean_square", "validation, MSE of acceleration", {"color": COLOURS[2], "linestyle": "--"}),
 )
+# Height of a box of the flow chart and of the gap below it.
+BOX_IN, GAP_IN = 0.44, 0.16
 TITLES = {
     "trained": "trained motion",
     "motion1": "unseen motion 1",
@@ -67,6 +70,45 @@ def plot_wall_contacts(table: pd.DataFrame, threshold_m: float, share: float) ->
     panel.set(xlabel="signed distance of the centre / mm", ylabel="wall contacts / %", yscale="log")
     panel.set_xlim(1e3 * low - 0.05, 1e3 * high + 0.05)
     panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return figure
+
+
+def plot_recursion(window: int, edges: EdgeConfig, snap_back_m: float | None, step_s: float) -> Figure:
+    """The recursive stage of a variant as a flow chart, whose last step leads to the first (Fig. 6.5)."""
+    reach = "gap of surfaces" if edges.ball_threshold_reading == "surface_gap" else "distance of centres"
+    back = "balls stay where they are"
+    if snap_back_m is not None:
+        back = f"balls with φ ≥ {1e3 * snap_back_m:g} mm back to there"
+    start = f"window of {window} snapshots from DEM"
+    steps = [
+        "graph of the newest snapshot,\nfeatures of the whole window",
+        "network: acceleration of each ball,\ndissipation of the step",
+        f"Euler step of {step_s:g} s\n(Eqs 6.31, 6.32)",
+        "place of the jar from its motion,\nsigned distance φ of every ball",
+        f"edges: wall where φ ≥ {1e3 * edges.wall_threshold_m:g} mm,\n"
+        f"balls where the {reach} ≤ {1e3 * edges.ball_threshold_m:g} mm",
+        f"snap-back: {back}",
+        "newest snapshot in, oldest out",
+    ]
+    height = (len(steps) + 1) * (BOX_IN + GAP_IN) + GAP_IN
+    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, height))
+    axes.set(xlim=(0, COLUMN_WIDTH_IN), ylim=(0, height), aspect="equal")
+    axes.axis("off")
+    middle, right = 0.47 * COLUMN_WIDTH_IN, 0.93 * COLUMN_WIDTH_IN
+    tops = [height - GAP_IN - number * (BOX_IN + GAP_IN) for number in range(len(steps) + 1)]
+    arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
+    for number, (text, top) in enumerate(zip([start, *steps], tops, strict=True)):
+        colour = COLOURS[1] if number == 0 else COLOURS[0]
+        corner = 0.02 * COLUMN_WIDTH_IN, top - BOX_IN
+        axes.add_patch(plt.Rectangle(corner, 0.9 * COLUMN_WIDTH_IN, BOX_IN, facecolor="white", edgecolor=colour))
+        axes.text(middle, top - BOX_IN / 2, text, ha="center", va="center", fontsize=7)
+        if number:
+            axes.annotate("", (middle, top), (middle, top + GAP_IN), arrowprops=arrow)
+    # Back from the last step to the first, along the right.
+    low, high = tops[-1] - BOX_IN / 2, tops[1] - BOX_IN / 2
+    edge = 0.92 * COLUMN_WIDTH_IN
+    axes.plot([edge, right + 0.1, right + 0.1], [low, low, high], color="black", linewidth=0.8)
+    axes.annotate("", (edge, high), (right + 0.1, high), arrowprops=arrow)
     return figure
 
 
@@ -157,7 +199,7 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
 
 
 # Quantity of a distribution: label of its axis, unit of its density, and the factor to both.
-QUANTITIES = {
+DISTRIBUTIONS = {
     "speed_m_s": ("speed / m s$^{-1}$", "s m$^{-1}$", 1),
     "wall_distance_m": ("wall distance / mm", "mm$^{-1}$", 1e3),
     "contacts": ("contacts of a ball", "1", 1),
@@ -169,10 +211,10 @@ def plot_distributions(distributions: pd.DataFrame) -> Figure:
     """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test."""
     tests = list(distributions["test"].unique())
     figure, panels = plt.subplots(
-        len(tests), len(QUANTITIES), figsize=(PAGE_WIDTH_IN, 1.6 * len(tests) + 0.3), squeeze=False
+        len(tests), len(DISTRIBUTIONS), figsize=(PAGE_WIDTH_IN, 1.6 * len(tests) + 0.3), squeeze=False
     )
     for row, test in zip(panels, tests, strict=True):
-        for panel, (quantity, (label, unit, scale)) in zip(row, QUANTITIES.items(), strict=True):
+        for panel, (quantity, (label, unit, scale)) in zip(row, DISTRIBUTIONS.items(), strict=True):
             part = distributions[(distributions["test"] == test) & (distributions["quantity"] == quantity)]
             middle = scale * (part["low"] + part["high"]) / 2
             for name in ("dem", "other_seed", "surrogate"):
@@ -189,13 +231,13 @@ def plot_ablations(ablations: pd.DataFrame) -> Figure:
     """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A)."""
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
     # Roll-outs that run away leave the picture.
-    wanted = {
+    shown = {
         "dissipation_error_percent": ("error of the cumulative dissipation / %", 1e4),
         "position_mse_plateau_m2": ("plateau of the position error / m$^2$", 0.1),
     }
     places = range(len(ablations))
     colours = [COLOURS[0] if stable else COLOURS[1] for stable in ablations["stable"]]
-    for panel, (measure, (label, most)) in zip(panels, wanted.items(), strict=True):
+    for panel, (measure, (label, most)) in zip(panels, shown.items(), strict=True):
         finite = ablations[measure].where(np.isfinite(ablations[measure]))
         panel.barh(places, finite, color=colours)
         for place in np.flatnonzero(finite.isna()):

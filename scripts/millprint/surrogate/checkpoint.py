@@ -1,15 +1,17 @@
-"""What a killed training goes on from, exactly, and files of tensors."""
+"""Tensors: the device that computes them, their files, and what a killed training goes on from, exactly."""
 
 import hashlib
 import io
 import json
 import logging
 import pickle
+from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import torch
 
-from millprint.config.surrogate import Recipe
+from millprint.config.section import Section
 from millprint.errors import ConfigError
 from millprint.files import whole_file
 from millprint.sealed import seal, unsealed
@@ -19,23 +21,29 @@ logger = logging.getLogger("millprint")
 BUDGET = {"wall_time_max_s", "checkpoint_every_s", "threads"}
 
 
-def identity(recipe: Recipe, statistics: dict[str, torch.Tensor]) -> str:
-    """A hash of the recipe and of the statistics of the data: only a checkpoint of the same may be resumed.
+def choose_device(threads: int) -> torch.device:
+    """A GPU when there is one, otherwise `threads` threads of the processor."""
+    torch.set_num_threads(threads)
+    return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+
+
+def identity(settings: Section, data: Iterable[np.ndarray]) -> str:
+    """A hash of the settings of a training and of its data: only a checkpoint of the same may be resumed.
 
     How long to train, how often to save and on how many threads is left out: a training may go on with more.
     """
-    content = recipe.model_dump(mode="json", exclude={"training": BUDGET})
+    content = settings.model_dump(mode="json", exclude={"training": BUDGET})
     total = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
-    for name in sorted(statistics):
-        total.update(statistics[name].cpu().numpy().tobytes())
+    for part in data:
+        total.update(part.tobytes())
     return total.hexdigest()
 
 
 def _as_bytes(content: dict) -> bytes:
-    """What torch would write; into a file it would write the file's name too, and that has a process in it."""
-    held = io.BytesIO()
-    torch.save(content, held)
-    return held.getvalue()
+    """What torch would write. Into a file it would write the file's name too, which holds a process number."""
+    memory = io.BytesIO()
+    torch.save(content, memory)
+    return memory.getvalue()
 
 
 def write_checkpoint(path: str | Path, content: dict) -> None:
@@ -45,18 +53,18 @@ def write_checkpoint(path: str | Path, content: dict) -> None:
         partial.write_bytes(seal(payload) + payload)
 
 
-def read_checkpoint(path: str | Path, wanted: str, device: torch.device) -> dict | None:
-    """The checkpoint at `path` if there is one whose `identity` is `wanted`, otherwise None, with a line in the log."""
+def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -> dict | None:
+    """The checkpoint at `path` if there is one of this `identity`, otherwise None, with a line in the log."""
     if not Path(path).exists():
         return None
     try:
         content = torch.load(io.BytesIO(unsealed(path)), map_location=device, weights_only=True)
-        fits = content["identity"] == wanted
+        fits = content["identity"] == own_identity
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
-        logger.warning("%s cannot be read (%s): starting anew", path, " ".join(str(error).split()))
+        logger.warning("%s cannot be read (%s): starting again", path, " ".join(str(error).split()))
         return None
     if not fits:
-        logger.info("%s belongs to other settings or data: starting anew", path)
+        logger.info("%s belongs to other settings or data: starting again", path)
     return content if fits else None
 
 
@@ -72,6 +80,4 @@ def read_tensors(path: str | Path, device: torch.device | str = "cpu") -> dict:
         return torch.load(path, map_location=device, weights_only=True)
     except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:
         what = str(error).split("\n", 1)[0][:100]
-        raise ConfigError(
-            f"{path}: truncated or damaged ({what}); delete it and run the same command again: it is made anew"
-        ) from None
+        raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None

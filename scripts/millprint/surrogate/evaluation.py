@@ -9,12 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from millprint.errors import ConfigError
 from millprint.surrogate import measures
-from millprint.surrogate.descriptors import compare_descriptors, rolled_descriptors, simulated_descriptors
-from millprint.surrogate.rest import rest_measures
-from millprint.surrogate.rolled import Rolled
+from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.scene import Scene
-from millprint.surrogate.series import Series, rolled_series, simulated_series
 from millprint.surrogate.trajectory import Trajectory
 
 INCREMENT_S = 0.005
@@ -22,22 +20,24 @@ INCREMENT_S = 0.005
 PARTED, CLOSE = 0.5, 1e-4
 # A mean square speed over that of the simulation, above which a roll-out runs away.
 RUNAWAY = 2.0
+# The mechanical fingerprint {E_n, E_t, f / n} of single collisions, and its units.
+DESCRIPTOR_UNITS = {"normal_energy": "J", "tangential_energy": "J", "collision_frequency": "per_ball_hz"}
 
 Values = dict[str, float]
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Measures of a roll-out, what a second simulation scores in each, and the series behind them by name."""
+    """Measures of a roll-out, what a second simulation scores in each, and the roll-outs behind them by name."""
 
     values: Values
     references: Values
-    series: dict[str, Series]
+    rollouts: dict[str, RollOut]
 
 
-def growth(series: Series, truth: Series, saturation_m2: float) -> Values:
+def growth(rollout: RollOut, truth: RollOut, saturation_m2: float) -> Values:
     """How fast trajectories part: errors soon after the start, and times to a share of the saturated error."""
-    error = measures.position_error(series.position_m, truth.position_m)
+    error = measures.position_error(rollout.position_m, truth.position_m)
     found = {}
     for milliseconds in (10, 100):
         frame = np.searchsorted(truth.time_s, milliseconds / 1e3 - 1e-9)
@@ -49,111 +49,169 @@ def growth(series: Series, truth: Series, saturation_m2: float) -> Values:
     return found
 
 
-def distances(series: Series, truth: Series, radius_m: float) -> Values:
-    """Wasserstein distances of the distributions of what does not depend on which ball is where."""
-    step = _frames_in(INCREMENT_S, truth.time_s)
+def increments_J(rollout: RollOut) -> np.ndarray:
+    """Dissipation in every 5 ms, (n, batch) [J]."""
+    frames = max(1, round(INCREMENT_S / (rollout.time_s[1] - rollout.time_s[0])))
+    return measures.increments(rollout.cumulative_J, frames)
+
+
+def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
+    """Everything that two simulations of different seeds agree in.
+
+    The Wasserstein distances are those of distributions that do not depend on which ball is where.
+    """
+    error = measures.position_error(rollout.position_m, truth.position_m)
+    increments = increments_J(rollout), increments_J(truth)
+    with np.errstate(over="ignore"):
+        square_speed = float((rollout.speed() ** 2).mean() / (truth.speed() ** 2).mean())
     pairs = {
-        "speed_wasserstein_m_s": (series.speed(), truth.speed()),
-        "wall_distance_wasserstein_m": (series.wall_distance_m, truth.wall_distance_m),
-        "contacts_wasserstein": (series.contacts(radius_m), truth.contacts(radius_m)),
-        "increments_5ms_wasserstein_J": tuple(measures.increments(part.cumulative_J, step) for part in (series, truth)),
+        "speed_wasserstein_m_s": (rollout.speed(), truth.speed()),
+        "wall_distance_wasserstein_m": (rollout.known("wall_distance_m"), truth.known("wall_distance_m")),
+        "contacts_wasserstein": (rollout.contacts(radius_m), truth.contacts(radius_m)),
+        "increments_5ms_wasserstein_J": increments,
     }
-    found = {name: measures.distribution_distance(*pair) for name, pair in pairs.items()}
-    if not np.isfinite(series.position_m).all():
-        found["contacts_wasserstein"] = np.inf
+    distances = {name: measures.distribution_distance(*pair) for name, pair in pairs.items()}
+    if not np.isfinite(rollout.position_m).all():
+        distances["contacts_wasserstein"] = np.inf
+    return {
+        "position_mse_plateau_m2": measures.plateau(error),
+        "dissipation_error_percent": measures.relative_error_percent(rollout.cumulative_J, truth.cumulative_J),
+        "dissipation_power_W": float(rollout.cumulative_J[-1].mean() / truth.time_s[-1]),
+        "cumulative_pearson_r": measures.correlation(rollout.cumulative_J, truth.cumulative_J),
+        "increments_5ms_r": measures.correlation(*increments),
+        "mean_square_speed_ratio": square_speed,
+        **distances,
+    }
+
+
+def simulated_descriptors(summary: dict, rule: str) -> Values:
+    """Of a simulation's window: energies of a collision [J], Eqs 3.20 and 3.21, and collisions a ball and second.
+
+    Raises ConfigError for a counting rule that the simulation did not count by.
+    """
+    counts = {count["name"]: count for count in summary["collisions"]}
+    if rule not in counts:
+        raise ConfigError(f"surrogate: counting rule {rule} is not among dem.counting_rules: {', '.join(counts)}")
+    frequency, power = counts[rule]["frequency_hz"], summary["power_W"]
+    return {
+        "normal_energy": power["normal"] / frequency if frequency else np.nan,
+        "tangential_energy": power["tangential"] / frequency if frequency else np.nan,
+        "collision_frequency": frequency / summary["balls"],
+    }
+
+
+def rollout_descriptors(rollout: RollOut) -> Values:
+    """The same of a roll-out, over its batch; empty where it does not know both dissipations and its collisions."""
+    if rollout.normal_J is None or rollout.tangential_J is None or rollout.collisions is None:
+        return {}
+    normal, tangential, count = (
+        values.sum() for values in (rollout.normal_J, rollout.tangential_J, rollout.collisions)
+    )
+    batch, balls = rollout.crossed_s.shape
+    return {
+        "normal_energy": float(normal / count) if count else np.nan,
+        "tangential_energy": float(tangential / count) if count else np.nan,
+        "collision_frequency": float(count / (batch * balls * rollout.time_s[-1])),
+    }
+
+
+def compare_descriptors(values: Values, truth: Values) -> Values:
+    """Each descriptor, and by how much it is off the simulation's [%]."""
+    found = {f"{name}_{DESCRIPTOR_UNITS[name]}": value for name, value in values.items()}
+    for name, value in values.items():
+        found[f"{name}_error_percent"] = float(100 * abs(value / truth[name] - 1))
     return found
 
 
-def statistics(series: Series, truth: Series, radius_m: float) -> Values:
-    """Everything that two simulations of different seeds agree in."""
-    error = measures.position_error(series.position_m, truth.position_m)
-    step = _frames_in(INCREMENT_S, truth.time_s)
-    increments = [measures.increments(part.cumulative_J, step) for part in (series, truth)]
-    with np.errstate(over="ignore"):
-        square_speed = float((series.speed() ** 2).mean() / (truth.speed() ** 2).mean())
-    return {
-        "position_mse_plateau_m2": measures.plateau(error),
-        "dissipation_error_percent": measures.relative_error_percent(series.cumulative_J, truth.cumulative_J),
-        "dissipation_power_W": float(series.cumulative_J[-1].mean() / truth.time_s[-1]),
-        "cumulative_pearson_r": measures.correlation(series.cumulative_J, truth.cumulative_J),
-        "increments_5ms_r": measures.correlation(*increments),
-        "mean_square_speed_ratio": square_speed,
-        **distances(series, truth, radius_m),
-    }
-
-
-def evaluate(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene, summaries: dict[str, dict]) -> Evaluation:
+def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene, summaries: dict[str, dict]) -> Evaluation:
     """Measures of a roll-out in a jar that moves.
 
     runs: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`, whose
     walls are another's and of which only the dissipation is taken; summaries: of `dem` and `other_seed`, whose
     collisions are compared with those of a roll-out that counts its own.
     """
-    series = {name: simulated_series(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
-    series["surrogate"] = rolled_series(rollout, scene)
-    truth, radius_m = series["dem"], scene.ball_radius_m
-    other = measures.position_error(series["other_seed"].position_m, truth.position_m)
+    rollouts = {name: simulated(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
+    rollouts["surrogate"] = rollout.in_scene(scene)
+    truth, radius_m = rollouts["dem"], scene.ball_radius_m
+    other = measures.position_error(rollouts["other_seed"].position_m, truth.position_m)
     saturation_m2 = measures.plateau(other)
     # A twin shares the start of the first trajectory alone.
-    first = series["surrogate"].first_trajectory(), truth.first_trajectory()
-    values = growth(*first, saturation_m2) | statistics(series["surrogate"], truth, radius_m)
-    values |= _balls(rollout, values["mean_square_speed_ratio"])
+    first = rollout.first_trajectory(), truth.first_trajectory()
+    values = growth(*first, saturation_m2) | statistics(rollouts["surrogate"], truth, radius_m)
+    values["balls_left"] = _balls_left(rollout)
+    if values["balls_left"]:
+        values["first_left_s"] = float(rollout.crossed_s.min())
+    values["stable"] = float(values["balls_left"] == 0 and values["mean_square_speed_ratio"] < RUNAWAY)
+    values |= {f"mean_{kind}_edges": number for kind, number in rollout.mean_edges.items()}
     values["dem_power_W"] = float(truth.cumulative_J[-1].mean() / truth.time_s[-1])
     values["position_mse_centroid_m2"] = measures.plateau(measures.centroid_error(truth.position_m))
-    if "original" in series:
-        cumulative = series["surrogate"].cumulative_J, series["original"].cumulative_J
+    if "original" in rollouts:
+        cumulative = rollout.cumulative_J, rollouts["original"].cumulative_J
         values["dissipation_error_original_percent"] = measures.relative_error_percent(*cumulative)
-    members_J = rollout.member_totals_J()
-    if members_J is not None:
-        values["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
-    doubt = rollout.extra.get("doubt", np.empty(0))
-    if np.isfinite(doubt).any():
-        values["ensemble_doubt_percent"] = float(100 * np.sqrt(np.nanmean(doubt**2)))
-    references = _references(series, saturation_m2, radius_m)
-    own = rolled_descriptors(rollout)
+    values |= _of_ensemble(rollout)
+    references = _references(rollouts, saturation_m2, radius_m)
+    own = rollout_descriptors(rollout)
     if own:
         known = {name: simulated_descriptors(summary, rollout.counting_rule) for name, summary in summaries.items()}
         values |= compare_descriptors(own, known["dem"])
         references |= compare_descriptors(known["other_seed"], known["dem"])
-    return Evaluation(values, references, series)
+    return Evaluation(values, references, rollouts)
 
 
-def evaluate_at_rest(rollout: Rolled, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
+def evaluate_at_rest(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
     """Measures of a roll-out in a jar that stands still; runs: `dem`, `other_seed`, and `driven`, the jar in motion."""
     names = ("dem", "other_seed")
-    series = {name: simulated_series(runs[name], scene, rollout.time_s, rollout.start_s) for name in names}
-    series["surrogate"] = rolled_series(rollout, scene)
+    rollouts = {name: simulated(runs[name], scene, rollout.time_s, rollout.start_s) for name in names}
+    rollouts["surrogate"] = rollout.in_scene(scene)
     driven = runs["driven"]
     driven_W = float(driven.dissipated_J[1:].sum() / (driven.time_s[-1] - driven.time_s[0]))
-    values = rest_measures(series["surrogate"], driven_W) | {"balls_left": _balls_left(rollout)}
-    return Evaluation(values, rest_measures(series["other_seed"], driven_W), series)
+    values = rest_measures(rollout, driven_W) | {"balls_left": _balls_left(rollout)}
+    return Evaluation(values, rest_measures(rollouts["other_seed"], driven_W), rollouts)
 
 
-def _references(series: dict[str, Series], saturation_m2: float, radius_m: float) -> Values:
-    """What a second simulation scores: the twin in growth, another seed in statistics, there against each of the two
-    runs that it shares nothing with, since one pair of seeds may happen to lie close. No twin, no word on growth."""
-    truth, seed = series["dem"], series["other_seed"]
-    if "twin" not in series:
+def rest_measures(rollout: RollOut, driven_W: float) -> Values:
+    """Of balls at rest in a jar at rest: energy from nothing, and the highest lift [m]. All are zero if it is right.
+
+    Energy shows as dissipation, of either sign, as a share of what the driven jar dissipates in that time [%], and as
+    motion: the largest root mean square speed in any frame [m/s]. driven_W: mean power of the driven jar.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        span = np.abs(np.diff(rollout.cumulative_J, axis=0)).sum(axis=0).mean()
+        fastest = (rollout.speed() ** 2).mean(axis=(1, 2)).max()
+        share = 100 * span / (driven_W * rollout.time_s[-1])
+    return {
+        "rest_dissipation_share_percent": float(share) if np.isfinite(share) else np.inf,
+        "rest_highest_lift_m": measures.highest_lift(rollout.position_m),
+        "rest_rms_speed_max_m_s": float(np.sqrt(fastest)) if np.isfinite(fastest) else np.inf,
+    }
+
+
+def _references(rollouts: dict[str, RollOut], saturation_m2: float, radius_m: float) -> Values:
+    """What a second simulation scores: the twin in growth, another seed in statistics.
+
+    The other seed is compared with both runs that it shares nothing with, as one pair of seeds may happen to be close.
+    Without a twin there is no reference for growth.
+    """
+    truth, seed = rollouts["dem"], rollouts["other_seed"]
+    if "twin" not in rollouts:
         return statistics(seed, truth, radius_m)
-    twin = series["twin"].first_trajectory()
-    alone = truth.first_trajectory(), seed.first_trajectory()
-    pairs = [statistics(seed, truth, radius_m), statistics(alone[1], twin, radius_m)]
-    return growth(twin, alone[0], saturation_m2) | {
+    twin = rollouts["twin"].first_trajectory()
+    pairs = [statistics(seed, truth, radius_m), statistics(seed.first_trajectory(), twin, radius_m)]
+    return growth(twin, truth.first_trajectory(), saturation_m2) | {
         name: float(np.mean([pair[name] for pair in pairs])) for name in pairs[0]
     }
 
 
-def _balls(rollout: Rolled, square_speed: float) -> Values:
-    found = {"balls_left": _balls_left(rollout)}
-    if found["balls_left"]:
-        found["first_left_s"] = float(rollout.crossed_s.min())
-    found["stable"] = float(found["balls_left"] == 0 and square_speed < RUNAWAY)
-    return found | {f"mean_{kind}_edges": number for kind, number in rollout.edges.items()}
+def _of_ensemble(rollout: RollOut) -> Values:
+    """How far the members of an ensemble differ: in their dissipation, and in the forces that they expect [%]."""
+    found = {}
+    members_J, disagreement = rollout.member_totals_J(), rollout.force_disagreement
+    if members_J is not None:
+        found["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
+    if disagreement is not None and np.isfinite(disagreement).any():
+        found["ensemble_doubt_percent"] = float(100 * np.sqrt(np.nanmean(disagreement**2)))
+    return found
 
 
-def _balls_left(rollout: Rolled) -> float:
+def _balls_left(rollout: RollOut) -> float:
     return float(np.isfinite(rollout.crossed_s).sum())
-
-
-def _frames_in(seconds: float, time_s: np.ndarray) -> int:
-    return max(1, round(seconds / (time_s[1] - time_s[0])))

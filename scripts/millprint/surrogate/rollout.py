@@ -1,20 +1,53 @@
-"""What is kept of roll-outs, whatever surrogate makes them."""
+"""A roll-out: frames of a batch of trajectories, by a surrogate or by a simulation in its place, and its file."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
+from millprint.errors import ConfigError
+from millprint.hdf5 import open_hdf5, whole_hdf5
+from millprint.surrogate.scene import Scene
+from millprint.surrogate.trajectory import Trajectory
 
-@dataclass
+# Data sets of a file: the array of RollOut that each holds, and its unit.
+REQUIRED_DATASETS = {
+    "time_s": ("time_s", "s"),
+    "position_m": ("position_m", "m"),
+    "velocity_m_s": ("velocity_m_s", "m/s"),
+    "dissipated_J": ("dissipated_J", "J"),
+    "crossed_s": ("crossed_s", "s"),
+    "start_s": ("start_s", "s"),
+}
+OPTIONAL_DATASETS = {
+    "spin_rad_s": ("angular_velocity_rad_s", "rad/s"),
+    "normal_J": ("normal_J", "J"),
+    "tangential_J": ("tangential_J", "J"),
+    "collisions": ("collisions", "1"),
+    "member_dissipated_J": ("member_dissipated_J", "J"),
+    "doubt": ("force_disagreement", "1"),
+}
+EDGES = ("wall", "pair")
+# Rule of dem.counting_rules by which a surrogate counts collisions that names no other: contacts that ended.
+LIFETIMES = "lifetimes"
+# Surfaces nearer than this share of a ball's radius touch: overlaps are smaller, and gaps are hardly ever that small.
+TOUCH = 0.01
+
+
+@dataclass(frozen=True)
 class RollOut:
-    """What is kept of a batch of roll-outs.
+    """Frames of a batch of trajectories. Sums over time (J, collisions) count since the frame before.
 
-    time_s (frames,) since the start; position_m and velocity_m_s (frames, batch, balls, 3); dissipated_J
-    (frames, batch) since the frame before; crossed_s (batch, balls): when a centre first crossed the wall, or left
-    the finite numbers, infinity if never; edges: mean number of wall and of ball-ball edges of a graph. Of surrogates
-    that know them: spin_rad_s (frames, batch, balls, 3); the two channels of dissipated_J and contacts that ended since
-    the frame before (frames, batch); member_dissipated_J (frames, members) from the first start, of an ensemble, and
-    its doubt (looks,): how far its members' expectations part, over the forces' own size.
+    Of every roll-out: time_s (frames,) since the start; position_m and velocity_m_s (frames, batch, balls, 3);
+    dissipated_J (frames, batch); crossed_s (batch, balls): when a centre first crossed the wall or stopped being a
+    finite number, infinity if never; start_s (batch,) since the mill was started. mean_edges: mean number of `wall` and
+    of `pair` edges of a graph, of graph networks.
+
+    None where it is not known: angular_velocity_rad_s (frames, batch, balls, 3); both parts normal_J and tangential_J
+    of dissipated_J, and collisions by `counting_rule` (frames, batch); of an ensemble member_dissipated_J (frames,
+    members), from the first start, and force_disagreement (moments,): how far the forces that its members expect
+    differ, over the forces. recorded_J (frames, batch): cumulative dissipation as a simulation recorded it.
+    wall_distance_m (frames, batch, balls): of every centre, positive inside; see `in_scene`.
     """
 
     time_s: np.ndarray
@@ -23,10 +56,114 @@ class RollOut:
     dissipated_J: np.ndarray
     crossed_s: np.ndarray
     start_s: np.ndarray
-    edges: dict[str, float] = field(default_factory=dict)
-    spin_rad_s: np.ndarray | None = None
+    mean_edges: dict[str, float] = field(default_factory=dict)
+    counting_rule: str = LIFETIMES
+    angular_velocity_rad_s: np.ndarray | None = None
     normal_J: np.ndarray | None = None
     tangential_J: np.ndarray | None = None
     collisions: np.ndarray | None = None
     member_dissipated_J: np.ndarray | None = None
-    doubt: np.ndarray | None = None
+    force_disagreement: np.ndarray | None = None
+    recorded_J: np.ndarray | None = None
+    wall_distance_m: np.ndarray | None = None
+
+    def known(self, name: str) -> np.ndarray:
+        """An optional array by its name; raises ValueError where this roll-out does not have it."""
+        values = getattr(self, name)
+        if values is None:
+            raise ValueError(f"this roll-out has no {name}")
+        return values
+
+    @property
+    def cumulative_J(self) -> np.ndarray:
+        """Dissipation since the start, (frames, batch) [J]."""
+        return np.cumsum(self.dissipated_J, axis=0) if self.recorded_J is None else self.recorded_J
+
+    def member_totals_J(self) -> np.ndarray | None:
+        """Cumulative dissipation of each member of an ensemble, (frames, members) [J]; None of a single surrogate."""
+        members = self.member_dissipated_J
+        return None if members is None or members.shape[1] < 2 else np.cumsum(members, axis=0)
+
+    def in_scene(self, scene: Scene, wall_m: np.ndarray | None = None) -> "RollOut":
+        """The same with wall distances; wall_m (frames, batch, 3): as recorded, or else as the scene's wall moves."""
+        wall_m = scene.wall_position(self.start_s + self.time_s[:, None]) if wall_m is None else wall_m
+        with np.errstate(invalid="ignore", over="ignore"):
+            distance, _ = scene.signed_distance(self.position_m, wall_m[:, :, None, :])
+        return replace(self, wall_distance_m=-distance)
+
+    def first_trajectory(self) -> "RollOut":
+        """What is known of every trajectory, of the first one alone: a batch of one."""
+        names = ("position_m", "velocity_m_s", "dissipated_J", "recorded_J", "wall_distance_m")
+        first = {name: values[:, :1] for name in names if (values := getattr(self, name)) is not None}
+        return RollOut(time_s=self.time_s, crossed_s=self.crossed_s[:1], start_s=self.start_s[:1], **first)
+
+    def speed(self) -> np.ndarray:
+        """Speed of every ball, (frames, batch, balls) [m/s]."""
+        return np.linalg.norm(self.velocity_m_s, axis=-1)
+
+    def contacts(self, radius_m: float) -> np.ndarray:
+        """How many balls and walls each ball touches, from positions alone, (frames, batch, balls) [-]."""
+        first, second = np.triu_indices(self.position_m.shape[2], 1)
+        reach = (2 + TOUCH) * radius_m
+        count = (self.known("wall_distance_m") <= (1 + TOUCH) * radius_m).astype(int)
+        for i in np.unique(first):
+            others = second[first == i]
+            gap = self.position_m[:, :, others] - self.position_m[:, :, i, None]
+            touching = (gap * gap).sum(axis=-1) <= reach**2
+            count[:, :, i] += touching.sum(axis=-1)
+            count[:, :, others] += touching
+        return count
+
+    def write(self, path: str | Path, case: str) -> None:
+        """Write every array that is known, with its unit; case: the simulation that gave the first states."""
+        with whole_hdf5(path) as file:
+            file.attrs["case"] = case
+            for kind, number in self.mean_edges.items():
+                file.attrs[f"mean_{kind}_edges"] = number
+            if self.counting_rule != LIFETIMES:
+                file.attrs["counting_rule"] = self.counting_rule
+            for dataset, (name, unit) in (REQUIRED_DATASETS | OPTIONAL_DATASETS).items():
+                if (values := getattr(self, name)) is not None:
+                    file[dataset] = values
+                    file[dataset].attrs["units"] = unit
+
+    @classmethod
+    def read(cls, path: str | Path) -> "RollOut":
+        """Read a file, in double precision. Raises ConfigError where a data set that every roll-out has is missing."""
+        with open_hdf5(path) as file:
+            for dataset in REQUIRED_DATASETS:
+                if dataset not in file:
+                    raise ConfigError(f"{path}: {dataset} is missing: not a roll-out, or one of another version")
+            known = REQUIRED_DATASETS | {key: entry for key, entry in OPTIONAL_DATASETS.items() if key in file}
+            arrays = {name: file[dataset][:].astype(float) for dataset, (name, _) in known.items()}
+            edges = {kind: float(file.attrs[key]) for kind in EDGES if (key := f"mean_{kind}_edges") in file.attrs}
+            return cls(**arrays, mean_edges=edges, counting_rule=file.attrs.get("counting_rule", LIFETIMES))
+
+
+def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.ndarray) -> RollOut:
+    """A simulation as a roll-out: at `time_s` (frames,) after each of `start_s` (batch,), with walls and energies as
+    recorded.
+
+    Raises ConfigError where its snapshots are not at those times.
+    """
+    moments_s = start_s + time_s[:, None]
+    first = np.array([run.index(float(moment)) for moment in start_s])
+    run.index(float(moments_s.max()))
+    rows = first + np.rint(time_s / run.interval_s).astype(int)[:, None]
+    # Half of a contact's shortest life is far too late to be the same moment.
+    late = float(np.abs(run.time_s[rows] - moments_s).max())
+    if late > 1e-5:
+        raise ConfigError(
+            f"a simulation has snapshots every {run.interval_s:g} s, {late:.2g} s off the frames of the roll-out: its "
+            "snapshot_interval_s must divide surrogate.rollout.frame_interval_s, and starts_s be among its times"
+        )
+    total = np.cumsum(run.dissipated_J, dtype=float)
+    return RollOut(
+        time_s=time_s,
+        position_m=run.position_m[rows].astype(float),
+        velocity_m_s=run.velocity_m_s[rows].astype(float),
+        dissipated_J=np.diff(total[rows], axis=0, prepend=total[rows][:1]),
+        crossed_s=np.full((len(start_s), run.balls), np.inf),
+        start_s=start_s,
+        recorded_J=total[rows] - total[first],
+    ).in_scene(scene, run.wall_position_m[rows].astype(float))

@@ -1,4 +1,4 @@
-"""Where the balls are: the walls of a vessel, its motion, and what is the same for every ball."""
+"""The scene of a roll-out: the walls of a vessel, its motion, and what is the same for every ball."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,6 +13,7 @@ from millprint.mill.motion import build_motion
 from millprint.mill.vessel import build_vessel
 from millprint.surrogate.trajectory import read_attributes
 
+AXES = "xyz"
 Distance = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -40,11 +41,31 @@ class Scene:
         """
         relative = np.asarray(position - wall, dtype=float)
         points = relative.reshape(-1, 3)
-        # A roll-out may run away; what is not finite has no distance.
+        # A roll-out may run away: positions that are not finite have no distance.
         finite = np.isfinite(points).all(axis=1)
         distance, gradient = np.full(len(points), np.nan), np.full(points.shape, np.nan)
         distance[finite], gradient[finite] = self.distance(points[finite])
         return distance.reshape(relative.shape[:-1]), gradient.reshape(relative.shape)
+
+    def section(self, normal: str, at_m: float, points: int = 161) -> dict:
+        """Signed distance on the plane `normal` = at_m of the body frame, not a number outside (thesis Fig. 6.3).
+
+        normal: x, y or z. Returns `title`, `axes` (two names), `first_m` (a,), `second_m` (b,), `distance_m` (b, a).
+        """
+        across = [axis for axis in range(3) if axis != AXES.index(normal)]
+        low, high = self.bounds_m
+        lines = [np.linspace(low[axis], high[axis], points) for axis in across]
+        grid = np.full((points, points, 3), at_m)
+        grid[..., across[0]], grid[..., across[1]] = np.meshgrid(*lines)
+        distance, _ = self.signed_distance(grid, np.zeros(3))
+        axes = tuple(AXES[axis] for axis in across)
+        return {
+            "title": f"{axes[0]}{axes[1]} plane, {normal} = {1e3 * at_m:.3g} mm",
+            "axes": axes,
+            "first_m": lines[0],
+            "second_m": lines[1],
+            "distance_m": np.where(distance < 0, distance, np.nan),
+        }
 
 
 def read_scene(run: str | Path) -> Scene:

@@ -1,5 +1,6 @@
-"""Tables of the stage: a row a measure, with the figures of the thesis and the aims beside ours."""
+"""Tables of the stage: a row a measure, with the figures of the thesis and the aims beside ours; wall contacts."""
 
+import numpy as np
 import pandas as pd
 
 # What the thesis prints for its surrogate: Secs 6.3 and 6.4.
@@ -35,6 +36,8 @@ OF_REFERENCE = {
     "increments_5ms_wasserstein_J": 2.0,
 }
 AT_LEAST = {"horizon_s"}
+# Width of the bins of wall distances.
+WALL_BIN_M = 1e-5
 
 
 def aim_for(test: str, measure: str, reference: float | None) -> float | None:
@@ -71,3 +74,22 @@ def join_tables(tables: list[pd.DataFrame]) -> pd.DataFrame:
     columns = dict.fromkeys(column for table in tables for column in table.columns)
     records = [record for table in tables for record in table.to_dict("records")]
     return pd.DataFrame(records, columns=list(columns))
+
+
+def wall_contact_table(distance: np.ndarray) -> pd.DataFrame:
+    """Where balls are when they touch the wall, which the wall threshold must cover (thesis Fig. 6.4).
+
+    distance (contacts,): signed distances of the centres [m]. Columns: low_m, high_m, contacts, a row a bin.
+    """
+    # Bin edges are whole multiples of the bin, so that any threshold of the thesis is an edge.
+    low = int(np.floor(min(distance.min(initial=-0.0053), -0.0056) / WALL_BIN_M))
+    high = int(np.ceil(max(distance.max(initial=-0.0045), -0.0045) / WALL_BIN_M))
+    edges = np.arange(low, high + 1) * WALL_BIN_M
+    contacts, _ = np.histogram(distance, edges)
+    return pd.DataFrame({"low_m": edges[:-1], "high_m": edges[1:], "contacts": contacts})
+
+
+def covered_share(table: pd.DataFrame, threshold_m: float) -> float:
+    """Share of wall contacts that a wall threshold covers, to the width of a bin."""
+    beyond = table["low_m"] >= threshold_m - WALL_BIN_M / 2
+    return float(table["contacts"][beyond].sum() / max(1, table["contacts"].sum()))

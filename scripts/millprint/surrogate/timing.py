@@ -11,7 +11,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.surrogate import EdgeConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.surrogate.roller import Roller
+from millprint.surrogate.protocol import Surrogate
 from millprint.surrogate.trajectory import read_attributes
 
 PHYSICAL_S = 15.0
@@ -19,43 +19,43 @@ PHYSICAL_S = 15.0
 TIMINGS, ENOUGH_S = 5, 10.0
 
 
-def seconds_per_step(roller: Roller, start_s: float, batch: int, steps: int) -> tuple[float, int]:
+def seconds_per_step(surrogate: Surrogate, start_s: float, batch: int, steps: int) -> tuple[float, int]:
     """Median time for one step of a batch [s], and how many steps were timed.
 
     Up to five timings of `steps / 5` steps, each from the same first states; no further one after ten seconds, as
     large batches of large networks take seconds a step.
     """
-    state = roller.first_state([start_s] * batch)
+    run = surrogate.begin([start_s] * batch)
     begin = time.perf_counter()
-    roller.run(state, 1, 1)
-    roller.run(state, 1, 1)
+    run(1, 1)
+    run(1, 1)
     block = max(1, min(steps // TIMINGS, round(2 * ENOUGH_S / TIMINGS / (time.perf_counter() - begin))))
-    roller.run(state, min(50, block), 1)
+    run(min(50, block), 1)
     timings: list[float] = []
     begin = time.perf_counter()
     while len(timings) < TIMINGS and (not timings or time.perf_counter() - begin < ENOUGH_S):
         start = time.perf_counter()
-        roller.run(state, block, block)
+        run(block, block)
         timings.append((time.perf_counter() - start) / block)
     return float(np.median(timings)), len(timings) * block
 
 
-def time_rollouts(roller: Roller, start_s: float, batches: list[int], steps: int, machine: str) -> pd.DataFrame:
+def time_rollouts(surrogate: Surrogate, start_s: float, batches: list[int], steps: int, machine: str) -> pd.DataFrame:
     """A row a batch size: balls, batch, seconds for 15 s of physical time, and from how long they are extrapolated.
 
     One trajectory's share is the batch's time over its size. machine: what it was timed on, in words.
     """
     rows = []
     for batch in batches:
-        per_step, timed = seconds_per_step(roller, start_s, batch, steps)
-        seconds = per_step * PHYSICAL_S / roller.step_s
+        per_step, timed = seconds_per_step(surrogate, start_s, batch, steps)
+        seconds = per_step * PHYSICAL_S / surrogate.step_s
         rows.append(
             {
-                "balls": roller.balls,
+                "balls": surrogate.balls,
                 "batch": batch,
                 "seconds_for_15_s": seconds,
                 "seconds_per_trajectory": seconds / batch,
-                "basis": f"extrapolated from {timed} steps of {roller.step_s:g} s, {machine}",
+                "basis": f"extrapolated from {timed} steps of {surrogate.step_s:g} s, {machine}",
             }
         )
     return pd.DataFrame(rows)

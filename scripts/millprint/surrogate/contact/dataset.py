@@ -8,8 +8,9 @@ import numpy as np
 from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
-from millprint.config.contact_surrogate import CoarseConfig, JudgeConfig, TraceConfig
+from millprint.config.contact_surrogate import CoarseConfig, TraceConfig, ValidationConfig
 from millprint.config.mill import MillConfig
+from millprint.config.section import Section
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.hdf5 import open_hdf5, whole_hdf5
@@ -17,6 +18,14 @@ from millprint.surrogate.contact.coarse import SavedState, coarse_step
 from millprint.surrogate.contact.tracer import Tracer
 
 CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
+
+
+class TracedModels(Section):
+    """What the traced simulations are made of: mills and contact sets by name, and the settings of the DEM."""
+
+    mills: dict[str, MillConfig]
+    contacts: dict[str, ContactConfig]
+    dem: DemConfig
 
 
 @dataclass(frozen=True)
@@ -30,6 +39,11 @@ class Samples:
     def begins(self) -> np.ndarray:
         """The first row of every state, and the end of the last (states + 1,)."""
         return np.concatenate([[0], np.cumsum(self.sizes)])
+
+    @classmethod
+    def joined(cls, parts: list[tuple[np.ndarray, np.ndarray]]) -> "Samples":
+        """Of several (rows, sizes), one after the other."""
+        return cls(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -50,15 +64,12 @@ def case_of(trace: TraceConfig, dem: DemConfig) -> Case:
     )  # fmt: skip
 
 
-def open_tracer(
-    trace: TraceConfig,
-    mill: MillConfig,
-    contact: ContactConfig,
-    dem: DemConfig,
-    coarse: CoarseConfig,
-    interval_s: float,
-) -> Tracer:
-    """The simulation of a trace, at the start of its motion; a whole number of coarse steps makes `interval_s` [s]."""
+def open_tracer(trace: TraceConfig, models: TracedModels, coarse: CoarseConfig, interval_s: float) -> Tracer:
+    """The simulation of a trace, at the start of its motion; a whole number of coarse steps makes `interval_s` [s].
+
+    Raises KeyError for a mill or a contact set that `models` lacks.
+    """
+    mill, contact, dem = models.mills[trace.mill], models.contacts[trace.contact], models.dem
     step = coarse_step(contact, trace.ball_diameter_mm / 2e3, coarse.rayleigh_multiple, interval_s)
     return Tracer(case_of(trace, dem), mill, contact, dem, step, coarse.substeps)
 
@@ -72,17 +83,17 @@ def follow(tracer: Tracer, trace: TraceConfig, bar: tqdm | None = None) -> Sampl
         parts.append(tracer.sample(trace.every, until_s))
         if bar is not None:
             bar.update()
-    return Samples(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
+    return Samples.joined(parts)
 
 
-def truths(tracer: Tracer, judge: JudgeConfig) -> list[Truth]:
+def truths(tracer: Tracer, settings: ValidationConfig) -> list[Truth]:
     """States from the present time on, each where the one before ends, and what the DEM makes of them."""
     found = []
-    for _ in range(judge.starts):
+    for _ in range(settings.starts):
         begin, before, time_s = tracer.saved(), tracer.works(), tracer.coarse_number * tracer.coarse.step
-        tracer.to_time(time_s + judge.position_s)
+        tracer.to_time(time_s + settings.position_s)
         position = tracer.balls.position.copy()
-        tracer.to_time(time_s + judge.length_s)
+        tracer.to_time(time_s + settings.length_s)
         found.append(Truth(begin, (tracer.works() - before)[CHANNELS], position))
     return found
 

@@ -1,38 +1,84 @@
-"""Several networks of one recipe, from different seeds: where they part, none of them knows."""
+"""Several networks of one recipe, from different seeds: where their predictions differ, none of them is reliable."""
 
-import hashlib
 import logging
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import torch
 
-from millprint.config.contact_surrogate import ContactRecipe, ContactSurrogateConfig
-from millprint.surrogate.checkpoint import BUDGET, read_checkpoint
-from millprint.surrogate.contact.dataset import Samples, Truth
-from millprint.surrogate.contact.judge import judged, reached
-from millprint.surrogate.contact.scratch import no_weights
+from millprint.config.contact_surrogate import (
+    ContactRecipe,
+    ContactSurrogateConfig,
+    ContactTrainingConfig,
+    ValidationConfig,
+)
+from millprint.config.section import Section
+from millprint.dem import state
+from millprint.dem.advance import all_works
+from millprint.surrogate.checkpoint import identity, read_checkpoint, read_tensors
+from millprint.surrogate.contact.coarse import CoarseSimulation
+from millprint.surrogate.contact.dataset import CHANNELS, Samples, TracedModels, Truth, open_tracer, read_dataset
+from millprint.surrogate.contact.network import Predictor
+from millprint.surrogate.contact.scratch import Weights, make_weights, no_weights
 from millprint.surrogate.contact.tracer import Tracer
 from millprint.surrogate.contact.training import ContactTrainer
 
 logger = logging.getLogger("millprint")
 
-
-def recipe_of(settings: ContactSurrogateConfig) -> ContactRecipe:
-    """What the weights carry with them."""
-    return ContactRecipe(
-        coarse=settings.coarse, network=settings.network, training=settings.training, members=settings.members
-    )
+# Errors of a roll-out that has lost a ball [%].
+LOST_PERCENT = 1e6
 
 
-def identity_of(settings: ContactSurrogateConfig, parts: list[Samples], seed: int) -> str:
-    """A hash of recipe, data and seed: only a checkpoint of the same may be resumed."""
-    total = hashlib.sha256(settings.model_dump_json(exclude={"training": BUDGET, "members": True}).encode())
-    total.update(str(seed).encode())
-    for part in parts:
-        total.update(part.rows.tobytes())
-    return total.hexdigest()
+class ContactTrainingJob(Section):
+    """What the training of an ensemble takes: its settings, and what its traces refer to."""
+
+    settings: ContactSurrogateConfig
+    models: TracedModels
+
+
+def dissipated_works(coarse: CoarseSimulation) -> np.ndarray:
+    """Normal and tangential work of a coarse simulation since its state was loaded, (2,) [J]."""
+    out = np.zeros(state.TOTALS)
+    all_works(coarse.contacts, coarse.counters, coarse.totals, out)
+    return out[CHANNELS]
+
+
+def roll_out_errors(
+    coarse: CoarseSimulation, weights: Weights, truths: list[Truth], settings: ValidationConfig
+) -> dict[str, float]:
+    """Roll-outs against the DEM: errors of the normal and tangential works and of the positions after a while [%].
+
+    The works are summed over all roll-outs and their absolute errors over the channels, relative to both channels
+    together; the position's root mean square error is relative to the ball's radius. roll_out_score is their sum.
+    """
+    coarse.weights = weights
+    works, true_works, squares = np.zeros(2), np.zeros(2), []
+    first_steps = round(settings.position_s / coarse.step)
+    for truth in truths:
+        coarse.load(truth.begin)
+        kept_all = coarse.run(first_steps)
+        squares.append(((coarse.balls.position - truth.position_m) ** 2).sum(axis=1).mean())
+        if not (kept_all and coarse.run(round(settings.length_s / coarse.step) - first_steps)):
+            names = ("score", "dissipation_percent", "position_percent")
+            return {f"roll_out_{name}": LOST_PERCENT for name in names}
+        works += dissipated_works(coarse)
+        true_works += truth.works_J
+    dissipation = 100 * np.abs(works - true_works).sum() / true_works.sum()
+    position = 100 * np.sqrt(np.mean(squares)) / coarse.radius
+    return {
+        "roll_out_score": float(dissipation + position),
+        "roll_out_dissipation_percent": float(dissipation),
+        "roll_out_position_percent": float(position),
+    }
+
+
+def reached_states(tracers: list[Tracer], weights: Weights, settings: ContactTrainingConfig) -> Samples:
+    """Samples of states that the network reaches in every traced case, an equal share of each."""
+    share = max(1, settings.push_forward_states // len(tracers))
+    steps = settings.push_forward_steps
+    return Samples.joined([tracer.push_forward(weights, steps, steps, share) for tracer in tracers])
 
 
 def train_ensemble(
@@ -43,23 +89,20 @@ def train_ensemble(
     checkpoint: Path,
     device: torch.device,
 ) -> tuple[list[dict], pd.DataFrame]:
-    """Train every member from its own seed: weights of the best epochs, and the histories under one another.
+    """Train every member from its own seed: weights of the best epochs, and the histories one below the other.
 
     Each member has a checkpoint of its own; one that was finished is read and not trained again.
     """
-    coarse, judge = tracers[0].coarse, settings.judge
-    logger.info("without a network: %s", judged(coarse, no_weights(), truths, judge))
+    validate = partial(roll_out_errors, tracers[0].coarse, truths=truths, settings=settings.judge)
+    logger.info("without a network: %s", validate(no_weights()))
     members, tables = [], []
     for number in range(settings.members):
-        seed = settings.training.seed + number
-        identity = identity_of(settings, parts, seed)
-        trainer = ContactTrainer(
-            parts, settings.network, settings.training, seed,
-            lambda weights: judged(coarse, weights, truths, judge),
-            partial(reached, tracers, settings=settings.training), identity, device,
-        )  # fmt: skip
+        training = settings.training.model_copy(update={"seed": settings.training.seed + number})
+        own = identity(settings.model_copy(update={"training": training, "members": 1}), [part.rows for part in parts])
+        reach = partial(reached_states, tracers, settings=training)
+        trainer = ContactTrainer(parts, settings.network, training, validate, reach, own, device)
         path = checkpoint.with_suffix(f".{number}.pt")
-        if content := read_checkpoint(path, identity, device):
+        if content := read_checkpoint(path, own, device):
             trainer.resume(content)
             logger.info("member %d goes on from step %d", number, trainer.step)
         finished = trainer.train(path)
@@ -71,3 +114,33 @@ def train_ensemble(
         members.append(trainer.best_model)
         tables.append(trainer.history_table().assign(member=number))
     return members, pd.concat(tables, ignore_index=True)
+
+
+def train(dataset: str, checkpoint: Path, job: ContactTrainingJob, device: torch.device) -> tuple[dict, pd.DataFrame]:
+    """Train an ensemble on a data set: the content of its weights file, and a row of losses an epoch and member."""
+    settings = job.settings
+    parts, truths = read_dataset(dataset)
+    tracers = [open_tracer(trace, job.models, settings.coarse, settings.judge.position_s) for trace in settings.traces]
+    members, table = train_ensemble(parts, truths, tracers, settings, checkpoint, device)
+    recipe = ContactRecipe(
+        coarse=settings.coarse, network=settings.network, training=settings.training, members=settings.members
+    )
+    return ensemble_content(members, recipe), table
+
+
+def ensemble_content(members: list[dict], recipe: ContactRecipe) -> dict:
+    """Content of a weights file: the weights of every member, with the recipe that gives them a shape."""
+    weights = [{name: value.cpu() for name, value in member.items()} for member in members]
+    return {"kind": "contact", "recipe": recipe.model_dump(mode="json"), "members": weights}
+
+
+def read_ensemble(path: str | Path) -> tuple[list[Weights], ContactRecipe]:
+    """The members' weights as the kernels take them, and the recipe. Raises ConfigError for a damaged file."""
+    content = read_tensors(path)
+    recipe = ContactRecipe(**content["recipe"])
+    members = []
+    for member in content["members"]:
+        model = Predictor(recipe.network.width, recipe.network.rounds)
+        model.load_state_dict(member)
+        members.append(make_weights(model.arrays()))
+    return members, recipe

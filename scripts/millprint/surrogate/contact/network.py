@@ -143,7 +143,7 @@ class Predictor(nn.Module):
         return [value.detach().cpu().numpy() for value in stacked]
 
 
-def wanted(rows: Tensor, graph: Graph) -> tuple[Tensor, Tensor]:
+def targets(rows: Tensor, graph: Graph) -> tuple[Tensor, Tensor]:
     """Mean force J / h and tilt 3 J / h - 6 M / h^2 of the labels, in units of the contact."""
     impulse, moment = rows[:, s.IMPULSE : s.IMPULSE + 3], rows[:, s.MOMENT : s.MOMENT + 3]
     mean = impulse / graph.step

@@ -15,7 +15,7 @@ from millprint.job import progress
 from millprint.surrogate.checkpoint import write_checkpoint
 from millprint.surrogate.contact import samples as columns
 from millprint.surrogate.contact.dataset import Samples
-from millprint.surrogate.contact.network import Graph, Predictor, wanted
+from millprint.surrogate.contact.network import Graph, Predictor, targets
 from millprint.surrogate.contact.scratch import Weights, make_weights
 
 logger = logging.getLogger("millprint")
@@ -28,7 +28,7 @@ ABSOLUTE, ROUNDED = 0.05, 0.01
 # Weight of the rounds before the last.
 EARLIER = 0.3
 
-Judge = Callable[[Weights], dict[str, float]]
+Validate = Callable[[Weights], dict[str, float]]
 PushForward = Callable[[Weights], Samples]
 
 
@@ -44,7 +44,7 @@ def batch_of(parts: list[Tensor]) -> tuple[Tensor, Graph]:
 
 def loss_of(rows: Tensor, graph: Graph, predicted: list[tuple[Tensor, Tensor]]) -> dict[str, Tensor]:
     """Errors of the mean force and its tilt, squared and absolute, in units of each contact; `total` is minimised."""
-    mean, tilt = wanted(rows, graph)
+    mean, tilt = targets(rows, graph)
     total = rows.new_zeros(())
     for number, (expected, tilted) in enumerate(predicted):
         squares = ((expected - mean) ** 2).sum(1) + 0.25 * ((tilted - tilt) ** 2).sum(1)
@@ -62,11 +62,11 @@ class ContactTrainer:
     """One member. What a step does depends on the seed and its number alone, so that a killed training goes on."""
 
     def __init__(
-        self, parts: list[Samples], network: PredictorConfig, settings: ContactTrainingConfig, seed: int,
-        judge: Judge, push_forward: PushForward, identity: str, device: torch.device,
+        self, parts: list[Samples], network: PredictorConfig, settings: ContactTrainingConfig,
+        validate: Validate, push_forward: PushForward, identity: str, device: torch.device,
     ):  # fmt: skip
-        self.settings, self.seed, self.judge, self.push_forward = settings, seed, judge, push_forward
-        self.identity, self.device = identity, device
+        self.settings, self.validate, self.push_forward = settings, validate, push_forward
+        self.identity, self.device, seed = identity, device, settings.seed
         states = [state for part in parts for state in self._states(part)]
         order = np.random.default_rng(seed).permutation(len(states))
         held_out = max(1, len(states) // 20)
@@ -126,7 +126,7 @@ class ContactTrainer:
         rate = settings.learning_rate * (settings.final_learning_rate / settings.learning_rate) ** (self.step / total)
         for group in self.optimiser.param_groups:
             group["lr"] = rate
-        chosen = np.random.default_rng([self.seed, self.step]).integers(len(self.states), size=settings.batch_size)
+        chosen = np.random.default_rng([settings.seed, self.step]).integers(len(self.states), size=settings.batch_size)
         rows, graph = batch_of([self.states[place] for place in chosen])
         terms = loss_of(rows, graph, self.model(graph))
         self.optimiser.zero_grad()
@@ -140,7 +140,7 @@ class ContactTrainer:
     def _add_own(self, own: Samples) -> None:
         self.own = own
         self.states = self.states + self._states(own)
-        logger.info("%d states that the surrogate has reached itself are learned from as well", len(own.sizes))
+        logger.info("%d states that the surrogate has reached itself join the training", len(own.sizes))
 
     def _end_epoch(self, elapsed_s: float) -> None:
         """Validation and a roll-out; the best network so far is kept."""
@@ -149,7 +149,7 @@ class ContactTrainer:
             found = loss_of(rows, graph, self.model(graph))
         row = {f"training_{name}": value / self.settings.steps_per_epoch for name, value in self.sums.items()}
         row |= {f"validation_{name}": value.item() for name, value in found.items()}
-        row |= self.judge(self.weights())
+        row |= self.validate(self.weights())
         self.sums = {}
         self.history.append({"epoch": self.epoch, "elapsed_s": elapsed_s, **row})
         if row["roll_out_score"] < self.best["score"]:

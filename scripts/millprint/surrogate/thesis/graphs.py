@@ -1,12 +1,12 @@
 """Graphs of balls and the wall: batches of nodes, edges and targets (thesis Sec. 6.2.2)."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.surrogate.thesis.features import DISTANCE, GRADIENT, Snapshots
+from millprint.surrogate.thesis.dataset import DISTANCE, GRADIENT, Snapshots
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,6 @@ class Graphs:
     def graph_of_ball(self) -> Tensor:
         """The graph (graphs * balls,) that each ball belongs to."""
         return torch.arange(self.count, device=self.ball.device).repeat_interleave(self.balls)
-
-    def to(self, device: torch.device) -> "Graphs":
-        """The same graphs on another device."""
-        moved = Edges(**{field.name: getattr(self.edges, field.name).to(device) for field in fields(Edges)})
-        return Graphs(self.ball.to(device), self.wall.to(device), moved, self.balls)
 
 
 def wall_vector(distance: Tensor, gradient: Tensor) -> Tensor:

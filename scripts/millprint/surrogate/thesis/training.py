@@ -8,19 +8,36 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from millprint.config.surrogate import Recipe
+from millprint.config.surrogate import Recipe, TrainingConfig
 from millprint.errors import ConfigError
 from millprint.job import progress
 from millprint.surrogate.checkpoint import identity, read_checkpoint, write_checkpoint
-from millprint.surrogate.thesis.dataset import TrainingRun
-from millprint.surrogate.thesis.features import Snapshots
+from millprint.surrogate.thesis.dataset import Snapshots, TrainingRun, on_device, read_dataset
 from millprint.surrogate.thesis.graphs import graphs_at
-from millprint.surrogate.thesis.loss import losses
-from millprint.surrogate.thesis.normalise import Surrogate, measure, target
+from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics, target, weights_content
 
 logger = logging.getLogger("millprint")
 
 Batch = tuple[int, Tensor]
+
+
+def huber(error: Tensor, delta: float) -> Tensor:
+    """Huber penalty, Eq. 6.30: e^2 / (2 delta) below delta, |e| - delta / 2 from there on. Elementwise."""
+    size = error.abs()
+    return torch.where(size < delta, error * error / (2 * delta), size - delta / 2)
+
+
+def losses(
+    predicted: tuple[Tensor, Tensor], wanted: tuple[Tensor, Tensor], settings: TrainingConfig
+) -> dict[str, Tensor]:
+    """Loss of accelerations (Eq. 6.29a), of dissipation (Eq. 6.29b) and their weighted sum `total` (Eq. 6.28).
+
+    Both pairs hold normalised accelerations (n, 3) and normalised dissipation (graphs,).
+    """
+    acceleration = huber(predicted[0] - wanted[0], settings.huber_delta).mean()
+    dissipation = huber(predicted[1] - wanted[1], settings.huber_delta).mean()
+    total = settings.acceleration_weight * acceleration + settings.dissipation_weight * dissipation
+    return {"total": total, "acceleration": acceleration, "dissipation": dissipation}
 
 
 def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -> list[Batch]:
@@ -48,18 +65,18 @@ class Trainer:
             raise ConfigError(f"surrogate.snapshots.train_until_s: no {window} snapshots in a row to train on")
         # Statistics never see a row that is not trained on.
         parts = [(run.snapshots, rows) for run, rows in zip(runs, self.rows, strict=True)]
-        statistics = measure(parts, recipe.graph, recipe.edges)
+        statistics = feature_statistics(parts, recipe.graph, recipe.edges)
         self.validation = [run.validation_rows(window) for run in runs]
-        self.runs = [run.to(device) for run in runs]
+        self.runs = [on_device(run, device) for run in runs]
         torch.manual_seed(settings.seed)
-        self.model = Surrogate(recipe, statistics).to(device)
+        self.model = NormalisedNetwork(recipe, statistics).to(device)
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, fused=True)
         self.noise = torch.Generator().manual_seed(settings.seed)
         steps = settings.epochs * len(self._batches(0))
         decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / steps)
         self.scheduler = torch.optim.lr_scheduler.ExponentialLR(self.optimiser, decay)
         self.steps = steps
-        self.identity = identity(recipe, statistics)
+        self.identity = identity(recipe, [statistics[name].cpu().numpy() for name in sorted(statistics)])
         self.epoch, self.cursor, self.elapsed_s = 0, 0, 0.0
         self.sums: dict[str, float] = {}
         self.history: list[dict] = []
@@ -178,3 +195,25 @@ class Trainer:
         self.epoch, self.cursor = content["place"]["epoch"], content["place"]["cursor"]
         self.elapsed_s, self.sums, self.history = content["place"]["elapsed_s"], content["sums"], content["history"]
         return True
+
+
+def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
+    """Train a network on a data set, from its checkpoint if there is one of the same recipe and data.
+
+    Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError without a full window of
+    snapshots to train on.
+    """
+    trainer = Trainer(read_dataset(dataset), recipe, device)
+    if trainer.resume(checkpoint):
+        logger.info("going on from epoch %d, step %d of %s", trainer.epoch, trainer.cursor, checkpoint)
+    finished = trainer.train(checkpoint)
+    logger.info(
+        "%s after %d of %d epochs, %.0f s on %s with %d thread(s)",
+        "finished" if finished else "stopped by training.wall_time_max_s",
+        trainer.epoch,
+        recipe.training.epochs,
+        trainer.elapsed_s,
+        device.type,
+        torch.get_num_threads(),
+    )
+    return weights_content(trainer.model, recipe), trainer.history_table()
