@@ -11,8 +11,8 @@ from pathlib import Path
 
 import analyse_variance
 import design_experiments
-from millprint.config.analysis import AnalysisConfig
 from millprint.config.checks import stop_on_bad_input
+from millprint.config.doe import AnalysisConfig
 from millprint.config.load import read_part
 from millprint.doe.variance import pareto_table
 from millprint.figures.chapter2 import interactions, pareto, residuals

@@ -1,6 +1,6 @@
 """Analyses the variance of the screening runs: as printed, as corrected, what is confounded, and the residuals."""
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.model import fit_factors
 from millprint.doe.residuals import lack_of_fit_table, residual_checks, residual_table

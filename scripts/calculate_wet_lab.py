@@ -15,8 +15,8 @@ The reaction, purities and whether the gas holds water vapour come from doe.chem
 import argparse
 
 from millprint.config.checks import stop_on_bad_input
+from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
-from millprint.config.wet_lab import WetLabConfig
 from millprint.doe.chemistry import check_formulas
 from millprint.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 from millprint.files import write_table

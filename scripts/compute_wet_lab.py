@@ -1,7 +1,7 @@
 """Computes half-lives, ball wear with its iron, and the powder masses and gas volumes of the screening runs."""
 
 from millprint.config.design import Factor
-from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.doe.runs import read_runs
 from millprint.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
 from millprint.files import write_table

@@ -10,9 +10,9 @@ and fraction.json (resolution, lengths of the defining words).
 import argparse
 from pathlib import Path
 
-from millprint.config.analysis import AnalysisConfig
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.design import DesignConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.config.load import check_model, read_part
 from millprint.doe.aliases import alias_table
 from millprint.doe.design import best_generators, describe, design_table

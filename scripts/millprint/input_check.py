@@ -14,7 +14,7 @@ from pathlib import Path
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.paths import named_files
+from millprint.config.sources import named_files
 from millprint.config.workflow import WorkflowConfig
 from millprint.digest import library_digest
 

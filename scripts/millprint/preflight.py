@@ -4,13 +4,11 @@ import math
 from collections.abc import Iterable
 
 from millprint.calibration.preflight import calibration_faults
-from millprint.config.chapters import ChapterSections
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.override import overridden
 from millprint.config.surrogate import check_surrogate_cases
-from millprint.config.sweep import Case, ball_count
-from millprint.config.workflow import WorkflowConfig
+from millprint.config.sweep import Case, ball_count, overridden
+from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.packing import capacity
 from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step

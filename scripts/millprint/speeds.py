@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from millprint.config.mill import MillConfig
-from millprint.config.override import mill_of
-from millprint.config.sweep import Case
+from millprint.config.sweep import Case, mill_of
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import place_of_sweep

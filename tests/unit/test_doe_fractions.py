@@ -10,8 +10,8 @@ import yaml
 
 import analyse_design
 import make_design
-from millprint.config.analysis import AnalysisConfig
 from millprint.config.design import DesignConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.config.load import check_model
 from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_degrees_of_freedom, term_columns
 from millprint.doe.audit import audit_table

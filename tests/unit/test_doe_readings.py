@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 import calculate_wet_lab
-from millprint.config.wet_lab import ChemistryConfig, WetLabConfig
+from millprint.config.doe import ChemistryConfig, WetLabConfig
 from millprint.doe.chemistry import (
     GasConditions,
     ball_mass,

@@ -9,8 +9,7 @@ from millprint.config.checks import load_workflow
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.override import overridden
-from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
+from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep, overridden
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running

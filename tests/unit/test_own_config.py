@@ -52,7 +52,7 @@ def fault(content: dict) -> str:
 def test_the_handbooks_twenty_lines_are_whole_and_have_no_chapters(own):
     assert len(TWENTY_LINES.splitlines()) <= 20
     config, mills, contacts, cases = load_workflow(own, [FILE])
-    assert not config.has_chapter_sections and not has_chapters(config, cases) and cases == {}
+    assert config.chapters is None and not has_chapters(config, cases) and cases == {}
     assert list(contacts) == ["calibrated"]
     paths = [case.path for case in mill_cases(mills["planetary"], config.mills)]
     assert paths == [
@@ -151,7 +151,7 @@ def test_a_thesis_without_its_chapters_has_simulations_and_no_more(thesis):
 def test_chapters_need_simulations_of_their_mill(thesis):
     thesis["sweeps"] = []
     config, _, _, cases = load_workflow(thesis, [FILE])
-    assert config.has_chapter_sections and not has_chapters(config, cases)
+    assert config.chapters and not has_chapters(config, cases)
 
 
 def test_a_whole_thesis_hands_its_chapters_what_they_need(thesis):

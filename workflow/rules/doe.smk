@@ -1,6 +1,6 @@
 """Chapter 2: the screening design, its analysis of variance, and wet-lab arithmetic."""
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.config.design import DesignConfig
 
 DOE = f"{RESULTS}/doe"

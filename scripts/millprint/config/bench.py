@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry, CylinderGeometry
-from millprint.config.section import Count, Name, NonNegative, Positive, Section
+from millprint.config.section import Count, Name, NonNegative, Positive, Section, first_repeated
 
 
 class BenchCase(Section):
@@ -130,9 +130,8 @@ class BenchConfig(Section):
     @model_validator(mode="after")
     def _names_differ(self) -> "BenchConfig":
         for names in ([case.name for case in self.cases], [law.name for law in self.physics.laws]):
-            twice = sorted({name for name in names if names.count(name) > 1})
-            if twice:
-                raise ValueError(f"{twice[0]} appears twice; each case and each law is named once")
+            if twice := first_repeated(names):
+                raise ValueError(f"{twice} appears twice; each case and each law is named once")
         return self
 
     @model_validator(mode="after")

@@ -4,7 +4,17 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Fraction, Name, NonNegative, Positive, ProjectFile, Section, Seed, Vector
+from millprint.config.section import (
+    Fraction,
+    Name,
+    NonNegative,
+    Positive,
+    ProjectFile,
+    Section,
+    Seed,
+    Vector,
+    first_repeated,
+)
 
 FEWEST_DROPS = 2
 Coefficient = Annotated[float, Field(ge=1e-4, le=10)]
@@ -129,9 +139,7 @@ class OscillationConfig(SwingConfig):
 
     @model_validator(mode="after")
     def _names_differ(self) -> "OscillationConfig":
-        names = [experiment.name for experiment in self.experiments]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice:
+        if twice := first_repeated(experiment.name for experiment in self.experiments):
             raise ValueError(f"experiments: two have the name {twice}")
         return self
 

@@ -8,8 +8,7 @@ from millprint.config.calibration import ExperimentConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.paths import check_paths
-from millprint.config.sources import WORKING_FOLDER, Sources
+from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from millprint.config.section import NonNegative, Section
+from millprint.config.section import NonNegative, Section, first_repeated
 
 RuleName = Annotated[str, Field(pattern=r"^[a-z][A-Za-z0-9_]*$", max_length=60)]
 
@@ -36,8 +36,6 @@ DEFAULT_RULES = [
 
 def check_names(rules: list[CountingRule]) -> list[CountingRule]:
     """Refuse two rules of one name."""
-    names = [rule.name for rule in rules]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"two counting rules are called {twice[0]}; every rule needs a name of its own")
+    if twice := first_repeated(rule.name for rule in rules):
+        raise ValueError(f"two counting rules are called {twice}; every rule needs a name of its own")
     return rules

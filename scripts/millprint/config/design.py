@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from millprint.config.section import Name, Section, Seed
+from millprint.config.section import Name, Section, Seed, first_repeated
 
 Symbol = Annotated[str, Field(pattern=r"^[A-Z]$")]
 
@@ -36,7 +36,7 @@ class Factor(Section):
             raise ValueError(f"levels of {self.symbol} = {self.levels}: all numbers or all names are wanted")
         if any(low >= high for low, high in pairwise(numbers)):
             raise ValueError(f"levels of {self.symbol} = {self.levels}: values that rise are wanted")
-        if len(set(names)) < len(names) or any(name != " ".join(name.split()) or not name for name in names):
+        if first_repeated(names) or any(name != " ".join(name.split()) or not name for name in names):
             raise ValueError(
                 f"levels of {self.symbol} = {self.levels}: names that differ, without odd blanks, are wanted"
             )
@@ -124,17 +124,15 @@ class DesignConfig(Section):
     @model_validator(mode="after")
     def _factors_differ(self) -> "DesignConfig":
         for what in ("symbol", "column"):
-            names = [getattr(factor, what) for factor in self.factors]
-            twice = sorted({name for name in names if names.count(name) > 1})
-            if twice:
-                raise ValueError(f"factors: {what} {twice[0]} appears twice; each factor has its own")
+            if twice := first_repeated(getattr(factor, what) for factor in self.factors):
+                raise ValueError(f"factors: {what} {twice} appears twice; each factor has its own")
         return self
 
     @model_validator(mode="after")
     def _generators_hold(self) -> "DesignConfig":
         made = [generator.factor for generator in self.parsed_generators]
         base = [symbol for symbol in self.symbols if symbol not in made]
-        if len(set(made)) < len(made):
+        if first_repeated(made):
             raise ValueError(f"generators = {self.generators}: a factor can be generated once")
         if unknown := sorted(set(made) - set(self.symbols)):
             raise ValueError(f"generators: {unknown[0]} is no factor; known: {', '.join(self.symbols)}")

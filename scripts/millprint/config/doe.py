@@ -1,10 +1,105 @@
-"""Settings of the doe stage: the design, its analysis, the literature, and the wet laboratory."""
+"""Settings of chapter 2: the analysis of a design's runs, the wet laboratory, and the literature."""
 
-from pydantic import Field
+from typing import Annotated
 
-from millprint.config.analysis import AnalysisConfig
-from millprint.config.section import ProjectFile
-from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from pydantic import Field, model_validator
+
+from millprint.config.design import DesignConfig, Symbol
+from millprint.config.section import Count, Fraction, Name, Positive, ProjectFile, Section, first_repeated
+
+Purity = Annotated[float, Field(gt=0, le=1)]
+
+
+class ChemistryConfig(Section):
+    """The reaction: a limiting reactant, a reductant, and the gas that the product gives (thesis Eq. 3.27).
+
+    Both formulas are checked by `millprint.doe.chemistry.check_formulas`, which knows the elements.
+    """
+
+    limiting: str = Field(description="formula of the limiting reactant, such as NaBO2.4H2O")
+    reductant: str = Field(description="formula of the other reactant, such as MgH2")
+    stoichiometric_ratio: Positive = Field(description="mol of reductant that a mol of limiting reactant takes up [-]")
+    gas_per_mole: Positive = Field(
+        description="mol of gas collected for a mol of limiting reactant that is all converted [-]"
+    )
+    limiting_purity: Purity = Field(default=1.0, description="mass share of the limiting reactant in its powder [-]")
+    reductant_purity: Purity = Field(default=1.0, description="mass share of the reductant in its powder [-]")
+
+
+class HalfLifeConfig(Section):
+    """Conditions of the spent solution (thesis Eq. 2.7)."""
+
+    ph: float = Field(ge=7, le=14, description="pH of the solution [-]")
+    temperature_k: float = Field(ge=273, le=373, description="temperature of the solution [K]")
+
+
+class PowderConfig(Section):
+    """The charge of the jar in the screening runs."""
+
+    balls: Count = Field(description="number of balls in the jar [-]")
+    ball_mass_g: Positive = Field(description="mass of all of them together [g]")
+
+
+class GasConfig(Section):
+    """Conditions of the hydrogen collected over water; within the bounds the vapour never reaches the pressure."""
+
+    temperature_k: float = Field(
+        default=298.15, ge=273.15, le=353.15, description="temperature of the gas and the water [K]"
+    )
+    pressure_pa: float = Field(default=101325.0, ge=5e4, le=2e5, description="total pressure of the gas [Pa]")
+    saturated: bool = Field(default=True, description="whether the gas holds water vapour, which is then taken off")
+    yield_max_percent: float = Field(
+        default=105.0, ge=100, description="computed yield above which a reading of the gas is refused [%]"
+    )
+
+
+class WetLabConfig(Section):
+    """What the wet-lab command needs of the section `doe`."""
+
+    chemistry: ChemistryConfig
+    gas: GasConfig = GasConfig()
+
+
+class InteractionFigure(Section):
+    """A figure of interaction plots side by side."""
+
+    name: Name = Field(description="last part of the file's name")
+    title: str = Field(description="what the figure is, for the report")
+    panels: list[tuple[Symbol, Symbol]] = Field(
+        min_length=1, max_length=3, description="for each panel the factor on the axis and the factor of the curves"
+    )
+
+
+class AnalysisConfig(DesignConfig):
+    """A design and the analysis of variance of its runs."""
+
+    model: list[str] = Field(
+        min_length=1, description="terms of the analysis of variance in the order of the type I sums, such as A or A:B"
+    )
+    confidence: Fraction = Field(default=0.95, description="level of the intervals of the effect sizes [-]")
+    simulations: Annotated[int, Field(ge=100, le=100_000)] = Field(
+        default=2000, description="simulated sets of normal errors behind the residual checks' p-values"
+    )
+    repeatability_percent: Positive | None = Field(
+        default=None, description="standard deviation of a repeated run's yield, where the laboratory knows it [%]"
+    )
+    interactions: list[InteractionFigure] = Field(default=[], description="figures of interaction plots")
+
+    @model_validator(mode="after")
+    def _terms_are_known(self) -> "AnalysisConfig":
+        used = [("model", term.split(":")) for term in self.model]
+        used += [
+            (f"interactions.{figure.name}", list(panel)) for figure in self.interactions for panel in figure.panels
+        ]
+        for place, symbols in used:
+            if not set(symbols) <= set(self.symbols) or len(set(symbols)) < len(symbols):
+                term, known = ":".join(symbols), ", ".join(self.symbols)
+                raise ValueError(f"{place}: {term!r}: must be made of different factors among {known}")
+        if first_repeated(frozenset(term.split(":")) for term in self.model):
+            raise ValueError(f"model = {self.model}: a term appears twice")
+        if name := first_repeated(figure.name for figure in self.interactions):
+            raise ValueError(f"interactions: name {name!r} appears twice; each figure has its own")
+        return self
 
 
 class DoeConfig(AnalysisConfig):

@@ -1,11 +1,15 @@
 """The base of every configuration model, and the quantities that the models share."""
 
+from collections import Counter
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
+
+Item = TypeVar("Item", bound=Hashable)
 
 # The kind of a fault that lies with one key of a section, which its context names.
 TRUTH = "truth_value"
@@ -89,6 +93,11 @@ def project_path(*suffixes: str) -> AfterValidator:
         return value
 
     return AfterValidator(check)
+
+
+def first_repeated(items: Iterable[Item]) -> Item | None:
+    """The first item that appears more than once; None if all differ."""
+    return next((item for item, count in Counter(items).items() if count > 1), None)
 
 
 def nested_models(annotation: Any) -> list[type[BaseModel]]:

@@ -12,8 +12,8 @@ LARGEST_BYTES = 4_000_000
 MOST_VALUES = 200_000
 DEEPEST = 60
 
-# What the loader raises for an empty or odd text below a tag such as !!int, besides its own errors.
-ODD = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
+# What the loader raises, for a wrong text below a tag such as !!int also others than its own errors.
+LOADER_ERRORS = (yaml.YAMLError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError)
 
 try:
     from yaml import CSafeLoader as _Parser
@@ -49,15 +49,7 @@ def read_yaml(path: str | Path) -> object:
         raise ConfigError(f"{path}: no such file") from None
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except (
-        yaml.YAMLError,
-        ValueError,
-        TypeError,
-        LookupError,
-        AttributeError,
-        ArithmeticError,
-        RecursionError,
-    ) as error:
+    except LOADER_ERRORS as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise ConfigError(f"{path}: not valid YAML ({what})") from None
     _check_size(content, path)

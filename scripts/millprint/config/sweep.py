@@ -1,13 +1,17 @@
-"""DEM settings and sweeps: which cases are simulated, and the names that tell them apart."""
+"""DEM settings and sweeps: which cases are simulated, the names that tell them apart, and what each changes."""
 
 import itertools
 from collections.abc import Iterable
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
+from millprint.config.mill import MillConfig
+from millprint.config.motion import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
+from millprint.errors import ConfigError
 
 Threads = Annotated[int, Field(ge=1, le=1024)]
 # Small against any overlap: a disturbance tells how fast runs part, and does work that no ledger knows.
@@ -228,3 +232,39 @@ def threads_of(case: Case, dem: DemConfig) -> int:
 def ball_count(fill_ratio: float, volume_m3: float, diameter_m: float) -> int:
     """Number of balls, the rounded volume ratio (thesis Table 3.4)."""
     return round(fill_ratio * volume_m3 / (3.141592653589793 / 6 * diameter_m**3))
+
+
+def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[MillConfig, ContactConfig]:
+    """The mill and the contact set as a case runs them, its own values in place of theirs.
+
+    Raises ConfigError as `mill_of`.
+    """
+    given = {"density_kg_m3": case.density_kg_m3, "young_modulus_gpa": case.young_modulus_gpa}
+    changed = contact.model_copy(update={name: value for name, value in given.items() if value is not None})
+    return mill_of(case, mill), changed
+
+
+def mill_of(case: Case, mill: MillConfig) -> MillConfig:
+    """The mill as a case runs it, with the case's own amplitude if it has one.
+
+    Raises ConfigError for an amplitude of a mill whose motion has no radius A of a circle, or one out of bounds.
+    """
+    if case.amplitude_mm is None:
+        return mill
+    return mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
+
+
+def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> MotionSection:
+    law, key = mill.motion, motion_kind(mill.motion.kind).amplitude_key
+    if key is None:
+        kinds = ", ".join(kind for kind, record in MOTIONS.items() if record.amplitude_key)
+        raise ConfigError(
+            f"sweeps: amplitudes_mm = {amplitude_mm:g}: the motion of mill {mill.name} is a {law.kind}, which has no "
+            f"amplitude to set; a sweep over amplitudes needs one of {kinds}"
+        )
+    try:
+        return type(law).model_validate({**law.model_dump(), key: amplitude_mm})
+    except ValidationError as error:
+        raise ConfigError(
+            f"sweeps: amplitudes_mm = {amplitude_mm:g} of mill {mill.name}: {error.errors()[0]['msg'].lower()}"
+        ) from None

@@ -5,14 +5,12 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
-from millprint.config.chapters import ChapterSections
-from millprint.config.data import DataConfig
 from millprint.config.doe import DoeConfig
-from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig
+from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.partition import PartitionConfig
-from millprint.config.section import Name, Section
+from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
@@ -20,6 +18,31 @@ from millprint.config.yields import YieldConfig
 
 # Folders that no result may be written into.
 SOURCES = ("config", "envs", "scripts", "tests", "workflow")
+
+
+class DataConfig(Section):
+    """Measured tables, as paths from the project's root."""
+
+    screening: ProjectFile = Field(description="the screening runs with their yields")
+    wear: ProjectFile = Field(description="mass of the balls before and after milling")
+    regimes: ProjectFile = Field(description="the five cases of chapter 4")
+    split: ProjectFile = Field(description="the locked train-test split of the screening runs")
+    claims: ProjectFile = Field(description="every number the thesis states, with a tolerance")
+    published: ProjectFile = Field(description="published values shown as marks in figures")
+
+
+class ChapterSections(Section):
+    """The sections that the chapters of the thesis need; the last three are keys of `fingerprint`."""
+
+    data: DataConfig
+    doe: DoeConfig
+    calibration: CalibrationConfig
+    partition: PartitionConfig
+    yields: YieldConfig
+    surrogate: SurrogateConfig
+    cycle_fill_ratio: float
+    maps: MapsConfig
+    inverse: InverseConfig
 
 
 class WorkflowConfig(Section):
@@ -67,9 +90,7 @@ class WorkflowConfig(Section):
 
     @model_validator(mode="after")
     def _nothing_twice_and_nothing_overwritten(self) -> "WorkflowConfig":
-        names = [sweep.name for sweep in self.sweeps]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice:
+        if twice := first_repeated(sweep.name for sweep in self.sweeps):
             raise ValueError(f"sweeps: two have the name {twice}")
         if self.results.split("/")[0] in SOURCES:
             raise ValueError(f"results = {self.results!r}: {self.results.split('/')[0]}/ holds the project's own files")
@@ -89,19 +110,13 @@ class WorkflowConfig(Section):
         return self
 
     def _chapter_parts(self) -> dict[str, Any]:
-        """What the chapters need, by its key; None for what is left out."""
-        own = ("data", "doe", "calibration", "partition", "yields", "surrogate")
-        further = ("cycle_fill_ratio", "maps", "inverse")
-        parts = {key: getattr(self, key) for key in own}
-        return parts | {f"fingerprint.{key}": getattr(self.fingerprint, key) for key in further}
+        """The sections that the chapters need, by their dotted keys; None for one that is left out."""
+        keys = ChapterSections.model_fields
+        own = {key: getattr(self, key) for key in keys if key in type(self).model_fields}
+        return own | {f"fingerprint.{key}": getattr(self.fingerprint, key) for key in keys if key not in own}
 
     @property
     def chapters(self) -> ChapterSections | None:
         """What the chapters of the thesis are told; None for a configuration without them."""
         parts = {key.split(".")[-1]: part for key, part in self._chapter_parts().items()}
         return None if any(part is None for part in parts.values()) else ChapterSections(**parts)
-
-    @property
-    def has_chapter_sections(self) -> bool:
-        """Whether the sections that the chapters of the thesis need are given: all of them are, or none."""
-        return self.chapters is not None

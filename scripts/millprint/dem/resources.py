@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.override import overridden
-from millprint.config.sweep import Case, DemConfig, ball_count, threads_of
+from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem.timestep import rayleigh_time, wanted_step
 
 # A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv) [s].

@@ -10,8 +10,7 @@ from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.override import overridden
-from millprint.config.sweep import Case, DemConfig, ball_count, threads_of
+from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
 from millprint.dem.advance import Recorder, Table, advance, begin_window, end_window
 from millprint.dem.packing import pack

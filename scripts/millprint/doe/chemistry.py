@@ -6,7 +6,7 @@ import numpy as np
 from molmass import Formula, FormulaError
 from scipy.constants import gas_constant
 
-from millprint.config.wet_lab import ChemistryConfig
+from millprint.config.doe import ChemistryConfig
 from millprint.errors import ConfigError
 
 # A number, or an array or pandas column of them.

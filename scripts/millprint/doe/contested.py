@@ -8,7 +8,7 @@ import pandas as pd
 from scipy.stats import f as f_distribution
 from statsmodels.regression.linear_model import OLS
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.runs import YIELD
 

@@ -6,7 +6,7 @@ from statsmodels.formula.api import ols
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.anova import anova_lm
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError

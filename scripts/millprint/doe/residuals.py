@@ -11,8 +11,8 @@ from scipy.stats import f as f_distribution
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.diagnostic import normal_ad
 
-from millprint.config.analysis import AnalysisConfig
 from millprint.config.design import DesignConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.design import treatments
 from millprint.doe.model import sums_of_squares
 from millprint.doe.runs import RUN_ORDER, YIELD

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import level_contrasts, term_columns
 from millprint.doe.runs import YIELD
 from millprint.doe.variance import effect_sizes

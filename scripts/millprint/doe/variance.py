@@ -10,7 +10,7 @@ from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 from statsmodels.stats.multitest import multipletests
 
-from millprint.config.analysis import AnalysisConfig
+from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.design import complete, level_codes
 from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pandas as pd
 from scipy.constants import g as GRAVITY
 
-from millprint.config.wet_lab import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
 from millprint.doe.chemistry import (
     GasConditions,
     ball_mass,

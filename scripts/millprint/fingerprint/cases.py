@@ -46,7 +46,7 @@ def is_as_built(case: Case) -> bool:
 def has_chapters(config: WorkflowConfig, cases: dict[str, Case]) -> bool:
     """Whether the configuration has the chapters' sections, and its sweeps simulate the mill that they are about."""
     simulated = {case.mill for case in described_cases(config, cases).values()}
-    return config.has_chapter_sections and config.mill in simulated
+    return config.chapters is not None and config.mill in simulated
 
 
 def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str, Case]:

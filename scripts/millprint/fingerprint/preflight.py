@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 
-from millprint.config.chapters import ChapterSections
 from millprint.config.sweep import Case
-from millprint.config.workflow import WorkflowConfig
+from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.curves import FEWEST_FILLS
