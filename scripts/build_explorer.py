@@ -1,4 +1,4 @@
-"""Builds the explorer: the fingerprints and the yield model of a run on one page that needs no server."""
+"""Builds the explorer: one page with the fingerprints and the yield model of a run, which needs no server."""
 
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.proposals import PredictionConfig

@@ -1,4 +1,4 @@
-"""Turns the snapshots of simulations into the surrogate's training set."""
+"""Calculates the training set of the surrogate from the snapshots of simulations."""
 
 import logging
 

@@ -1,6 +1,6 @@
-"""Calculates a chemist's own readings, TSV in and TSV out: `python scripts/calculate_wet_lab.py --help`.
+"""Wet-lab calculations for a TSV of your own readings: `python scripts/calculate_wet_lab.py --help`.
 
-What each calculation reads (column case and):
+Each calculation reads the column case and:
 
 yield      gas_volume_ml, temperature_k, pressure_pa, limiting_mass_g; optional water_head_mm (water higher inside than
            outside) and standard deviations gas_volume_error_ml, temperature_error_k, pressure_error_pa,
@@ -9,7 +9,7 @@ half-life  ph, temperature_k; optional wait_h
 charge     bpr, molar_ratio, and ball_mass_g or balls, ball_diameter_mm, ball_density_kg_m3
 wear       ball_diameter_mm, speed_rpm, time_h, bpr, unused_mass_g, used_mass_g; optional wear_g; no case
 
-The reaction, purities and whether the gas holds water vapour come from doe.chemistry and doe.gas of the configuration.
+The reaction and purities come from doe.chemistry of the configuration; doe.gas says whether the gas holds water vapour.
 """
 
 import argparse
@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("calculation", choices=CALCULATIONS)
     parser.add_argument("readings", help="TSV with the readings")
-    parser.add_argument("results", help="TSV to write: the readings with what follows from them")
+    parser.add_argument("results", help="TSV to write: the readings with the calculated columns")
     parser.add_argument("--config", default="config/config.yaml", help="YAML file with doe.chemistry and doe.gas")
     parser.add_argument("--dry-gas", action="store_true", help="the gas holds no water vapour")
     options = parser.parse_args(arguments)

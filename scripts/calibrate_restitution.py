@@ -1,4 +1,4 @@
-"""The drop test: restitution of every contact set from simulated bounces, and of measured bounces where given."""
+"""The drop test: restitution of every contact set from simulated bounces and, if given, from measured bounces."""
 
 import pandas as pd
 
@@ -19,7 +19,7 @@ def main(
     settings: DropTestConfig,
     interval: float,
 ) -> None:
-    """Drop a ball from every height with every contact set; read the user's drops."""
+    """Simulate drops from every height with every contact set, and add the user's measured drops."""
     drop = (
         time_step_s,
         rayleigh_fraction_max,

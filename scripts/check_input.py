@@ -1,6 +1,6 @@
-"""Check a configuration, given as JSON on the standard input: geometry, balls that fit, time steps, speeds, tables.
+"""Checks a configuration, given as JSON on standard input: geometry, balls that fit, time steps, speeds, tables.
 
-The Snakefile calls it as a run starts (millprint.input_check). Exit status: 1 where something is refused, a line each.
+The Snakefile calls it at the start of a run (millprint.input_check). The exit status is 1 if anything is refused.
 """
 
 import json
@@ -14,7 +14,7 @@ from millprint.preflight import check_before_running
 
 
 def main(content: dict) -> None:
-    """Raise ConfigError, a line for each fault; print a line for each warning."""
+    """Print a line for each warning; raise ConfigError with a line for each fault."""
     config = WorkflowConfig(**content["config"])
     mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
     contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}

@@ -1,4 +1,4 @@
-"""Feeds the measures with what is known to be right or wrong: a table of what each of them makes of it."""
+"""Checks the measures of the surrogate with roll-outs that are known to be right or wrong, in a table."""
 
 from millprint.files import read_json, write_table
 from millprint.job import job
@@ -8,7 +8,7 @@ from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import is_met, join_tables, tabulate
 from millprint.surrogate.trajectory import read_trajectory
 
-# Long enough for distributions to settle.
+# Long enough for converged distributions.
 LENGTH_S = 3.0
 
 

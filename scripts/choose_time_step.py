@@ -1,4 +1,4 @@
-"""Say which is the largest time step that changes nothing, and whether the configured one is no larger."""
+"""Finds the largest time step that leaves every descriptor unchanged; is the configured step small enough?"""
 
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
@@ -8,7 +8,7 @@ from millprint.job import job
 
 
 def main(table_path: str, settings: ConvergenceConfig, configured_s: float, output: str) -> dict:
-    """Judge the table of the time-step sweep, write the verdict and return it."""
+    """Evaluate the table of the time-step sweep; write the result and return it."""
     deviations = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
     columns = [*SERIES[2:], "time_step_s", "rayleigh_fraction", "seeds", "closure", "closure_worst", *deviations]
     choice = choose_step(read_table(table_path, numeric=columns, text=SERIES[:2]), settings, configured_s)

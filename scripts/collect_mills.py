@@ -1,4 +1,4 @@
-"""Do the curves of the thesis collapse for each mill? One row a mill, and a figure."""
+"""Do the curves of the thesis collapse for each mill? A table with a row for each mill, and a figure."""
 
 from millprint.figures.mills import plot_collapse
 from millprint.figures.style import save

@@ -1,4 +1,4 @@
-"""Puts the measures of several variants under one another."""
+"""Joins the tables of measures of all variants."""
 
 from millprint.files import read_table, write_table
 from millprint.job import job

@@ -1,4 +1,4 @@
-"""Draws the balls of roll-outs beside those of the simulation: moments on paper, and animations."""
+"""Draws the balls of roll-outs next to those of the simulation, as a figure and as animations."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from millprint.job import job
 from millprint.surrogate.rollout import RollOut
 from millprint.view.beside import movie_beside
 
-# Moments of the figure, as shares of what the animation shows: while errors grow, and after.
+# Moments of the figure, as fractions of the length of the animation: while the errors grow, and after.
 MOMENTS = (0.0, 0.1, 0.4, 1.0)
 
 

@@ -1,4 +1,4 @@
-"""What each choice that the thesis leaves open does to the metrics on the locked split."""
+"""Effect of each choice that the thesis leaves open on the metrics of the locked split."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits

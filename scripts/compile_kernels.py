@@ -1,4 +1,4 @@
-"""Compile the DEM kernels before any simulation, so that none of them pays for it."""
+"""Compiles the DEM kernels before any simulation, so that no simulation has to wait for it."""
 
 from millprint.dem.compilation import compile_kernels
 from millprint.files import write_json

@@ -1,4 +1,4 @@
-"""Computes half-lives, ball wear with its iron, and the powder masses and gas volumes of the screening runs."""
+"""Calculates half-lives, ball wear and the iron from it, and powder masses and gas volumes of the screening runs."""
 
 from millprint.config.design import Factor
 from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
@@ -18,7 +18,7 @@ def main(
     chemistry: ChemistryConfig,
     gas: GasConfig,
 ) -> None:
-    """Write the tables of the wet laboratory."""
+    """Write the three tables."""
     runs = read_runs(screening, factors, positive=["bpr", "molar_ratio"])
     write_table(half_life_table(solution), output.half_life)
     write_table(wear_table(read_wear(weighings)), output.wear)

@@ -1,4 +1,4 @@
-"""Derive the conditions that suit a mill whose file names none."""
+"""Derives the conditions of a mill whose file has no sweep."""
 
 from millprint.config.mill import MillConfig
 from millprint.files import write_json

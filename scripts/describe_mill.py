@@ -1,4 +1,4 @@
-"""The fingerprint of any mill from its own sweep: descriptors, curves, exponents, collapse, zones, and its sheet."""
+"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, and its sheet."""
 
 from millprint.config.mill import MillConfig
 from millprint.files import write_table

@@ -1,4 +1,4 @@
-"""Makes the design, its alias table and randomised order, and audits the runs against it."""
+"""Makes the design, its alias table and randomised run order, and compares the runs with it."""
 
 from millprint.config.design import DesignConfig
 from millprint.doe.aliases import alias_table, confounding_table
@@ -12,7 +12,7 @@ from millprint.job import job
 def main(
     screening: str, design: str, fraction: str, aliases: str, confounding: str, audit: str, settings: DesignConfig
 ) -> list[str]:
-    """Write the design's tables; return the departures that the audit found, a line each."""
+    """Write the tables of the design, and return one line for each departure of the runs from it."""
     runs = read_runs(screening, settings.factors)
     write_table(design_table(settings), design)
     write_json(describe(settings), fraction)

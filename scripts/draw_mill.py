@@ -1,4 +1,4 @@
-"""A mill's geometry and a strip of its motion."""
+"""Draws the geometry of a mill, and its motion as a row of pictures."""
 
 from millprint.config.mill import MillConfig
 from millprint.figures.mills import plot_geometry, plot_motion

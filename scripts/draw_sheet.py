@@ -1,4 +1,4 @@
-"""The fingerprint of a mill on one page."""
+"""Draws the fingerprint of a mill on one page."""
 
 from millprint.config.mill import MillConfig
 from millprint.figures.mills import plot_sheet

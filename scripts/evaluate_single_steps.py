@@ -1,4 +1,4 @@
-"""Measures single steps of a graph network from states of the simulation: its error before any can grow."""
+"""Errors of single steps of a graph network from states of the simulation, before errors can grow."""
 
 from millprint.config.surrogate import EdgeConfig
 from millprint.files import write_table

@@ -1,4 +1,4 @@
-"""Measures the roll-outs of a surrogate, of whatever kind, against the simulations that they started from."""
+"""Compares the roll-outs of a surrogate, of any kind, with the simulations that they started from."""
 
 import pandas as pd
 
@@ -21,7 +21,7 @@ def of_test(test: str, inputs) -> dict[str, str]:
 
 
 def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> dict[str, pd.DataFrame]:
-    """The tables of one test. inputs: the simulation of each role, and summaries of some."""
+    """The tables of one test. `inputs` has the simulation of each role, and the summaries of some."""
     rollout, scene = RollOut.read(rolled_out), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
     runs = {

@@ -1,4 +1,4 @@
-"""Judges the trained models: the locked split, held-out predictions, and runs outside the domain."""
+"""Evaluates the trained models on the locked split, on held-out runs and outside the trained domain."""
 
 import pandas as pd
 
@@ -16,12 +16,12 @@ from millprint.predict.store import load_model, stored_search
 from millprint.predict.tables import read_rows
 
 TEXT = ["scheme", "case"]
-# The locked split with the models as trained for Table 5.6, at the full search budget.
+# The scheme of Table 5.6: the locked split, with models trained at the full search budget.
 LOCKED = "locked"
 
 
 def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.DataFrame:
-    """The tables of all models in one; `paths` in the order of `models`."""
+    """The tables of all models, joined; `paths` are in the order of `models`."""
     text = [*TEXT, *({"method"} & set(columns))]
     tables = []
     for path, model in zip(paths, models, strict=True):
@@ -31,7 +31,7 @@ def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.Data
 
 
 def main(inputs, output, training: TrainingConfig, budget: HonestConfig, level: float) -> None:
-    """Write every table of the chapter that compares models, but the SHAP values; predictive intervals of `level`."""
+    """Write every table that compares models, except the SHAP values. `level`: level of the predictive intervals."""
     weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]

@@ -1,4 +1,4 @@
-"""Write a run's snapshots for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
+"""Writes the snapshots of a run for ParaView: run.vtkhdf (balls), run_walls.vtkhdf and run_contacts.vtkhdf.
 
 By Snakemake, or by hand: python scripts/export_run.py results/dem/MILL/CONTACT/CASE/run.h5
 """
@@ -15,11 +15,11 @@ PARTS = ("", "_walls", "_contacts")
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="run.h5 of a case with snapshots")
     every = ViewConfig().paraview_every
-    parser.add_argument("--every", type=int, default=every, help=f"one snapshot in so many (default {every})")
+    parser.add_argument("--every", type=int, default=every, help=f"write every n-th snapshot (default {every})")
     parser.add_argument("--out", type=Path, help="folder of the files (default: that of run.h5)")
     chosen = parser.parse_args()
     files = [(chosen.out or chosen.run.parent) / f"{chosen.run.stem}{part}.vtkhdf" for part in PARTS]

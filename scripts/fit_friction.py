@@ -17,7 +17,7 @@ def main(
     settings: SwingConfig,
     interval: float,
 ) -> None:
-    """Fit one track and write its fit, its profile, the paths of the ball and what they look like in numbers."""
+    """Fit one track; write its fit, its profile, the paths of the ball, and the numbers that describe each path."""
     tables = fit_experiment(experiment, mills, contact, rayleigh_fraction_max, settings, interval)
     for name, table in tables.items():
         write_table(table, getattr(output, name))

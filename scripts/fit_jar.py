@@ -1,4 +1,4 @@
-"""Search a jar in better agreement with the fitted published values, and write its geometry as a mill's file has it."""
+"""Searches the jar that agrees best with the fitted published values; writes its geometry for a mill's file."""
 
 import yaml
 
@@ -16,7 +16,7 @@ from millprint.job import job
 def main(
     published_path: str, output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig
 ) -> dict[str, float]:
-    """Write every jar that was tried, and the best one's geometry as YAML; returns its parameters."""
+    """Write every jar that was tried, and the geometry of the best one as YAML; return its parameters."""
     search = Search(settings, trial_of(mill, contact, dem, settings, published_path))
     best = search.run(parameters_of(mill.geometry))
     write_table(search.table(), output.search)

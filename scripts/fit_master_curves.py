@@ -1,4 +1,4 @@
-"""The fingerprint of one contact set: its smooth curves as a table, as an object, and whether its bands hold."""
+"""The fingerprint of one contact set: its fitted curves as a table and as a model, and the coverage of its bands."""
 
 from millprint.files import read_table, write_table
 from millprint.fingerprint.coverage import tabulate_coverage

@@ -1,4 +1,4 @@
-"""Predicts the screening runs by models that were tuned and fitted without them, in every outer fold."""
+"""Predicts the screening runs of every outer fold with models that were tuned and fitted without them."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits

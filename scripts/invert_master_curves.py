@@ -1,4 +1,4 @@
-"""Inverse mode: the speeds that keep a target's descriptors, and the user's conditions ranked by how near they come."""
+"""Inverse mode: the speeds that give the target descriptors, and possible conditions ranked by their distance."""
 
 import pandas as pd
 
@@ -13,7 +13,7 @@ from millprint.job import job
 
 
 def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:
-    """Speeds at the fixed fill ratio and ball size by the scaling alone, for every target and set of curves."""
+    """Speeds at the fixed fill ratio and ball size from the scaling laws only, for every target and set of curves."""
     condition = own.condition(
         speed_hz=1.0,  # is what is sought
         ball_diameter_m=inverse.fixed_ball_diameter_mm * 1e-3,
@@ -30,7 +30,7 @@ def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse:
 
 
 def main(fingerprints: dict[str, str], published_path: str, output, inverse: InverseConfig) -> None:
-    """Solve and rank from our curves, and solve from the published ones where the thesis prints them."""
+    """Solve and rank with our curves, and solve with the published curves for the contact sets that have them."""
     read = {contact: Fingerprint.read(path) for contact, path in fingerprints.items()}
     own, fill = read[inverse.contact], inverse.fixed_fill_ratio
     printed = published_point(read_published(published_path), inverse.contact, fill)

@@ -1,4 +1,4 @@
-"""How far the yield models carry to fill ratios that they have not seen, before and after a case or two of them."""
+"""Errors of the yield models at new fill ratios, without and with one or two cases of them in the training rows."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -15,7 +15,7 @@ from millprint.predict.learners import make_learner
 from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
 from millprint.predict.tables import read_rows
 
-# The averaged process with the tangential share and without; the two models of Table 5.8.
+# The averaged Gaussian process with and without the tangential share, and the two models of Table 5.8.
 LEARNERS = {
     (AVERAGED, "power and share"): (AVERAGED, "primary", False),
     (AVERAGED, "power alone"): (AVERAGED, "primary", True),

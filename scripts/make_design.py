@@ -1,10 +1,10 @@
 """Makes a design of experiments: `python scripts/make_design.py my_design.yaml my_design/`.
 
-The YAML file has factors (symbol, column, label, levels), generators, order_seed and, if wanted, replicates, as the
-section `doe` of config/config.yaml, whose design comes out if that file is given; what analyse_design.py needs besides
-may stand in it. Written are design.tsv (treatments,
-settings and the randomised order of the runs), aliases.tsv (the defining relation and what is confounded with what)
-and fraction.json (resolution, lengths of the defining words).
+The YAML file has the keys factors (symbol, column, label, levels), generators, order_seed and, optionally, replicates,
+as the section `doe` of config/config.yaml. With that file the script makes the design of the thesis. The file may also
+have the keys of analyse_design.py. The script writes design.tsv (treatments, settings and the randomised order of the
+runs), aliases.tsv (the defining relation and the confounded terms) and fraction.json (resolution, lengths of the
+defining words).
 """
 
 import argparse
@@ -20,12 +20,12 @@ from millprint.files import write_json, write_table
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Write the design's tables."""
+    """Write the tables of the design."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("design", help="YAML file with the factors")
     parser.add_argument("folder", help="folder to write to")
     parser.add_argument(
-        "--generate", nargs="+", default=[], metavar="FACTOR", help="factors to be given the best generators there are"
+        "--generate", nargs="+", default=[], metavar="FACTOR", help="factors for which the best generators are searched"
     )
     options = parser.parse_args(arguments)
     with stop_on_bad_input():

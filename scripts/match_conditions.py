@@ -1,14 +1,14 @@
-"""Finds the conditions whose dissipation comes nearest to what is wanted, ranked, with what is lost in each.
+"""Ranks the conditions whose descriptors come nearest to given ones, and shows what is lost in each.
 
     python scripts/match_conditions.py results/fingerprint/fingerprint_calibrated.json \\
         --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
 
-Give one fingerprint for each kind of powder or mill that could be used. What is wanted are energies per collision [J]
-and collisions of one ball [1/s], or a condition of another mill (--like FINGERPRINT SPEED_RPM BALL_MM FILL). All of it
-can stand in a YAML file instead (--request), as in fingerprint.inverse of config/config.yaml; an option goes before it.
+Give a fingerprint for each powder or mill that you could use. The target is given as energies per collision [J] and
+collisions of one ball [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALL_MM FILL). A YAML file
+can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take precedence over it.
 
-Printed are the residuals in per cent, the descriptors that the condition's interval holds (met), and what lies
-outside the simulated range; --out writes all of it.
+The printed table shows the residuals in per cent, the target descriptors that lie within the interval of the condition
+(met), and the values outside the simulated ranges; --out writes the whole table.
 """
 
 import argparse
@@ -41,26 +41,26 @@ SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ba
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
-    """The command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fingerprints", nargs="+", type=Path, help="fingerprint_CONTACT.json of what can be used")
+    parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the powders or mills to use")
     parser.add_argument("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
-    parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="wanted [J]")
-    parser.add_argument("--frequency", type=float, metavar="HZ", help="wanted collisions of one ball [1/s]")
+    parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
+    parser.add_argument("--frequency", type=float, metavar="HZ", help="target: collisions of one ball [1/s]")
     parser.add_argument(
-        "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALL_MM", "FILL"), help="a condition of another mill"
+        "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALL_MM", "FILL"), help="target: a condition of another mill"
     )
-    parser.add_argument("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="speeds that can be set [rpm]")
-    parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (all simulated) [-]")
-    parser.add_argument("--balls", nargs="+", type=float, metavar="MM", help="ball diameters at hand [mm]")
+    parser.add_argument("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
+    parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
+    parser.add_argument("--balls", nargs="+", type=float, metavar="MM", help="available ball diameters [mm]")
     parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
     parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
-    parser.add_argument("--out", type=Path, help="TSV file to write the whole table to")
+    parser.add_argument("--out", type=Path, help="TSV file for the whole table")
     return parser.parse_args(arguments)
 
 
 def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchConfig:
-    """The request of the YAML file with the options laid over it."""
+    """The request from the YAML file and the options, which take precedence."""
     content = {"fill_ratios": fill_range}
     if options.request:
         read = read_yaml(options.request)
@@ -68,7 +68,7 @@ def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchCon
             inverse = (read["fingerprint"] or {}).get("inverse", {})
             read = {key: value for key, value in inverse.items() if key in MatchConfig.model_fields}
         if not isinstance(read, dict):
-            raise ConfigError(f"{options.request}: a mapping of keys to values is wanted")
+            raise ConfigError(f"{options.request}: must be a mapping of keys to values")
         content |= read
     target = {"name": "command_line"}
     if options.energies:
@@ -87,7 +87,7 @@ def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchCon
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Rank the conditions, print them, and write them where wanted."""
+    """Rank the conditions, print them and, with --out, write them."""
     options = parse(arguments)
     with stop_on_bad_input():
         fingerprints = [Fingerprint.read(path) for path in options.fingerprints]
@@ -100,7 +100,7 @@ def main(arguments: list[str] | None = None) -> None:
         shown = rows[list(SHOWN)].rename(columns=SHOWN).replace(SHORT, regex=True)
         print(f"{name}:\n{shown.to_string(index=False, formatters=FORMATS)}")
     if table.empty:
-        print("no condition: the fill ratios that can be set were not simulated")
+        print("no condition: none of the requested fill ratios was simulated")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The conditions of one mill that come nearest to a condition of another, ranked, with what is lost in each."""
+"""Ranks the conditions of one mill that come nearest to a condition of another, with what is lost in each."""
 
 from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
@@ -9,7 +9,7 @@ from millprint.job import job
 
 
 def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) -> MatchConfig:
-    """What is asked: what the settings leave out is what was simulated of the mill."""
+    """The request: ranges that the settings do not give are those of the simulations of the mill."""
     ranges, settled = fingerprint.about["ranges"], fingerprint.about["settings"]
     balls = sorted({1e3 * diameter for diameter in settled["ball_diameter_m"]})
     condition = LikeConfig(

@@ -1,4 +1,4 @@
-"""What one step of each parameter of the jar does to the fitted values, by short simulations."""
+"""Effect of one step of each parameter of the jar on the fitted values, from short simulations."""
 
 from millprint.config.contact import ContactConfig
 from millprint.config.fit import TrialConfig

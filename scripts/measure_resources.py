@@ -2,9 +2,9 @@
 
     python scripts/measure_resources.py [results/benchmarks] [profiles/slurm/config.yaml]
 
-Time is TIMES the longest job, memory MARGIN times the largest and what its Snakemake takes beside it. Rules that need
-no more than the profile's default are left out. Simulations know their time and memory themselves, and trainings their
-time (workflow/rules/dem.smk, surrogate_training.smk).
+The time is TIMES that of the longest job. The memory is MARGIN times that of the largest job, plus that of Snakemake.
+Rules that need no more than the default of the profile are left out. The rules of simulations set their own time and
+memory, and those of trainings their own time (workflow/rules/dem.smk, surrogate_training.smk).
 """
 
 import math
@@ -18,18 +18,18 @@ from millprint.errors import ConfigError
 from millprint.files import read_table, whole_file
 
 MARK = "# --- measured ---\n"
-# The profile's default-resources [min], [MB].
+# default-resources of the profile [min], [MB].
 DEFAULT_MIN, DEFAULT_MB = 30, 1500
 TIMES, STEP_MIN = 4, 15
 MARGIN, SNAKEMAKE_MB, STEP_MB = 1.5, 300, 250
-# Nothing may run beside what is timed.
+# Nothing else may run on the node during the timing.
 FURTHER = {"time_surrogates": {"slurm_extra": "\"'--exclusive'\""}}
 OWN_TIME = ("train_surrogate",)
 OWN_TIME_AND_MEMORY = ("run_dem_case", "run_long_dem_case")
 
 
 def read_benchmarks(folder: Path) -> pd.DataFrame:
-    """A row a job: rule, seconds, largest resident memory [MB]; the rule is the name of the benchmark's folder."""
+    """A row for each job: rule (the folder of its benchmark), time [s], largest resident memory [MB]."""
     rows = []
     for path in sorted(folder.rglob("*.tsv")):
         table = read_table(path, numeric=["s", "max_rss"])
@@ -40,7 +40,7 @@ def read_benchmarks(folder: Path) -> pd.DataFrame:
 
 
 def resources_text(jobs: pd.DataFrame, source: str) -> str:
-    """The section set-resources of a profile."""
+    """The text of the section set-resources of a profile."""
     lines = [f"# From {source}: {len(jobs)} jobs.", "set-resources:"]
     for rule, own in jobs.groupby("rule"):
         seconds, memory = own["s"].max(), own["max_rss"].max()

@@ -1,4 +1,4 @@
-"""Is the scaling universal? The collapse as numbers, the universal curves, exponents by regression, and the zones."""
+"""Is the scaling universal? Numbers of the collapse, universal curves, exponents by regression, and zones."""
 
 import pandas as pd
 
@@ -13,7 +13,7 @@ from millprint.job import job
 
 
 def main(inputs, output, mill: str, contacts: list[str], interval: float) -> None:
-    """Write collapse, universal curves and zones of `mill`, and the exponents over every mill of the sweeps."""
+    """Write collapse, universal curves and zones of `mill`, and the exponents of every mill of the sweeps."""
     descriptors = read_table(inputs.descriptors, numeric=NUMBERS, text=TEXT)
     own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
     write_table(tabulate_collapse(own), output.collapse)

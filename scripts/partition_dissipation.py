@@ -23,14 +23,14 @@ def best_run(runs: pd.DataFrame, cases: pd.DataFrame) -> dict[str, float]:
 
 
 def side_by_side(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """The tables below each other, told apart by a first column `curves`."""
+    """The tables, joined, with the name of each in a first column `curves`."""
     return pd.concat([table.assign(curves=name) for name, table in tables.items()], ignore_index=True)[
         ["curves", *next(iter(tables.values())).columns]
     ]
 
 
 def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionConfig) -> None:
-    """Design the cases and judge the measured yields, with the published curves and with ours."""
+    """Design the cases and evaluate the measured yields, with the published curves and with ours."""
     measured, fingerprint = regimes.read_regimes(regimes_path), Fingerprint.read(fingerprint_path)
     about = fingerprint.about
     reference = regimes.reference_condition(
@@ -49,7 +49,7 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
     )
     chosen = {"published": measured, "ours": regimes.with_curves(measured, fingerprint)}
     cases = {name: regimes.design_cases(table, reference) for name, table in chosen.items()}
-    # The yields were measured at the speeds of the published design, so our curves give the power at those.
+    # The yields were measured at the speeds of the published design, so our curves give the power at these speeds.
     run_speed = cases["published"]["speed_hz"]
     for table in cases.values():
         table["power_as_run_W"] = regimes.power_as_run(table, run_speed, reference)

@@ -1,4 +1,4 @@
-"""A large mill by geometric similarity: how to run it, what is kept, and what it costs to simulate."""
+"""A large mill by geometric similarity: how to run it, what stays the same, and the cost of simulating it."""
 
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import ScaleUpConfig
@@ -26,4 +26,4 @@ if "snakemake" in globals():
         compared = compare_run(sheet, run, counted(run, fingerprint.about["counting_rule"]))
         write_table(compared, snakemake.output.run)
         save(plot_scale_up(sheet), snakemake.output.svg, snakemake.output.png)
-        logger.info("the large run: %d balls, %.3g s of processor", run["balls"], run["processor_s"])
+        logger.info("simulated large mill: %d balls, %.3g s of processor time", run["balls"], run["processor_s"])

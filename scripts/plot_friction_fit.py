@@ -1,4 +1,4 @@
-"""Figure: the track of the oscillating ball, its fit, and how well it tells the friction pair (Fig. 3.3)."""
+"""Draws the track of the oscillating ball, its fit, and how well it determines the friction pair (Fig. 3.3)."""
 
 from millprint.figures.calibration import plot_friction_fit
 from millprint.figures.style import save

@@ -1,4 +1,4 @@
-"""Figure 3.4: power and run time against Young's modulus, and what becomes of the descriptors."""
+"""Figure 3.4: power, run time and descriptors against Young's modulus."""
 
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
 from millprint.figures.convergence import plot_modulus

@@ -1,4 +1,4 @@
-"""Draws a variant's loss, and its roll-outs of every test that moves beside the simulations."""
+"""Draws the loss of a variant, and its roll-outs next to the simulations, for every test with moving balls."""
 
 from millprint.figures.chapter6 import plot_dissipation, plot_distributions, plot_error_growth, plot_loss
 from millprint.figures.style import save

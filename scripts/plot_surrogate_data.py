@@ -1,4 +1,4 @@
-"""Draws what the surrogate is given: the signed distance of the jar and where balls touch its wall."""
+"""Draws the input of the surrogate: the signed distance of the jar, and where balls touch its wall."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def main(
     scene = read_scene(run)
     table = read_table(wall_contacts, numeric=["low_m", "high_m", "contacts"])
     height = scene.bounds_m[:, 2]
-    # One section through the middle of the jar, one at the height of a ball's centre that lies on the floor.
+    # One section through the middle of the jar, one at the height of the centre of a ball on the floor.
     slices = [
         scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
         scene.section("z", float(height[0] + scene.ball_radius_m)),

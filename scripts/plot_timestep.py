@@ -8,7 +8,7 @@ from millprint.job import job
 
 
 def main(table_path: str, choice_path: str, output) -> None:
-    """Draw the table of the time-step sweep with the verdict on it."""
+    """Draw the table of the time-step sweep and the chosen step."""
     deviations = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
     table = read_table(table_path, numeric=["ball_diameter_mm", "time_step_s", "closure", *deviations], text=SERIES[:2])
     save(plot_timestep(table, read_json(choice_path)), output.svg, output.png)

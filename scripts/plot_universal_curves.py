@@ -1,4 +1,4 @@
-"""Figure 3.14: the universal master curves of all contact sets; and the exponents of the scaling by regression."""
+"""Figure 3.14: the universal master curves of all contact sets, and the exponents of the scaling by regression."""
 
 from millprint.figures.chapter3 import plot_exponents, plot_universal_curves
 from millprint.figures.style import save
@@ -9,7 +9,7 @@ from millprint.job import job
 
 
 def main(inputs, output, mill: str, contacts: list[str]) -> None:
-    """Draw one mill's conditions after the universal scaling, and the exponents under the run's counting rule."""
+    """Draw the conditions of one mill after the universal scaling, and its exponents with the run's counting rule."""
     descriptors = as_built(read_table(inputs.descriptors))
     descriptors = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
     save(

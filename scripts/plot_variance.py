@@ -9,7 +9,7 @@ from millprint.job import job
 
 
 def published_p(claims: str) -> dict[str, float]:
-    """Published p-values of Table 2.5 by source, such as `AB, CD`, from the table of claims."""
+    """Published p-values of Table 2.5 by term, such as `AB, CD`, from the table of claims."""
     frame = read_table(claims, text=["id", "quantity", "value"])
     own = frame[frame["id"].str.fullmatch(r"2\.anova\.\w+\.p")]
     return dict(zip(own["quantity"].str.removeprefix("p-value of "), own["value"].astype(float), strict=True))
@@ -23,7 +23,7 @@ def main(
     outputs: dict[str, str],
     factors: list[Factor],
 ) -> None:
-    """Write the ranking and both figures; `outputs` holds the paths pareto, pareto_svg, pareto_png, residuals_svg..."""
+    """Write the ranking and both figures; `outputs` has the paths pareto, pareto_svg, pareto_png, residuals_svg, ..."""
     names = {factor.symbol: factor.label for factor in factors}
     second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
     ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))

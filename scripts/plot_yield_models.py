@@ -1,4 +1,4 @@
-"""Figures 5.2 to 5.4."""
+"""Figures 5.2 to 5.4: predictions, intervals and SHAP values of the yield models."""
 
 from millprint.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
 from millprint.figures.style import save
@@ -7,7 +7,7 @@ from millprint.job import job
 
 
 def main(inputs, output) -> None:
-    """Draw the tables of the stage."""
+    """Draw the three figures."""
     text = ["model", "strategy", "case"]
     predictions = read_table(inputs.predictions, numeric=["yield_percent", "predicted_percent"], text=text)
     save(plot_test_predictions(predictions), output.predictions_svg, output.predictions_png)

@@ -1,4 +1,4 @@
-"""Figures of the honest evaluation, of coverage, of other regimes, and of the next experiments."""
+"""Figures of cross-validation, coverage, other regimes, and the next experiments."""
 
 from millprint.figures.chapter5_trust import (
     plot_coverage,
@@ -13,7 +13,7 @@ from millprint.job import job
 
 
 def main(inputs, output) -> None:
-    """Draw the tables of the stage."""
+    """Draw the figures."""
     text = ["model", "strategy", "scheme"]
     claims = read_table(inputs.claims, text=["id", "value"])
     honest = read_table(inputs.honest, numeric=["value"], text=[*text, "metric"])

@@ -25,7 +25,7 @@ def main(
     level: float,
     extrapolate: bool,
 ) -> int:
-    """Write the answers, and return how many rows were refused."""
+    """Write the predictions, and return the number of rows without one."""
     with threadpool_limits(1):
         table = answer(model, read_rows(conditions, yields=False), limits, training, folds, level, extrapolate)
     write_table(table, out)
@@ -41,14 +41,14 @@ def read_settings(path: str) -> YieldConfig:
 
 
 def command_line() -> int:
-    """Read the arguments and answer; 1 for bad input."""
+    """Read the arguments and predict; return 1 for bad input."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("model", help="a stored model, results/yield/models/*.json")
     parser.add_argument("conditions", help="table with case and the six conditions")
     parser.add_argument("out", help="table to write")
-    parser.add_argument("--config", default="config/config.yaml", help="where the section yields is read from")
+    parser.add_argument("--config", default="config/config.yaml", help="configuration with the section yields")
     parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
-    parser.add_argument("--extrapolate", action="store_true", help="answer outside the trained range too")
+    parser.add_argument("--extrapolate", action="store_true", help="predict outside the trained ranges too")
     given = parser.parse_args()
     if given.level is not None and not 0 < given.level < 1:
         parser.error(f"--level = {given.level:g}: between 0 and 1 is wanted")
@@ -62,7 +62,7 @@ def command_line() -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     if refused:
-        print(f"{refused} rows lie outside the trained range; column warning says where", file=sys.stderr)
+        print(f"{refused} rows lie outside the trained range, without prediction; see column warning", file=sys.stderr)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Proposes the next experiments within the region that the user can reach."""
+"""Proposes the next experiments within the configured region."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -28,7 +28,7 @@ def main(
     settings: ProposalConfig,
     averaging: AveragingConfig,
 ) -> None:
-    """Write the proposals; `curves` is a table of master curves, or None for those of the cases."""
+    """Write the proposals; `curves` is the path of a table of master curves, or None for the curves of `cases`."""
     known = [read_rows(path) for path in parts]
     if settings.regimes:
         known.append(regime_rows(cases, reference))

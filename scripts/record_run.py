@@ -1,4 +1,4 @@
-"""Writes the merged configuration of a run; the file can be given back to Snakemake with --configfile."""
+"""Writes the merged configuration of a run, which can be used again with --configfile."""
 
 import platform
 
@@ -10,7 +10,7 @@ from millprint.provenance import package_versions
 
 
 def main(config: dict, output: str) -> None:
-    """Write `config` as YAML below a comment with the versions that ran it."""
+    """Write `config` as YAML, after a comment with the versions of Python and the packages."""
     versions = ", ".join(f"{name} {number}" for name, number in package_versions().items())
     with whole_file(output) as partial:
         partial.write_text(

@@ -16,7 +16,7 @@ def main(setting: Setting, output: str, settings: RollOutConfig, case: str, star
     steps, per_frame = (round(time_s / surrogate.step_s) for time_s in (settings.length_s, settings.frame_interval_s))
     rollout = surrogate.roll_out(starts_s, steps, per_frame)
     rollout.write(output, case)
-    logger.info("%d trajectories of %d steps; mean edges a graph: %s", len(starts_s), steps, rollout.mean_edges)
+    logger.info("%d trajectories of %d steps; mean edges per graph: %s", len(starts_s), steps, rollout.mean_edges)
 
 
 if "snakemake" in globals():

@@ -1,4 +1,4 @@
-"""Simulate one case of a sweep."""
+"""Simulates one case of a sweep."""
 
 import sys
 

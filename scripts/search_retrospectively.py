@@ -1,4 +1,4 @@
-"""How many runs the next-experiment search needs to find the best of those that were done, against chance."""
+"""How many runs the search for the next experiment needs to find the best run, compared with random choice."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -20,7 +20,7 @@ from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
-    """Write the share of starts that have found the best run after each number of runs, and the mean number."""
+    """Write the fraction of starts that have found the best run after each number of runs, and the mean number."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     yields = rows[YIELD].to_numpy(float)
     library, starts = smaller_library(averaging, plan), draw_starts(yields, plan)

@@ -1,4 +1,4 @@
-"""Tabulates the ablations of appendix A beside what the thesis says of them."""
+"""Tabulates the ablations of appendix A next to the statements of the thesis."""
 
 from millprint.files import read_table, write_table
 from millprint.job import job

@@ -1,4 +1,4 @@
-"""Shows the tables of a chapter on a page on which they sort and filter."""
+"""Writes a page with the tables of a chapter, which can be sorted and filtered."""
 
 from millprint.files import read_table, whole_file
 from millprint.job import job
@@ -7,7 +7,7 @@ from millprint.report.tables import Section, tables_page
 
 
 def main(chapter: str, name: str, tables: list[str], results: str, output: str) -> None:
-    """Write the page of one chapter: those of its tables that are among the files `tables` of the folder `results`."""
+    """Write the page of one chapter, with those of its tables in the folder `results` that `tables` lists."""
     sections = [
         Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
         for listed in TABLES[chapter]

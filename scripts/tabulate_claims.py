@@ -18,7 +18,7 @@ def write_page(text: str, path: str) -> None:
 
 
 def main(name: str, results: str, claims_path: str, output) -> None:
-    """Hold every claim against the tables under `results`."""
+    """Compare every claim with the tables in `results`."""
     data = Path(claims_path).parent
     table = tabulate_claims(claims_path, collect_findings(Path(results), data))
     counts, errata = count_verdicts(table), collect_errata(Path(results), data, table)

@@ -1,4 +1,4 @@
-"""Tabulate descriptors against the time step or against Young's modulus."""
+"""Tabulates descriptors against the time step or against Young's modulus."""
 
 from millprint.dem.convergence import convergence_table
 from millprint.files import read_json, write_table

@@ -1,4 +1,4 @@
-"""What the mill's jar and the counting rule were fitted to, what was held back, and how far each value is off."""
+"""The values that the jar and the counting rule were fitted to, those held back, and the error of each."""
 
 import pandas as pd
 
@@ -14,7 +14,7 @@ TEXT = ["mill", "contact", "varied"]
 
 
 def main(files, output_path: str, mill: MillConfig, contact: str, fitted: list[str], rule: str) -> pd.DataFrame:
-    """Write the table from the sweeps' descriptors and revolutions and the short runs of the sensitivity."""
+    """Write the table from the descriptors and revolutions of the sweeps, and from the table of the sensitivity."""
     values = with_roles(published_values(read_published(files.published), contact), fitted)
     descriptors, cycles = (read_table(path, text=TEXT) for path in (files.descriptors, files.cycles))
     values = computed_values(values, descriptors, cycles, mill.name, contact).assign(counting_rule=rule)

@@ -1,4 +1,4 @@
-"""Tabulates what other groups report and leave out, whether their numbers agree, and plots yield against speed."""
+"""Tabulates what other groups report, do not report and contradict; plots their yields against speed."""
 
 from millprint.doe.literature import (
     literature_checks,
@@ -14,7 +14,7 @@ from millprint.job import job
 
 
 def main(studies: str, yields: str, outputs: dict[str, str]) -> None:
-    """Write the tables and both figures; `outputs` holds the path of each."""
+    """Write the tables and both figures; `outputs` has the path of each."""
     frame, reported = read_literature(studies), read_reported_yields(yields)
     write_table(unreported_table(frame), outputs["unreported"])
     missing = missingness_table(frame)

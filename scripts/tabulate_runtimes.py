@@ -19,7 +19,7 @@ def main(name: str, benchmarks: str, logs: str, output) -> None:
     sections = [
         Section("Stages", sum_stages(jobs), "Wall times of all jobs of a stage added up; jobs run side by side."),
         Section("Made with", made_with),
-        Section("Every job", jobs, "Jobs without processor time have no benchmark: their time is that of their log."),
+        Section("Every job", jobs, "Jobs without processor time have no benchmark; their time comes from their log."),
     ]
     total = jobs["wall_s"].sum() / 60
     introduction = f"Run {name}: {len(jobs)} jobs, {total:.0f} minutes of wall time in all."

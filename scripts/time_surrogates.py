@@ -1,4 +1,4 @@
-"""Times roll-outs of trained surrogates beside our own simulation of the same cases."""
+"""Times roll-outs of trained surrogates, and our simulation of the same cases."""
 
 import pandas as pd
 
@@ -15,8 +15,8 @@ from millprint.surrogate.timing import scaled_thresholds, simulation_seconds, ti
 def main(
     weights: str, trained: str, runs: list[str], rule: EdgeConfig, snap_back_m: float | None, timing: TimingConfig
 ) -> pd.DataFrame:
-    """Rows of one variant: a row a case and batch size."""
-    # One thread, as the simulation has.
+    """Rows of one variant, one for each case and batch size."""
+    # One thread, as for the simulation.
     device = choose_device(threads=1)
     trained_m, tables = read_scene(trained).ball_radius_m, []
     for run in runs:

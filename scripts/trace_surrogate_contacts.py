@@ -1,4 +1,4 @@
-"""Follows the contacts of simulations coarse step by coarse step: what the contact surrogate learns from."""
+"""Records the contacts of simulations at each coarse step: the training data of the contact surrogate."""
 
 import logging
 

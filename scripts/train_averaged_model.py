@@ -13,7 +13,7 @@ from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], model_path: str, members_path: str, settings: AveragingConfig) -> None:
-    """Train on the rows of `parts` and nothing else."""
+    """Train only on the rows of `parts`."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1):
         model = average(fit_library(rows, rows[YIELD].to_numpy(float), settings), settings)

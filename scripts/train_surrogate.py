@@ -13,7 +13,7 @@ logger = logging.getLogger("millprint")
 
 def main(kind: str, dataset: str, weights: str, history: str, settings: dict, threads: int) -> None:
     logger.info("%s", kind_of(kind).title)
-    # Beside the outputs and none of them: Snakemake removes the outputs of a job that was killed.
+    # Not an output of the rule, because Snakemake removes the outputs of a killed job.
     checkpoint = Path(weights).with_suffix(".checkpoint.pt")
     content, losses = kind_of(kind).train(dataset, checkpoint, settings, choose_device(threads))
     write_table(losses, history)

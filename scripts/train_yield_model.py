@@ -19,7 +19,7 @@ def main(
     budget: SearchConfig,
     threads: int = 1,
 ) -> None:
-    """Train on the rows of `train_path` and nothing else, and write the model."""
+    """Train only on the rows of `train_path`, and write the model."""
     rows = read_rows(train_path)
     total = evaluations_of(model, strategy, settings, budget)
     with threadpool_limits(threads), progress(total, f"tuning {model} {strategy}", "set") as bar:

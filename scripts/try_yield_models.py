@@ -1,4 +1,4 @@
-"""Leave-one-out of everything that was tried for a better yield model."""
+"""Leave-one-out cross-validation of every alternative yield model that was tried."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -14,7 +14,7 @@ from millprint.predict.tried import tabulate_trials, try_everything
 
 
 def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
-    """Write a row for each thing tried."""
+    """Write a row for each model that was tried."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
         trials = try_everything(rows, averaging, training.seed, bar.update)

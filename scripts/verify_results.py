@@ -1,16 +1,16 @@
-"""Checks what earlier runs left behind, in plain words, and mends it.
+"""Checks the locks and files that earlier runs left behind, and repairs them.
 
     python scripts/verify_results.py [RESULTS] [--repair | --keep] [-- SNAKEMAKE ARGUMENTS]
 
-Locks of a run that was killed are removed, by `snakemake --unlock`; never where another run is alive, or where nothing
-is known of it. Files below RESULTS (results) that are not what their jobs wrote are named. On a terminal you are asked
-what to do with them. Elsewhere nothing is changed without an option:
+The locks of a killed run are removed by `snakemake --unlock`, but not if another run is or may be alive. Files in
+RESULTS (default: results) that have changed since their jobs wrote them are listed. In a terminal you are asked what to
+do with them. Otherwise nothing is changed without an option:
 
-    --repair  moves them to NAME.damaged and makes them again, and nothing else
-    --keep    records them as they are: from here on they are results
+    --repair  renames them to NAME.damaged and makes them again, and nothing else
+    --keep    keeps them as they are and records them as results
 
-The Snakemake arguments are those of your runs, such as --cores 2 --configfile config/smoke.yaml, without targets. Exit
-status: 0 if all is well or mended, else 1.
+The Snakemake arguments are those of your runs, such as --cores 2 --configfile config/smoke.yaml, without targets. The
+exit status is 0 if nothing is wrong or everything is repaired, else 1.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from millprint.verify.runner import Snakemake, say
 
 
 def read_arguments(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Own options, and the arguments for Snakemake behind `--`."""
+    """The options of this script, and the arguments for Snakemake after `--`."""
     parser = argparse.ArgumentParser(
         description=__doc__, usage=argparse.SUPPRESS, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -37,12 +37,12 @@ def read_arguments(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
     cut = words.index("--") if "--" in words else len(words)
     arguments = words[cut + 1 :]
     if "--" in arguments:
-        parser.error("Snakemake's arguments must have no targets: what is made again is what is damaged")
+        parser.error("the arguments of Snakemake must have no targets: the damaged files are the targets")
     return parser.parse_args(words[:cut]), arguments
 
 
 def verify(results: str, choice: str | None, snakemake: Snakemake, command: list[str]) -> bool:
-    """Check locks and recorded files in the present folder, mend what is asked for; whether all is well then."""
+    """Check locks and recorded files in the current folder, and repair them as requested; True if all is well then."""
     runs, logs = runs_of(), Path(results) / "logs"
     unlocked = mend_locks(runs, snakemake)
     damages = damaged_files(logs)
@@ -51,10 +51,10 @@ def verify(results: str, choice: str | None, snakemake: Snakemake, command: list
     if not unlocked:
         return False
     if not damages:
-        say(f"checked: each file below {results} that a job has recorded in {logs} is as it was written")
+        say(f"checked: every file in {results} that a job recorded in {logs} is unchanged")
         return True
     if choice and any(run.state == LIVING for run in runs):
-        say("nothing was changed: wait for the end of the run that is alive")
+        say("nothing was changed: wait until the other run has ended")
         return False
     return mend_files(damages, choice, snakemake, command)
 

@@ -14,12 +14,12 @@ ROOT = Path(__file__).parent.parent
 
 
 def _name(text: str) -> str:
-    """A package's name in the spelling that all others reduce to."""
+    """The normalised name of a package (PEP 503)."""
     return re.sub(r"[-_.]+", "-", text).lower()
 
 
 def locked() -> dict[str, str]:
-    """Package, in its common spelling, to its line of the lock file."""
+    """The line of each package in the lock file, by normalised name."""
     lines = (ROOT / "envs" / "requirements.lock").read_text().splitlines()
     return {_name(line.split("==")[0]): line for line in lines if line and not line.startswith("#")}
 
@@ -45,7 +45,7 @@ def library_packages() -> list[str]:
 
 
 def conda_text() -> str:
-    """The environment of every rule: Python and pip from conda-forge, the packages as locked."""
+    """The text of the environment file: Python and pip from conda-forge, the packages as locked."""
     packages = ["python=3.11", "pip", {"pip": library_packages()}]
     content = {"channels": ["conda-forge", "nodefaults"], "dependencies": packages}
     return f"# Written from requirements.lock by `make lock`.\n{yaml.safe_dump(content, sort_keys=False)}"

@@ -193,7 +193,7 @@ def command(*arguments) -> subprocess.CompletedProcess:
 def test_the_command_line(run):
     done = command(run, "--revolutions", "0.2", "--frames-per-revolution", "50", "--start", "0.52")
     assert done.returncode == 0, done.stderr
-    assert "10 frames, 20 times slower than life" in done.stdout
+    assert "10 frames, 20 times slower than real time" in done.stdout
     with Image.open(run.with_name("mill.gif")) as image:
         assert image.n_frames == 10
     done = command(run, "--frames-per-second", "0")
