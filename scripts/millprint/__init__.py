@@ -3,7 +3,7 @@
 import gc
 import os
 
-# Host, process and start time of the run that started a job, handed down in the environment: see millprint.liveness.
+# Host, process and start time of the run that started a job, passed in the environment: see millprint.liveness.
 RUN_VARIABLE = "MILLPRINT_RUN"
 
 if RUN_VARIABLE in os.environ:

@@ -1,4 +1,4 @@
-"""A digest of the library files that a script uses, so that an edit reruns exactly what depends on it."""
+"""A digest of the library files that a script uses, so that an edit reruns only the rules that depend on it."""
 
 import hashlib
 import re
@@ -6,13 +6,13 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-# Files that a module reads from its own folder: pages and what is on them.
+# Files that a module reads from its own folder: parts of pages.
 TEMPLATES = (".html", ".css", ".js")
 
 
 @cache
 def _module_files(module: str) -> list[Path]:
-    """The file of `millprint.a.b` and the package files above it; nothing for a name that is no module."""
+    """The file of `millprint.a.b` and those of the packages that contain it; empty if there is no such module."""
     parts = module.split(".")[1:]
     files = [PACKAGE.joinpath(*parts[:depth], "__init__.py") for depth in range(len(parts) + 1)]
     if parts:
@@ -20,7 +20,7 @@ def _module_files(module: str) -> list[Path]:
     return [file for file in files if file.is_file()]
 
 
-# An import at any depth of a file. Words of a docstring that look like one do no harm: a file more to depend on.
+# An import anywhere in a file. A docstring that looks like an import only adds a dependency.
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(millprint[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|.+)|import[ \t]+(millprint[\w.]*))", re.M
 )
@@ -28,7 +28,7 @@ IMPORT = re.compile(
 
 @cache
 def _imports(file: Path) -> frozenset[Path]:
-    """The millprint files that `file` imports, at any depth of its own code."""
+    """The millprint files that `file` imports, also inside functions."""
     found: set[Path] = set()
     for package, names, module in IMPORT.findall(file.read_text()):
         modules = [module] if module else [package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))]
@@ -38,7 +38,7 @@ def _imports(file: Path) -> frozenset[Path]:
 
 
 def library_files(script: str | Path) -> list[Path]:
-    """Every file of the library that `script` imports, directly or through another, with their templates, sorted."""
+    """Every library file that `script` imports, directly or indirectly, with their templates, sorted."""
     seen: set[Path] = set()
     waiting = list(_imports(Path(script).resolve()))
     while waiting:

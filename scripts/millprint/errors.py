@@ -1,11 +1,11 @@
-"""Errors that a user can mend: one line each, naming the file, the key, the value and what would be right."""
+"""Errors that a user can correct: one line each, with the file, the key, the value and what would be right."""
 
-# Longer lines lose their middle: what stands there is a value of the user's, file and key come before it.
+# Longer lines are shortened in the middle, where the user's value is; file and key come before it.
 LONGEST_LINE = 600
 
 
 def readable(line: str) -> str:
-    """A line that a terminal shows as it is: no control characters or invisible ones, and no longer than needed."""
+    """A line without control or invisible characters, shortened to LONGEST_LINE."""
     shown = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in line)
     if len(shown) <= LONGEST_LINE:
         return shown
@@ -13,19 +13,19 @@ def readable(line: str) -> str:
 
 
 class MillprintError(Exception):
-    """Something that the user can mend; its text is a line for each fault and is shown without a traceback."""
+    """An error that the user can correct. Its text has a line for each fault and is shown without a traceback."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__("\n".join(readable(line) for line in text.split("\n")))
 
 
 class ConfigError(MillprintError):
-    """A configuration file, a mill, a contact set or a data table that does not hold."""
+    """A configuration file, a mill, a contact set or a data table is not valid."""
 
 
 class DamagedFile(ConfigError, ValueError):
-    """A file of results that is not what a job wrote."""
+    """A result file is not as its job wrote it."""
 
 
 class SimulationError(MillprintError):
-    """A simulation that must not count as a result: escaped ball, excessive overlap, open energy balance."""
+    """A simulation whose result is invalid: escaped ball, excessive overlap, or an open energy balance."""

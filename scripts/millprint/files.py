@@ -1,4 +1,4 @@
-"""Files that are whole or absent: tables, JSON and any other output, written beside their name and renamed.
+"""Tables, JSON and other outputs, written under a temporary name and then renamed: a file is complete or absent.
 
 Snakemake imports this module as it reads the Snakefile, so pandas is imported only where it is used.
 """
@@ -21,10 +21,10 @@ from millprint.errors import ConfigError, DamagedFile
 if TYPE_CHECKING:
     import pandas as pd
 
-# Columns that name a row for a reader.
+# Columns that identify a row for a reader.
 ROW_NAMES = ("case", "reference")
 
-# Every file that this process has written whole, for the record of its job.
+# Every file that this process has written, for the record of its job.
 written: list[Path] = []
 
 
@@ -32,12 +32,12 @@ written: list[Path] = []
 def whole_file(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`, renamed onto it only if the block ends without an error.
 
-    What was written is on the disk before the name is: neither a killed job nor a lost power supply leaves half a file.
+    The content is on the disk before the name changes, so neither a killed job nor a power failure leaves half a file.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     _drop_left_overs(path)
-    # The suffix stays last: writers (matplotlib, h5py, pandas) choose a format by it.
+    # The suffix stays: matplotlib, h5py and pandas choose a format by it.
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
     try:
         yield partial
@@ -50,7 +50,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 
 
 def _drop_left_overs(path: Path) -> None:
-    """Remove what killed processes had begun to write in place of `path`."""
+    """Remove temporary files of `path` that killed processes have left."""
     for partial in path.parent.glob(f".partial.*.{glob.escape(path.name)}"):
         number = partial.name.split(".")[2]
         if number.isdecimal() and not psutil.pid_exists(int(number)):

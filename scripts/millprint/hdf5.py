@@ -1,4 +1,4 @@
-"""HDF5 files of results: written whole, and read with one line about what is wrong."""
+"""HDF5 result files, written completely or not at all; an error while reading is one line."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -34,6 +34,4 @@ def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
             yield file
     except (OSError, KeyError) as error:
         what = " ".join(str(error).split())
-        raise ConfigError(
-            f"{path}: truncated or damaged ({what}); delete it and run the same command again: it is made anew"
-        ) from None
+        raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None

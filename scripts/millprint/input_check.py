@@ -1,7 +1,7 @@
-"""Checks what needs geometry or physics before the first job: by a process of its own, which imports the libraries.
+"""Checks the input that needs geometry or physics before the first job, in a process that imports the libraries.
 
-The Snakefile calls it when a run starts. So reading the Snakefile stays light, and a check that has passed is not
-repeated: a file named after the digest of all that it read says so.
+The Snakefile calls it when a run starts, so that reading the Snakefile stays fast. A check that has passed is not
+repeated: it leaves a file named after the digest of its input.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ from millprint.config.sources import named_files
 from millprint.config.workflow import WorkflowConfig
 from millprint.digest import library_digest
 
-# In the folder that Snakemake works in.
+# In the working folder of Snakemake.
 PASSED = Path(".snakemake/millprint/checked")
 
 
@@ -31,17 +31,17 @@ def check_once(
 ) -> None:
     """Run `script` (scripts/check_input.py) on a configuration, unless the same has passed before.
 
-    source: the file that refusals name where no other is at fault. Ends the program with status 1 where the check
-    refuses; its lines have been printed then. Without numpy, as where environments are made for jobs alone, nothing is
-    checked but by the jobs themselves, and a line says so.
+    source: the file that messages name if no other file is at fault. If the check fails, its lines are printed and the
+    program ends with status 1. Without numpy, as when only the jobs have conda environments, the jobs themselves check
+    their input, and a line says so.
     """
     if find_spec("numpy") is None:
-        print("note: geometry is checked by the jobs, for numpy is not installed beside Snakemake", file=sys.stderr)
+        print("note: the jobs check the geometry, because Snakemake's environment has no numpy", file=sys.stderr)
         return
     content = json.dumps(
         {
             "config": config.model_dump(mode="json"),
-            # No simulation records what volume is accepted, so it is no part of a mill's plain values.
+            # Simulations do not record the tolerance, so the plain values of a mill do not contain it.
             "mills": {
                 name: {**mill.model_dump(mode="json"), "volume_tolerance": mill.volume_tolerance}
                 for name, mill in mills.items()
@@ -70,7 +70,7 @@ def _shapes(mills: Mapping[str, MillConfig]) -> list[str]:
 
 
 def _digest(content: str, files: list[str], script: str) -> str:
-    """A digest of a configuration, of the files that it names and of the library that checks it."""
+    """A digest of a configuration, of the files that it names, and of the library that checks it."""
     total = hashlib.sha256(content.encode() + library_digest(script).encode())
     for file in sorted(set(files)):
         total.update(Path(file).read_bytes() if Path(file).is_file() else b"not there")

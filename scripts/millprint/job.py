@@ -1,4 +1,4 @@
-"""What a job shows: a log file that says what was done and how long it took, and a bar with a time to go."""
+"""The log file of a job, its run time, and a progress bar with the remaining time."""
 
 import errno
 import gc
@@ -21,26 +21,26 @@ from millprint.records import record_path, write_record
 
 logger = logging.getLogger("millprint")
 
-# A disk that is full, a quota, a file larger than it may be.
+# A full disk, a used-up quota, a file that is too large.
 FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota is used up",
-        errno.EFBIG: "larger than a file may be here"}  # fmt: skip
+        errno.EFBIG: "the file is too large for this file system"}  # fmt: skip
 
 
 @contextmanager
 def job(log_path: str, title: str) -> Iterator[logging.Logger]:
-    """Log one job to `log_path`; an error of the user's ends the job with a line for each fault, and no traceback.
+    """Log one job to `log_path`. A MillprintError ends the job with a line for each fault and without a traceback.
 
     The files that it writes are recorded beside the log. It ends with the run that started it, and waits until an
     earlier attempt at it has ended.
     """
-    # All that is imported by now, which stays: the collector leaves it alone.
+    # The garbage collector need not examine what is imported by now.
     gc.freeze()
     gc.enable()
     end_with_run()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)
     handler = logging.FileHandler(log_path, mode="a")
     stream = handler.stream
-    assert stream is not None, "a handler that has not been told to wait opens its file at once"
+    assert stream is not None, "a handler without `delay` opens its file at once"
     wait_for_turn(stream)
     stream.truncate(0)
     record = record_path(log_path)
@@ -78,18 +78,18 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     finally:
         logger.removeHandler(handler)
         handler.close()
-        # Python would look through everything twice more before it ends: half a second where torch is imported.
+        # Without this, Python examines all objects twice more at its end: half a second if torch is imported.
         gc.freeze()
 
 
 def _full(error: OSError) -> str | None:
-    """What an error of a disk without room says; HDF5 gives the number in words only."""
+    """The message for an error of a full disk; HDF5 gives the error number only in its text."""
     found = re.search(r"errno = (\d+)", str(error))
     return FULL.get(error.errno or (int(found.group(1)) if found else 0))
 
 
 def progress(total: float | None, what: str, unit: str = "it", **options: Any) -> tqdm:
-    """A progress bar with a time to go on the terminal; sparse lines where the output is a file or CI."""
+    """A progress bar with the remaining time in a terminal; a few lines if the output is a file or CI."""
     terminal = sys.stderr.isatty()
     return tqdm(
         total=total,

@@ -1,4 +1,4 @@
-"""How the numerical kernels are compiled: no Python, one thread but where a run asks for more, machine code kept.
+"""Compilation of the numerical kernels: without Python objects, with one thread by default, cached on disk.
 
 Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
 calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one. The name
@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).parent
 
 
 def cache_root() -> Path:
-    """Where machine code is kept: in a checkout of the project, or in the user's cache for an installed library."""
+    """The folder of the cache: in a checkout of the project, or in the user's cache for an installed library."""
     project = PACKAGE.parents[1]
     if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
         return project / ".numba_cache"
@@ -30,7 +30,7 @@ CACHE_ROOT = cache_root()
 
 
 def processor_type() -> str:
-    """The processor's name and a short hash of its instruction sets: machine code runs on its own type alone."""
+    """Name of the processor and a short hash of its instruction sets, on which machine code depends."""
     features = binding.get_host_cpu_features().flatten()
     return f"{binding.get_host_cpu_name()}-{hashlib.sha256(features.encode()).hexdigest()[:6]}"
 
@@ -68,8 +68,8 @@ def drop_old_caches() -> None:
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(cache_folder())
 
-# No nnan or ninf: a lost ball must show up as a number that is not one. Division by zero is left to IEEE. C never calls
-# what is compiled here, and the wrappers for it are a fifth of the time to compile what Python calls.
+# Without nnan and ninf, so that a lost ball shows up as NaN. Division by zero follows IEEE. C never calls these
+# functions, and compiling the wrappers for it would take a fifth of the time.
 _OPTIONS = {
     "cache": True,
     "nogil": True,
@@ -81,7 +81,7 @@ _OPTIONS = {
 # Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
 kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
 # What only kernels call does without the wrapper for Python as well: of a small function, both take as long to compile
-# as all the rest. Python itself must not call these: the process would end without a word.
+# as all the rest. Python must not call them: the process would end silently.
 inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
 inlined = partial(inner, forceinline=True)
 

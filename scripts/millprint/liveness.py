@@ -1,4 +1,4 @@
-"""Which processes are alive: a run holds a file of its own, its jobs end with it, attempts at a job take turns."""
+"""Which processes are alive: a run locks a file of its own, its jobs end with it, attempts at a job take turns."""
 
 import atexit
 import fcntl
@@ -17,13 +17,13 @@ from millprint import RUN_VARIABLE
 
 logger = logging.getLogger("millprint")
 
-# In the folder that Snakemake works in: a file HOST-PID for each run that has begun jobs.
+# In the working folder of Snakemake: a file HOST-PID for each run that has started jobs.
 RUNS = Path(".snakemake/millprint/runs")
 
 LIVING, DEAD, UNKNOWN = "living", "dead", "unknown"
 
 POLL_S = 0.5
-# Files whose locks this process holds until it ends, however it ends: the kernel lets go of them.
+# Files whose locks this process holds. The operating system releases them when it ends, even if it is killed.
 _held: dict[Path, TextIO] = {}
 _watching = False
 
@@ -38,7 +38,7 @@ class Run(NamedTuple):
 
     @property
     def is_here(self) -> bool:
-        """Whether it was started on this machine."""
+        """Whether the run was started on this machine."""
         return self.host == socket.gethostname()
 
 
@@ -52,25 +52,25 @@ def hold(folder: str | Path = RUNS) -> None:
     if path in _held:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    # To append: a file of that name which an earlier process left is taken over, and nothing in it is lost.
+    # Opened to append, so that a file of the same name from an earlier process keeps its content.
     _held[path] = open(path, "a+")  # noqa: SIM115 (open as long as the process lives)
     os.utime(path)
     try:
         fcntl.flock(_held[path], fcntl.LOCK_SH)
     except OSError:
-        # A file system without locks: others see the file, and that nothing is known of its run.
+        # On a file system without locks, the content tells others that the state of this run is unknown.
         logger.debug("%s: no locks here", path)
     atexit.register(_let_go, path, os.getpid())
 
 
 def _let_go(path: Path, pid: int) -> None:
-    """Remove the file of this run; a process forked from it leaves it alone."""
+    """Remove the file of this run, but not from a forked process."""
     if os.getpid() == pid:
         path.unlink(missing_ok=True)
 
 
 def runs_of(folder: str | Path = RUNS) -> list[Run]:
-    """Every run that has a file in `folder`, sorted by name, each LIVING, DEAD or UNKNOWN."""
+    """Every run with a file in `folder`, sorted by name, with its state: LIVING, DEAD or UNKNOWN."""
     found = []
     for path in sorted(Path(folder).glob("*-*")):
         host, _, number = path.name.rpartition("-")
@@ -80,8 +80,8 @@ def runs_of(folder: str | Path = RUNS) -> list[Run]:
 
 
 def _state(path: Path, host: str, pid: int) -> str | None:
-    """Of the run with this file; None if it has ended, and its file is gone, meanwhile."""
-    # Where locks are local to a machine, a file of another one looks as if nobody held it.
+    """The state of the run with this file; None if the run has ended in the meantime and the file is gone."""
+    # If locks are local to a machine, a file of another machine looks unlocked.
     if host != socket.gethostname():
         return UNKNOWN
     try:
@@ -94,7 +94,7 @@ def _state(path: Path, host: str, pid: int) -> str | None:
         return None
     except OSError:
         return UNKNOWN
-    # Some file systems grant every lock. A process of that number that is younger than the file is another one.
+    # Some file systems grant every lock. A process of this number that is younger than the file is another process.
     return LIVING if _lives(pid, before=held_since + 1) else DEAD
 
 
@@ -115,7 +115,7 @@ def outlive_run() -> None:
 
 
 def _lives(pid: int, before: float, after: float = 0.0) -> bool:
-    """Whether a process of that number lives that was started between two times [s since 1970]."""
+    """Whether a process of this number is alive that was started between two times [s since 1970]."""
     try:
         process = psutil.Process(pid)
         return after < process.create_time() < before and process.status() != psutil.STATUS_ZOMBIE
@@ -139,14 +139,14 @@ def end_with_run() -> None:
         while _lives(pid, before=started + 1, after=started - 1):
             time.sleep(POLL_S)
         print(f"error: the run of process {pid} has ended, and with it this job of it", file=sys.stderr, flush=True)
-        # Not sys.exit: it would only end this thread.
+        # Not sys.exit, which would only end this thread.
         os._exit(143)
 
     threading.Thread(target=watch, daemon=True, name="end with run").start()
 
 
 def wait_for_turn(log: TextIO) -> None:
-    """Hold a lock on a job's log; while an earlier attempt at the same job still lives, wait for its end."""
+    """Lock the log of a job; if an earlier attempt at the same job is still running, wait for its end."""
     try:
         try:
             fcntl.flock(log, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -154,5 +154,5 @@ def wait_for_turn(log: TextIO) -> None:
             print(f"waiting: another process still writes {log.name}", file=sys.stderr, flush=True)
             fcntl.flock(log, fcntl.LOCK_EX)
     except OSError:
-        # A file system without locks: two attempts at once write the same, each file whole.
+        # Without locks two attempts may run at once; both write the same complete files.
         return

@@ -1,4 +1,4 @@
-"""The process environment that every job inherits."""
+"""Environment variables that every job inherits."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 
 
 def prepare_environment() -> None:
-    """One thread a job for numerical libraries, and this library first on the path of the jobs.
+    """Set one thread per job for numerical libraries, and put this library first on the path of the jobs.
 
     Snakemake runs one simulation or fit a core, so a library that starts threads of its own slows all of them; a
     script that is given threads asks for them itself. Where another copy of the library is installed too, jobs must
@@ -17,7 +17,7 @@ def prepare_environment() -> None:
     """
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
-    # Threads that wait without spinning: beside another job, spinning doubles the time of a training step.
+    # Waiting threads must not spin: next to another job, spinning doubles the time of a training step.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     folder = Path(__file__).parents[1]
     if folder.name != "site-packages":

@@ -1,4 +1,4 @@
-"""HTML pages from templates that lie beside the code: whole in one file, with nothing fetched from elsewhere."""
+"""HTML pages from templates in the folders of the library. Each page is one file and fetches nothing."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 
 def render_page(template: Path, **values: Any) -> str:
-    """Fill a Jinja template; values are escaped unless they are Markup. Raises UndefinedError for one left out."""
+    """Fill a Jinja template. Values are escaped unless they are Markup. Raises UndefinedError for a missing value."""
     environment = Environment(
         loader=FileSystemLoader(template.parent),
         autoescape=True,
@@ -21,11 +21,11 @@ def render_page(template: Path, **values: Any) -> str:
 
 
 def embed_files(folder: Path, *names: str) -> Markup:
-    """The text of files of our own, to stand inside <style> or <script>."""
+    """The text of files of this library, for use inside <style> or <script>."""
     return Markup("\n".join((folder / name).read_text().strip() for name in names))
 
 
 def embed_json(content: dict) -> Markup:
-    """A value as JSON that can stand inside <script>: no text of it can end the script."""
+    """A value as JSON for use inside <script>: no text in it can end the script."""
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))

@@ -1,4 +1,4 @@
-"""What is checked once before the first job: tables, the shapes of mills, balls that fit, steps that are stable."""
+"""Checks before the first job: tables, shapes of mills, balls that fit, stable time steps."""
 
 import math
 from collections.abc import Iterable
@@ -35,7 +35,7 @@ def check_before_running(
     cases: dict[str, Case],
     source: str,
 ) -> list[str]:
-    """Raise ConfigError, a line for each fault, for the first part in which something would make a job fail.
+    """Raise ConfigError with a line for each fault, for the first part with something that would make a job fail.
 
     Returns warnings, a line each, of what is unusual but may be meant.
     """
@@ -55,13 +55,13 @@ def check_before_running(
             raise ConfigError(f"{source}: {error}") from None
         check_step(config, contact, case, source)
         check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
-    # Last, for it takes longest.
+    # Last, because it takes longest.
     for place, group in groups:
         check_room(group, mills, bodies, place)
     check_movie(config, source)
     faults = fingerprint_faults(config, cases, source)
     chapters = config.chapters
-    # The chapters are about the mill of the sweeps; a run of another mill has none.
+    # Only a run with chapters needs these checks.
     if chapters and has_chapters(config, cases):
         check_tables(chapters, source)
         check_surrogate_cases(chapters.surrogate, cases, source)
@@ -72,7 +72,7 @@ def check_before_running(
 
 
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
-    """The cases of every mill's own sweep, of those that the targets of results/mills can ask for."""
+    """The cases of the own sweep of every mill that a target of results/mills may need."""
     return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
 
 
@@ -85,7 +85,7 @@ def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]
 
 
 def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
-    """The balls of every case must fit into its mill; place: file and key that the cases come from."""
+    """Check that the balls of every case fit into its mill. place: file and key that define the cases."""
     for (name, diameter), wanted in fills_of_media(cases).items():
         vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
         enough = ball_count(max(wanted), volume, diameter / 1000)
@@ -95,7 +95,7 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
 
 
 def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
-    """The bodies of every mill. Raises ConfigError, a line for each mill whose geometry or volume does not hold."""
+    """The bodies of every mill. Raises ConfigError with a line for each mill whose geometry or volume is not valid."""
     bodies, faults = {}, []
     for name, mill in mills.items():
         try:
@@ -110,7 +110,7 @@ def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
 
 
 def check_tables(config: ChapterSections, source: str) -> None:
-    """Read every measured table once, and the formulas of the reaction."""
+    """Check every measured table, and the formulas of the reaction."""
     check_formulas(config.doe.chemistry, f"{source}: doe.chemistry")
     read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
@@ -123,7 +123,7 @@ def check_tables(config: ChapterSections, source: str) -> None:
 
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -> None:
-    """A ball must fit between the walls."""
+    """Check that a ball fits between the walls, and that not too many of them are needed."""
     low, high = vessel.bounds
     widest = 1000 * float((high - low).min())
     if diameter_mm > widest:
@@ -141,7 +141,7 @@ def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -
 
 
 def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, place: str) -> None:
-    """The balls of a fill ratio must fit without overlap (`most` of them do), and there must be one at least."""
+    """Check that the balls of a fill ratio fit without overlap (at most `most` do), and that there is at least one."""
     volume = mill.volume_ml * 1e-6
     balls = ball_count(fill, volume, diameter_mm / 1000)
     ball_volume = math.pi / 6 * (diameter_mm / 1000) ** 3
@@ -155,7 +155,7 @@ def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, pla
 def check_cost(
     config: WorkflowConfig, mill: MillConfig, contact: ContactConfig, case: Case, bodies: list[Body], source: str
 ) -> None:
-    """A case must come to an end, and fit into the memory of a machine."""
+    """Check that a case ends in a reasonable time and fits into the memory of a machine."""
     stiffness = contact.young_modulus_gpa * 1e9
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
@@ -174,7 +174,7 @@ def check_cost(
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:
-    """What is shown in the report's animation must record snapshots."""
+    """Check that the case of the report's animation records snapshots."""
     for sweep in config.sweeps:
         if sweep.name == "movie" and sweep.snapshot_interval_s is None:
             raise ConfigError(
@@ -183,12 +183,12 @@ def check_movie(config: WorkflowConfig, source: str) -> None:
 
 
 def check_step(config: WorkflowConfig, contact: ContactConfig, case: Case, source: str) -> None:
-    """The integration step must resolve a contact of the set as the case runs it: a fraction of the Rayleigh time."""
+    """Check that the time step of a case is at most the allowed fraction of the Rayleigh time."""
     stiffness = contact.young_modulus_gpa * 1e9
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     largest = largest_fraction(case, config.dem)
     step = wanted_step(case, config.dem, rayleigh)
-    # A fraction that is given as the largest itself must pass.
+    # With a tolerance, so that the largest fraction itself passes.
     if step <= largest * rayleigh * (1 + 1e-12):
         return
     if case.rayleigh_fraction is not None:

@@ -1,4 +1,4 @@
-"""What a run was made with: commit, machine, Python and packages."""
+"""Provenance of a run: commit, machine, Python and packages."""
 
 import os
 import platform
@@ -27,7 +27,7 @@ def commit(folder: str | Path = Path(__file__).parent) -> str:
 
 
 def provenance() -> dict[str, str]:
-    """Everything by name, in words."""
+    """Commit, machine and versions as text, by name."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return {
         "commit": commit(),

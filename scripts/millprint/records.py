@@ -1,4 +1,4 @@
-"""What every job wrote, file by file, so that a file damaged afterwards is found.
+"""Records of the files that every job wrote, so that a file damaged afterwards is found.
 
 Snakemake records digests of what a job reads, not of what it writes: it sees that a file is younger, not that it is
 broken. A job's record is a JSON file beside its log: for each file the bytes, the SHA-256 digest and the date.
@@ -17,7 +17,7 @@ from millprint.files import whole_file
 
 
 class Damage(NamedTuple):
-    """A file that is not what a job wrote: its path, what is wrong with it, and the record of the job."""
+    """A file that has changed since its job: its path, what is wrong with it, and the record of the job."""
 
     path: str
     what: str
@@ -28,18 +28,18 @@ class Damage(NamedTuple):
 
 
 def digest(path: str | Path) -> str:
-    """SHA-256 of a file's content."""
+    """SHA-256 of the content of a file."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def record_path(log_path: str | Path) -> Path:
-    """Where the record of the job with this log is."""
+    """The path of the record of the job with this log."""
     return Path(log_path).with_suffix(".json")
 
 
 def read_record(path: Path) -> dict[str, dict]:
-    """File to bytes, digest and date; empty where there is no record or none that can be read."""
+    """Bytes, digest and date of each file; empty if there is no readable record."""
     try:
         content = json.loads(path.read_text())
         files = {name: dict(entry) for name, entry in content["files"].items()}
@@ -49,24 +49,24 @@ def read_record(path: Path) -> dict[str, dict]:
 
 
 def entry_of(file: str | Path) -> dict:
-    """What is recorded of a file: bytes, digest and date [ns since 1970]."""
+    """The entry of a file: bytes, digest and date [ns since 1970]."""
     found = os.stat(file)
     return {"sha256": digest(file), "bytes": found.st_size, "date_ns": found.st_mtime_ns}
 
 
 def write_record(path: Path, files: Iterable[str | Path]) -> None:
-    """Record those of the `files` that are there."""
+    """Record those of the `files` that exist."""
     replace_entries(path, {name: entry_of(name) for name in map(str, files) if Path(name).is_file()})
 
 
 def replace_entries(path: Path, entries: dict[str, dict]) -> None:
-    """Write a record: file to bytes, digest and date."""
+    """Write a record: bytes, digest and date of each file."""
     with whole_file(path) as partial:
         partial.write_text(json.dumps({"files": entries}, indent=1, sort_keys=True) + "\n")
 
 
 def damaged_files(logs: str | Path) -> list[Damage]:
-    """Every recorded file that is there with another content. Only files of another size or date are read."""
+    """Every recorded file that exists with another content. Only files with another size or date are read."""
     return [damage for record in _records(logs) for damage in _compare(record, read_record(record))]
 
 
@@ -89,12 +89,12 @@ def _records(logs: str | Path) -> list[Path]:
 
 
 def _compare(record: Path, entries: dict[str, dict]) -> Iterator[Damage]:
-    """The files of a record whose content is another."""
+    """The files of a record whose content has changed."""
     for name, entry in entries.items():
         try:
             found = os.stat(name)
         except OSError:
-            # Not there: Snakemake makes it again where something needs it.
+            # Missing: Snakemake makes it again when needed.
             continue
         if (found.st_size, found.st_mtime_ns) == (entry["bytes"], entry["date_ns"]):
             continue
@@ -112,7 +112,7 @@ def _compare(record: Path, entries: dict[str, dict]) -> Iterator[Damage]:
 
 
 def _renew_dates(record: Path, entries: dict[str, dict], damaged: set[str]) -> None:
-    """Write the present dates of all but the damaged files into a record, unless a job has changed it meanwhile."""
+    """Update the dates of all undamaged files in a record, unless a job has changed the record in the meantime."""
     renewed = {}
     for name, entry in entries.items():
         there = name not in damaged and Path(name).is_file()
@@ -122,19 +122,19 @@ def _renew_dates(record: Path, entries: dict[str, dict], damaged: set[str]) -> N
 
 
 def keep(damage: Damage) -> None:
-    """Record a file as it is now: from here on its content is the result."""
-    # Marked, for the job may run again for the sake of another of its files, and would write over this one.
+    """Record a file as it is now, so that its present content is the result."""
+    # Marked, because the job may run again to make another of its files, and must not overwrite this one.
     entry = {**entry_of(damage.path), "kept": True}
     replace_entries(damage.record, {**read_record(damage.record), damage.path: entry})
 
 
 def is_kept(entry: dict) -> bool:
-    """Whether a user has kept this file as it was changed."""
+    """Whether the user has kept the changed content of this file."""
     return bool(entry.get("kept"))
 
 
 def set_aside(path: str) -> Path:
-    """Move a file to NAME.damaged, or NAME.damaged.2 and so on where that is taken. Returns the new path."""
+    """Rename a file to NAME.damaged, or to NAME.damaged.2 and so on if that exists. Returns the new path."""
     number, aside = 1, Path(f"{path}.damaged")
     while aside.exists():
         number += 1

@@ -1,4 +1,4 @@
-"""The speeds that a configuration asks its mills for, compared with what machines reach (mill.speed_limits)."""
+"""The speeds of the mills in a configuration, compared with those of real machines (mill.speed_limits)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,11 +28,11 @@ class SpeedSetting:
 
     @property
     def line(self) -> str:
-        """File, key and value, with which a message begins."""
+        """File, key and value: the beginning of a message."""
         return f"{self.place} = {self.speed_rpm * PER_RPM[self.unit]:g}"
 
     def up_to(self, speed_rpm: float) -> str:
-        """A bound [rpm] in the unit of the key, rounded down to three digits, so that it is accepted."""
+        """A bound [rpm] in the unit of the key, rounded down to three digits so that the rounded value is accepted."""
         bound = speed_rpm * PER_RPM[self.unit]
         digit = 10.0 ** (math.floor(math.log10(bound)) - 2)
         return f"{math.floor(bound / digit) * digit:g} {self.unit}"
@@ -79,7 +79,7 @@ def with_paces(
     known: dict[str, list[Pace]] = {}
     pairs = []
     for setting in settings:
-        # All speeds of one place are of one mill and one amplitude.
+        # All speeds of one key have the same mill and amplitude.
         if setting.place not in known:
             known[setting.place] = paces(setting.mill, bodies[setting.mill.name])
         pairs += [(setting, pace) for pace in known[setting.place]]
@@ -87,19 +87,19 @@ def with_paces(
 
 
 def check_speeds(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> None:
-    """Raise ConfigError, a line for each speed at which a wall would be faster than that of any machine."""
+    """Raise ConfigError with a line for each speed at which a wall would be faster than in any machine."""
     faults = _lines(speeds, "most", ": at most")
     if faults:
         raise ConfigError("\n".join(faults))
 
 
 def speed_warnings(speeds: Sequence[tuple[SpeedSetting, Pace]]) -> list[str]:
-    """A line for each speed that is beyond what is usual for a mill of its kind."""
-    return _lines(speeds, "usual", "; usual are speeds up to")
+    """A line for each speed that is unusually high for a mill of its kind."""
+    return _lines(speeds, "usual", "; usual speeds go up to")
 
 
 def _lines(speeds: Sequence[tuple[SpeedSetting, Pace]], which: Literal["usual", "most"], advice: str) -> list[str]:
-    """A line for each setting with a body beyond one of its bounds; the first such body is enough."""
+    """A line for each setting with a body beyond one of its bounds; only the first such body is named."""
     lines: dict[str, str] = {}
     for setting, pace in speeds:
         bound: Bound = getattr(pace.bounds, which)

@@ -1,4 +1,4 @@
-"""Measured tables: what each column must hold is declared once, and the first fault is refused in one line."""
+"""Measured tables: the columns of each are declared once, and the first fault is refused in one line."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ CASE = "case"
 class Number:
     """A column of finite numbers from `low` to `high`; `above` excludes `low` itself.
 
-    A table may lack an `optional` column. A column that `may_be_blank` has empty cells where nothing is known.
+    A table may lack an `optional` column. A column that `may_be_blank` may have empty cells.
     """
 
     name: str
@@ -44,14 +44,14 @@ class Number:
 
 @dataclass(frozen=True)
 class Text:
-    """A column of text: one of the `choices`, where there are any; different in every row where it is `unique`."""
+    """A column of text: one of the `choices`, if there are any; different in every row if `unique`."""
 
     name: str
     choices: Sequence[str] = ()
     unique: bool = False
 
     def check(self, frame: pd.DataFrame, path: str | Path) -> None:
-        """Raise ConfigError for the first text that is no choice, or that is missing or repeated where it is unique."""
+        """Raise ConfigError for the first text that is no choice, or in a unique column is empty or repeated."""
         values = frame[self.name]
         if self.choices:
             refuse_rows(frame, path, self.name, ~values.isin(self.choices), f"must be {' or '.join(self.choices)}")

@@ -123,7 +123,7 @@ def test_a_sweep_warns_and_refuses_by_its_own_amplitude(monkeypatch):
         "config/config.yaml: sweeps: mill emax with amplitudes_mm = 50: speeds_rpm = 2500: the wall of vessel would "
         "have an acceleration of 349 g and move at 13.1 m/s; "
     )
-    assert line.endswith("; usual are speeds up to 1630 rpm")
+    assert line.endswith("; usual speeds go up to 1630 rpm")
     with pytest.raises(ConfigError) as caught:
         warnings_of({"sweeps": [{**SWEEP, "speeds_rpm": [2500], "amplitudes_mm": [50, 150]}]})
     (line,) = str(caught.value).splitlines()

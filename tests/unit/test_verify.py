@@ -132,7 +132,7 @@ def test_a_job_that_fails_leaves_everything_as_it_was(place, capsys):
     assert not mend_files(found, MAKE_AGAIN, Pretended(fail), COMMAND)
     assert content() == before
     assert damaged_files("logs") == found
-    assert "not made again, see above: a.txt is as it was found" in capsys.readouterr().out
+    assert "not made again, see above: a.txt is unchanged" in capsys.readouterr().out
 
 
 def test_nothing_is_moved_where_nobody_can_be_asked(place, capsys):

@@ -231,7 +231,7 @@ def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(project, monkeypatch
         "planetary.yaml: sweep: speeds_rpm = 1200: ",
         "174 g",
         "some 100 g",
-        "usual are speeds up to 1110 rpm",
+        "usual speeds go up to 1110 rpm",
     ):
         assert part in line
 

@@ -1,1 +1,1 @@
-"""A static page on which a fingerprint and a yield model are explored: no server, no network."""
+"""A static page to explore a fingerprint and a yield model without server or network."""

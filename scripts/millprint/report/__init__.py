@@ -1,1 +1,1 @@
-"""What people read of a run: the summary of the claims, tables that sort, runtimes and versions."""
+"""Pages of the report: summary of the claims, sortable tables, runtimes and versions."""

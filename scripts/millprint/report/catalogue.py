@@ -1,11 +1,11 @@
-"""Which tables of a run the report shows, chapter by chapter, and what each says."""
+"""The tables of a run that the report shows, by chapter."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Listed:
-    """A table by its path under the results folder, with its title and what a reader must know of it."""
+    """A table: its path in the results folder, its title, and a note for its readers."""
 
     path: str
     title: str

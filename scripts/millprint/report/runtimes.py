@@ -1,4 +1,4 @@
-"""How long every job of a run took, from its benchmark or, where a rule has none, from its log."""
+"""Run times of all jobs of a run, from their benchmarks or, without one, from their logs."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ import pandas as pd
 from millprint.files import read_table
 
 COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
-# What millprint.job writes at the end of a job.
+# The line that millprint.job writes at the end of a job.
 DONE = re.compile(r": done in ([\d.]+) s$", re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-"""The claims on one page: what holds by chapter, and every erratum with its calculation."""
+"""The claims on one page: verdicts by chapter, and every erratum with its calculation."""
 
 import pandas as pd
 
@@ -18,7 +18,7 @@ DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced
 
 
 def _bars(counts: pd.DataFrame) -> list[dict]:
-    """A bar a chapter, each with the share of every verdict."""
+    """A bar for each chapter, with the fraction of each verdict."""
     bars = []
     for row in counts.to_dict("records"):
         parts = [

@@ -1,4 +1,4 @@
-"""Tables as HTML pages that sort and filter in the browser, with nothing fetched."""
+"""HTML pages of tables that can be sorted and filtered in the browser, offline."""
 
 import re
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ DIGITS = 4
 
 @dataclass(frozen=True)
 class Cell:
-    """What a cell shows and, of a number, what it is sorted by."""
+    """The text of a cell and, for a number, the value that it is sorted by."""
 
     text: str
     value: float | None = None
 
     @property
     def number(self) -> bool:
-        """Whether it is a number."""
+        """Whether the cell is a number."""
         return self.value is not None
 
 
@@ -37,12 +37,12 @@ class Section:
 
     @property
     def id(self) -> str:
-        """What links to the table call it."""
+        """The anchor of the table, for links."""
         return re.sub(r"\W+", "-", self.title.lower()).strip("-")
 
     @property
     def columns(self) -> list[str]:
-        """The columns' heads."""
+        """The headings of the columns."""
         return [str(name).replace("_", " ") for name in self.frame.columns]
 
     @cached_property
@@ -66,7 +66,7 @@ def _cells(column: pd.Series) -> list[Cell]:
 
 
 def tables_page(title: str, introduction: str, sections: list[Section]) -> str:
-    """One page with every table, each under its title."""
+    """A page with all tables, each with its title."""
     return render_page(
         FOLDER / "tables.html",
         title=title,

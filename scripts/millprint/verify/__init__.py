@@ -1,1 +1,1 @@
-"""What earlier runs left behind: the locks of a run that was killed, and files that were damaged since."""
+"""Repairs what earlier runs left behind: locks of killed runs, and files that were damaged later."""

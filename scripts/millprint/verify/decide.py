@@ -1,4 +1,4 @@
-"""Asks what is to be done with damaged files: a file that was edited on purpose looks like a damaged one."""
+"""Asks what to do with damaged files, since a file that was edited on purpose looks like a damaged one."""
 
 import shlex
 import sys
@@ -12,10 +12,10 @@ MAKE_AGAIN, KEEP, STOP = "make again", "keep", "stop"
 
 
 def mend_files(damages: Sequence[Damage], choice: str | None, snakemake: Snakemake, command: Sequence[str]) -> bool:
-    """Do with damaged files what the user has chosen, or chooses now; whether every one of them is mended.
+    """Make damaged files again or keep them, as the user has chosen or chooses now; True if all are settled.
 
-    choice: MAKE_AGAIN or KEEP for all; None asks, where there is a terminal. command: how this program was called, for
-    the two commands to choose from where there is none.
+    choice: MAKE_AGAIN or KEEP for all files; None asks, if there is a terminal. command: how this program was called,
+    to print the two possible commands if there is no terminal.
     """
     if choice is None and not sys.stdin.isatty():
         offer(command)
@@ -39,12 +39,12 @@ def mend_files(damages: Sequence[Damage], choice: str | None, snakemake: Snakema
 
 
 def ask(damages: Sequence[Damage]) -> str:
-    """What the user wants to be done with the damaged files of one job: MAKE_AGAIN, KEEP or STOP."""
+    """Ask the user what to do with the damaged files of one job: MAKE_AGAIN, KEEP or STOP."""
     answers = {"m": MAKE_AGAIN, "k": KEEP, "s": STOP}
     say(" ".join(damage.path for damage in damages))
     while True:
         try:
-            answer = input("  [m]ake again and move what is there to NAME.damaged, [k]eep as it is, [s]top? ")
+            answer = input("  [m]ake again and rename the present file to NAME.damaged, [k]eep as it is, [s]top? ")
         except (EOFError, KeyboardInterrupt):
             return STOP
         if answer.strip().lower()[:1] in answers:
@@ -52,9 +52,9 @@ def ask(damages: Sequence[Damage]) -> str:
 
 
 def offer(command: Sequence[str]) -> None:
-    """Print the two commands to choose from."""
+    """Print the two possible commands."""
     cut = command.index("--") if "--" in command else len(command)
     repair, kept = (shlex.join([*command[:cut], option, *command[cut:]]) for option in ("--repair", "--keep"))
     say("nothing was changed; choose one of two:")
-    say(f"  {repair}  # makes them again; what is there is moved to NAME.damaged")
-    say(f"  {kept}  # keeps them as they are: from here on they are results")
+    say(f"  {repair}  # renames them to NAME.damaged and makes them again")
+    say(f"  {kept}  # keeps them as they are and records them as results")

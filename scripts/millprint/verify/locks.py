@@ -1,4 +1,4 @@
-"""Removes the locks of runs that were killed, where no other run can hold any."""
+"""Removes the locks of killed runs, if no other run can hold a lock."""
 
 import shlex
 from collections.abc import Sequence
@@ -8,9 +8,9 @@ from millprint.verify.runner import Snakemake, say
 
 
 def mend_locks(runs: Sequence[Run], snakemake: Snakemake) -> bool:
-    """Say which runs were found, and remove the locks of the dead, unless another is LIVING or UNKNOWN.
+    """Print the runs that were found, and remove the locks of the dead ones, unless another is LIVING or UNKNOWN.
 
-    By Snakemake's own means, whatever it keeps its locks in. Returns False where Snakemake could not.
+    Snakemake itself removes them, in whatever form it stores its locks. Returns False if it fails.
     """
     for run in runs:
         say(f"found: {described(run)}")
@@ -30,7 +30,7 @@ def mend_locks(runs: Sequence[Run], snakemake: Snakemake) -> bool:
 
 
 def described(run: Run) -> str:
-    """A run in words, with what its user can do."""
+    """A line about a run, with what the user can do."""
     where = "this machine" if run.is_here else f"machine {run.host}"
     if run.state == LIVING:
         return f"a run that is alive: process {run.pid} on {where}; its locks stay"

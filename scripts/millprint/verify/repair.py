@@ -13,7 +13,7 @@ BEFORE = ".before"
 
 
 def jobs_of(damages: Iterable[Damage]) -> list[list[Damage]]:
-    """Damages job by job: a job writes all of its files, so they share one decision."""
+    """Damaged files by job: a job writes all of its files at once, so they share one decision."""
 
     def record(damage: Damage) -> Path:
         return damage.record
@@ -22,15 +22,15 @@ def jobs_of(damages: Iterable[Damage]) -> list[list[Damage]]:
 
 
 def make_again(jobs: Sequence[Sequence[Damage]], snakemake: Snakemake) -> bool:
-    """Move damaged files aside and make exactly them again; whether all of them were. The others are put back.
+    """Rename damaged files and make exactly these again; True if all were made. Other files are restored.
 
-    A run of Snakemake for each job: in a single run it would also redo all that lies between two of them, and all that
-    follows. What was made from a file needs no job where the file is made again bit for bit: Snakemake compares digests
+    There is a run of Snakemake for each job, because a single run would also repeat all jobs between two of them, and
+    all that follow. If a file is made again bit for bit, the files made from it need no job: Snakemake compares digests
     (max-checksum-file-size in profiles/default/config.yaml).
     """
     repairs, done = [], True
     try:
-        # All are moved before the first is made: a file may be made from another of them.
+        # All are renamed before the first is made again, because one may be made from another.
         for own in jobs:
             repairs.append(Repair(own))
         for repair in repairs:
@@ -42,13 +42,13 @@ def make_again(jobs: Sequence[Sequence[Damage]], snakemake: Snakemake) -> bool:
 
 
 class Repair:
-    """One job whose damaged files have been moved aside, and what is needed to put its files back."""
+    """One job whose damaged files have been renamed, and the data to restore its other files."""
 
     def __init__(self, damages: Sequence[Damage]) -> None:
         self.record = damages[0].record
         self.entries = read_record(self.record)
         damaged = [damage.path for damage in damages]
-        # The job writes its other files too, and not all of them the same: a summary says how long the job took.
+        # The job also writes its other files again, and some differ: a summary contains the run time.
         self.others = [name for name in self.entries if name not in damaged and Path(name).is_file()]
         for name in self.others:
             shutil.copy2(name, name + BEFORE)
@@ -61,11 +61,11 @@ class Repair:
         return [name for name in self.moved if not Path(name).exists()]
 
     def finish(self) -> bool:
-        """Put back what was not damaged, or everything where the job failed; whether it did not."""
+        """Restore the undamaged files or, if the job failed, all files; True if it succeeded."""
         lost = self.missing()
         for name in lost:
             os.replace(self.moved[name], name)
-            say(f"not made again, see above: {name} is as it was found")
+            say(f"not made again, see above: {name} is unchanged")
         new = read_record(self.record)
         changed = [name for name in self.moved if new.get(name, {}).get("sha256") != self.entries[name]["sha256"]]
         for name in self.others:
@@ -75,7 +75,7 @@ class Repair:
             else:
                 os.replace(name + BEFORE, name)
                 new[name] = self.entries[name]
-        # A job that failed has removed its record.
+        # A failed job has removed its record.
         replace_entries(self.record, self.entries if lost else new)
         for name in self.moved:
             if name in lost:

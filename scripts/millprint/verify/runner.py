@@ -1,4 +1,4 @@
-"""The user's Snakemake, called from the command that checks and mends."""
+"""Calls the user's Snakemake from the command that checks and repairs results."""
 
 import argparse
 import shlex
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class Snakemake:
-    """A Snakemake command without targets: its arguments, and the folder that it is called from."""
+    """A Snakemake command without targets: its arguments, and the folder in which it is called."""
 
     def __init__(self, arguments: Sequence[str]) -> None:
         # Without a number of cores Snakemake makes nothing.
@@ -18,17 +18,17 @@ class Snakemake:
 
     @property
     def folder(self) -> Path:
-        """The folder that it works in."""
+        """Its working folder."""
         parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
         parser.add_argument("--directory", "-d", default=".")
         return self.called_from / parser.parse_known_args(self.arguments)[0].directory
 
     def words(self, *more: str) -> str:
-        """The command with `more` behind its arguments, as one types it."""
+        """The command with `more` arguments, as typed in a shell."""
         return shlex.join(["snakemake", *self.arguments, *more])
 
     def run(self, *more: str, quiet: bool = False) -> bool:
-        """Run it to its end with `more` behind its arguments; whether it ended well. Quiet, it speaks only if not."""
+        """Run it with `more` arguments; True if it succeeds. If `quiet`, its output is shown only after a failure."""
         said = ""
         with subprocess.Popen(
             [sys.executable, "-m", "snakemake", *self.arguments, *more],
@@ -49,5 +49,5 @@ class Snakemake:
 
 
 def say(text: str) -> None:
-    """A line for the user, before what Snakemake says next."""
+    """Print a line before the next output of Snakemake."""
     print(text, flush=True)
