@@ -17,7 +17,7 @@ def main(output: str, settings: ContactSurrogateConfig, models: TracedModels) ->
             parts.append(follow(tracer, trace, bar))
             logger.info("%s: %d contacts in %d states", trace, len(parts[-1].rows), len(parts[-1].sizes))
             if number == 0:
-                # Of the same simulation, after the time that is learned from.
+                # From the same simulation, after the training data.
                 true_states = truths(tracer, settings.judge)
     write_dataset(parts, true_states, output)
 

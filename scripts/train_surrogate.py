@@ -1,4 +1,4 @@
-"""Trains one variant of the surrogate, of whatever kind, and goes on from its last checkpoint if it was killed."""
+"""Trains one variant of the surrogate, of any kind; continues from the last checkpoint after a kill."""
 
 import logging
 from pathlib import Path
