@@ -130,7 +130,7 @@ def test_open_is_refused():
 def test_triangles_turned_against_the_rest_are_refused():
     mesh = block()
     mesh.faces[0] = mesh.faces[0][::-1]
-    assert "are not turned alike" in fault(mesh)
+    assert "are not oriented alike" in fault(mesh)
 
 
 def test_inside_out_is_refused_and_says_what_is_wanted():
@@ -157,13 +157,13 @@ def test_two_boxes_that_share_a_corner_are_not_manifold():
 def test_separate_pieces_are_refused():
     other = block()
     other.apply_translation([50, 0, 0])
-    assert "2 separate pieces; one closed surface is wanted" in fault(join(block(), other))
+    assert "2 separate pieces; give one closed surface" in fault(join(block(), other))
 
 
 def test_a_jar_drawn_with_its_wall_is_explained():
     inner = block(16, 16, 16)
     inner.faces = inner.faces[:, ::-1]
-    assert "only the hollow is wanted" in fault(join(block(), inner))
+    assert "give only the hollow, not the wall" in fault(join(block(), inner))
 
 
 def test_a_degenerate_triangle_is_refused():

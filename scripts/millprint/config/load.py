@@ -1,7 +1,8 @@
-"""Reads YAML into models, and turns whatever does not hold into one line a fault."""
+"""Reads YAML into models, and turns every fault into one line."""
 
 import difflib
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,7 +14,7 @@ from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 
-# Faults that are shown; a list of a wrong type has one for each of its items.
+# Faults that are shown: a list of a wrong type has one for each of its items.
 MOST_FAULTS = 20
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -59,7 +60,7 @@ def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:
 def file_of_key(files: Sequence[str], place: tuple) -> str:
     """The last of some YAML files, each laid over the one before, that sets the longest part of a key's path.
 
-    A fault of the whole, whose path is empty, is told of the last file.
+    A fault of the whole has an empty path; it is reported for the last file.
     """
     if not place and files:
         return files[-1]
@@ -67,12 +68,10 @@ def file_of_key(files: Sequence[str], place: tuple) -> str:
     for file in files:
         content: Any = read_yaml(file)
         reached = 0
-        for step in place:
-            try:
+        with suppress(KeyError, IndexError, TypeError):
+            for step in place:
                 content = content[step]
-            except (KeyError, IndexError, TypeError):
-                break
-            reached += 1
+                reached += 1
         if reached and reached >= depth:
             best, depth = file, reached
     return best
@@ -104,7 +103,7 @@ def check_model(content: object, model: type[Model], source: str | Sequence[str]
     Raises ConfigError with a line for each fault.
     """
     if not isinstance(content, dict):
-        raise ConfigError(f"{source}: a mapping of keys to values is wanted, not {type(content).__name__}")
+        raise ConfigError(f"{source}: must be a mapping of keys to values, not {type(content).__name__}")
     try:
         return model.model_validate(content)
     except ValidationError as error:
@@ -125,7 +124,7 @@ def read_part(path: str | Path, section: str, model: type[Model], whole: type[Ba
     if isinstance(content, dict) and section in content:
         inner = content[section]
         if not isinstance(inner, dict):
-            raise ConfigError(f"{path}: {section}: a section with {', '.join(model.model_fields)} is wanted")
+            raise ConfigError(f"{path}: {section}: must be a section with the keys {', '.join(model.model_fields)}")
         content = {key: value for key, value in inner.items() if key in model.model_fields}
     elif isinstance(content, dict) and whole is not None:
         beside = set(whole.model_fields) - set(model.model_fields)
@@ -134,15 +133,13 @@ def read_part(path: str | Path, section: str, model: type[Model], whole: type[Ba
 
 
 def check_names_differ(folder: str | Path, names: Sequence[str], what: str) -> None:
-    """Raise ConfigError where another file of the folder has one of the `names` too: a copy that was not renamed."""
+    """Raise ConfigError where another file of a folder has one of the `names`: a copy with its key `name` unchanged."""
     for path in sorted(Path(folder).glob("*.y*ml")):
-        if path.name in {f"{name}.yaml" for name in names}:
-            continue
-        try:
-            content = read_yaml(path)
-        except ConfigError:
-            # What is not used need not hold.
-            continue
+        content = None
+        # A file that no run uses may have faults.
+        if path.name not in {f"{name}.yaml" for name in names}:
+            with suppress(ConfigError):
+                content = read_yaml(path)
         name = content.get("name") if isinstance(content, dict) else None
         if isinstance(name, str) and name in names:
             raise ConfigError(
@@ -154,7 +151,7 @@ def check_names_differ(folder: str | Path, names: Sequence[str], what: str) -> N
 def load_named(
     folder: str | Path, name: str, model: type[Named], what: str, sources: Sources = WORKING_FOLDER
 ) -> Named:
-    """Load `folder/name.yaml`; raises ConfigError for an unknown name (with those known) or a file of another name."""
+    """Load `folder/name.yaml`; raises ConfigError for an unknown name or a file whose key `name` differs from it."""
     path = sources.find(f"{folder}/{name}.yaml")
     if not Path(path).is_file():
         known = sources.names(folder)

@@ -26,12 +26,12 @@ class MillConfig(NamedSection):
     """One mill."""
 
     name: Name = Field(description="name of the mill, equal to the file's name")
-    title: str = Field(description="what a person calls it")
+    title: str = Field(description="the mill's name in figures and tables")
     source: str = Field(description="where the numbers come from")
     volume_ml: Annotated[float, Field(ge=0.01, le=1e7)] = Field(
         description="nominal inner volume, to which fill ratios refer [mL]"
     )
-    # It only says what is accepted, so that it is no part of what a simulation is told and records.
+    # Decides only what is accepted, so it is left out of what a simulation gets and records.
     volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.02,
         exclude=True,
@@ -50,9 +50,9 @@ class MillConfig(NamedSection):
     @model_validator(mode="after")
     def _names_differ(self) -> "MillConfig":
         names = ["vessel", *(insert.name for insert in self.inserts)]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f"inserts: name = {name!r}: names must differ from each other and from 'vessel'")
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"inserts: name = {twice!r}: names must differ from each other and from 'vessel'")
         return self
 
     @property

@@ -38,7 +38,7 @@ class MillSweepConfig(Section):
     @model_validator(mode="after")
     def _one_list_of_speeds(self) -> "MillSweepConfig":
         if (self.speeds_rpm is None) == (self.speeds_hz is None):
-            raise ValueError("speeds: either speeds_rpm or speeds_hz is wanted")
+            raise ValueError("speeds: give either speeds_rpm or speeds_hz")
         for key in ("speeds_rpm", "speeds_hz", "ball_diameters_mm", "fill_ratios", "seeds"):
             values = getattr(self, key) or []
             if len(set(values)) < len(values):
@@ -48,10 +48,7 @@ class MillSweepConfig(Section):
     @property
     def speeds(self) -> list[float]:
         """The speeds [rpm]."""
-        if self.speeds_rpm is not None:
-            return self.speeds_rpm
-        assert self.speeds_hz is not None, "one of both is given"
-        return [60 * speed for speed in self.speeds_hz]
+        return self.speeds_rpm or [60 * speed for speed in self.speeds_hz or []]
 
 
 class MatchMillsConfig(Section):

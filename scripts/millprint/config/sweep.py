@@ -1,7 +1,6 @@
 """DEM settings and sweeps: which cases are simulated, the names that tell them apart, and what each changes."""
 
 import itertools
-from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
@@ -14,7 +13,7 @@ from millprint.config.section import Fraction, Name, NonNegative, Positive, Sect
 from millprint.errors import ConfigError
 
 Threads = Annotated[int, Field(ge=1, le=1024)]
-# Small against any overlap: a disturbance tells how fast runs part, and does work that no ledger knows.
+# Small compared with any overlap: a disturbance shows how fast runs diverge, and its work is in no energy balance.
 Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 
 
@@ -48,7 +47,7 @@ class DemConfig(Section):
         default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
     )
     restart_interval_s: NonNegative = Field(
-        default=60.0, description="wall time between restart files, from which a stopped run goes on [s]"
+        default=60.0, description="wall time between restart files, from which a stopped run continues [s]"
     )
     closure_max: Fraction = Field(
         default=0.002, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
@@ -97,7 +96,7 @@ class SweepConfig(Section):
     window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
     power_error_max: Fraction | None = Field(
         default=None,
-        description="the window goes on until the standard errors of normal and tangential power are below this [-]",
+        description="the window grows until the standard errors of normal and tangential power are below this [-]",
     )
     window_max_s: Positive | None = Field(
         default=None, description="longest window where power_error_max asks for more than window_s [s]"
@@ -115,12 +114,12 @@ class SweepConfig(Section):
     def _a_study_of_convergence_varies_one_thing(self) -> "SweepConfig":
         if self.time_steps_s and self.rayleigh_fraction:
             raise ValueError("time_steps_s and rayleigh_fraction cannot both be given in one sweep")
-        studies = [*(["time_steps_s"] if self.compares_steps else []), "young_moduli_gpa"]
-        for study in studies:
-            for other in ("rayleigh_fraction", "young_moduli_gpa", "amplitudes_mm", "densities_kg_m3"):
-                # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
-                if other == study or (study, other) == ("young_moduli_gpa", "rayleigh_fraction"):
-                    continue
+        # A modulus has a stable step of its own, so that a fraction of the Rayleigh time belongs with it.
+        excluded: dict[str, tuple[str, ...]] = {"young_moduli_gpa": ("amplitudes_mm", "densities_kg_m3")}
+        if self.compares_steps:
+            excluded = {"time_steps_s": ("young_moduli_gpa", "amplitudes_mm", "densities_kg_m3"), **excluded}
+        for study, others in excluded.items():
+            for other in others:
                 if getattr(self, study) and getattr(self, other):
                     raise ValueError(f"{study} and {other} cannot both be given in one sweep")
         if (self.compares_steps or self.young_moduli_gpa) and 0 in self.speeds_rpm:
@@ -160,7 +159,7 @@ class Case(Section):
 
     @property
     def name(self) -> str:
-        """What a case's folder is called: its condition, what it departs in from mill and contact set, and its seed."""
+        """The name of the case's folder: its condition, what it changes of mill and contact set, and its seed."""
         changed = {
             "y": self.young_modulus_gpa,
             "a": self.amplitude_mm,
@@ -178,50 +177,28 @@ class Case(Section):
         return f"{self.mill}/{self.contact}/{self.name}"
 
 
+# The lists of a sweep whose every combination is a case, by the case's key; the last varies fastest.
+_VARIED = {
+    "mill": "mills",
+    "contact": "contacts",
+    "ball_diameter_mm": "ball_diameters_mm",
+    "fill_ratio": "fill_ratios",
+    "speed_rpm": "speeds_rpm",
+    "young_modulus_gpa": "young_moduli_gpa",
+    "amplitude_mm": "amplitudes_mm",
+    "density_kg_m3": "densities_kg_m3",
+    "time_step_s": "time_steps_s",
+    "disturbance_m": "disturbances_m",
+    "seed": "seeds",
+}
+
+
 def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
-    """Every case of a sweep, with the sweep's own durations or those of `dem`."""
-    times = {
-        key: getattr(dem, key) if getattr(sweep, key) is None else getattr(sweep, key)
-        for key in ("settle_s", "discard_s", "window_s")
-    }
-    as_it_is: list[None] = [None]
-    combinations: Iterable[tuple[str | float | None, ...]] = itertools.product(
-        sweep.mills or [mill],
-        sweep.contacts,
-        sweep.ball_diameters_mm,
-        sweep.fill_ratios,
-        sweep.speeds_rpm,
-        sweep.young_moduli_gpa or as_it_is,
-        sweep.amplitudes_mm or as_it_is,
-        sweep.densities_kg_m3 or as_it_is,
-        sweep.time_steps_s or as_it_is,
-        sweep.disturbances_m or as_it_is,
-        sweep.seeds,
-    )
-    return [
-        Case(
-            mill=mill_name,
-            contact=contact,
-            ball_diameter_mm=diameter,
-            fill_ratio=fill,
-            speed_rpm=speed,
-            young_modulus_gpa=modulus,
-            amplitude_mm=amplitude,
-            density_kg_m3=density,
-            time_step_s=step,
-            disturbance_m=shift,
-            seed=seed,
-            rayleigh_fraction=sweep.rayleigh_fraction,
-            rayleigh_fraction_max=sweep.rayleigh_fraction_max,
-            closure_max=sweep.closure_max,
-            threads=sweep.threads,
-            power_error_max=sweep.power_error_max,
-            window_max_s=sweep.window_max_s,
-            snapshot_interval_s=sweep.snapshot_interval_s,
-            **times,
-        )
-        for mill_name, contact, diameter, fill, speed, modulus, amplitude, density, step, shift, seed in combinations
-    ]
+    """Every case of a sweep, of the default `mill` where it names none, with its own durations or those of `dem`."""
+    given = {key: getattr(sweep, key) for key in Case.model_fields if key not in _VARIED}
+    given |= {key: getattr(dem, key) for key in ("settle_s", "discard_s", "window_s") if given[key] is None}
+    lists = [getattr(sweep, key) or [mill if key == "mills" else None] for key in _VARIED.values()]
+    return [Case(**dict(zip(_VARIED, values, strict=True)), **given) for values in itertools.product(*lists)]
 
 
 def threads_of(case: Case, dem: DemConfig) -> int:

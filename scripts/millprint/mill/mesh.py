@@ -1,15 +1,13 @@
 """Bodies from files of triangles (STL, PLY, OBJ): read, checked, and merged into flat facets.
 
-A binary STL holds 32-bit numbers: a coordinate of 35 mm is rounded by up to 2 nm, and facets that were flat are so to
-that much. PLY and OBJ written as text, and an ASCII STL, hold as many digits as their writer gave them.
+A binary STL has 32-bit numbers: a coordinate of 35 mm is rounded by up to 2 nm, and flat facets are flat only to that
+rounding. PLY and OBJ written as text, and an ASCII STL, have as many digits as their writer gave them.
 """
 
 from pathlib import Path
 
 import numpy as np
 import trimesh
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from millprint.config.geometry import StlGeometry
@@ -19,7 +17,7 @@ from millprint.mill.merge import FLAT, half_edges, merge_coplanar
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
 SMALLEST_M, LARGEST_M = 3e-3, 3.0
-# Files of more triangles take minutes to check, and their curves more facets than a simulation can do with.
+# Files of more triangles take minutes to check, and their curves have more facets than a simulation can take.
 MOST_TRIANGLES = 500_000
 
 
@@ -27,141 +25,135 @@ def _mm(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{value * 1e3:.4g}" for value in point) + ") mm"
 
 
-def read_triangles(geometry: StlGeometry, place: str) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (v, 3) [m] and triangles (t, 3) as the file has them. Raises ConfigError, starting with `place`."""
+def _read_file(geometry: StlGeometry) -> trimesh.Trimesh:
+    """The surface as the file has it, in metres, nothing merged."""
     root = Path.cwd().resolve()
     path = (root / geometry.path).resolve()
     if not path.is_relative_to(root):
-        raise ConfigError(f"{place}: leads out of the project, to {path}; copy the file into it")
+        raise ConfigError(f"leads out of the project, to {path}; copy the file into it")
     if not path.is_file():
-        raise ConfigError(f"{place}: no such file")
+        raise ConfigError("no such file")
     try:
         mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
         points = np.array(mesh.vertices, dtype=float) * METRES[geometry.unit] * geometry.scale
         triangles = np.array(mesh.faces, dtype=np.int64)
     except Exception as error:  # whatever a reader of broken files may raise
         what = " ".join(str(error).split()) or type(error).__name__
-        raise ConfigError(f"{place}: cannot be read as {path.suffix.lower()} ({what})") from None
+        raise ConfigError(f"cannot be read as {path.suffix.lower()} ({what})") from None
     if triangles.ndim != 2 or len(triangles) < 4:
-        raise ConfigError(f"{place}: {len(triangles)} triangles; a closed surface has at least 4")
+        raise ConfigError(f"{len(triangles)} triangles; a closed surface has at least 4")
     if len(triangles) > MOST_TRIANGLES:
-        raise ConfigError(f"{place}: {len(triangles)} triangles, at most {MOST_TRIANGLES}: export it less finely")
+        raise ConfigError(f"{len(triangles)} triangles, at most {MOST_TRIANGLES}: export it less finely")
     if not np.isfinite(points).all():
-        raise ConfigError(f"{place}: has coordinates that are not finite numbers")
-    return points, triangles
+        raise ConfigError("has coordinates that are not finite numbers")
+    return trimesh.Trimesh(points, triangles, process=False)
 
 
-def _check_size(points: np.ndarray, geometry: StlGeometry, place: str) -> None:
-    extent = np.ptp(points, axis=0)
-    if extent.min() <= 0:
-        raise ConfigError(f"{place}: all points lie in one plane; a closed surface encloses a volume")
-    if not SMALLEST_M <= extent.max() <= LARGEST_M:
+def _check_size(mesh: trimesh.Trimesh, unit: str) -> None:
+    smallest, *_, largest = sorted(mesh.extents)
+    if smallest <= 0:
+        raise ConfigError("all points lie in one plane; a closed surface encloses a volume")
+    if not SMALLEST_M <= largest <= LARGEST_M:
         raise ConfigError(
-            f"{place}: is {extent.max():.3g} m large if its unit is {geometry.unit}; a mill has "
-            f"{SMALLEST_M * 1e3:g} mm to {LARGEST_M:g} m: correct `unit`"
+            f"is {largest:.3g} m large if its unit is {unit}; a mill has {SMALLEST_M * 1e3:g} mm to {LARGEST_M:g} m: "
+            "correct `unit`"
         )
 
 
 def weld(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points closer than `tolerance` made one, and the triangles between them."""
+    """Points closer than a tolerance [m] made one, also in chains, and the triangles between what is left.
+
+    points (v, 3) [m] and triangles (t, 3), rows of points; returns the same, each point once and used. A triangle
+    whose corners became one stays, without an area.
+    """
     points, number = np.unique(points, axis=0, return_inverse=True)
-    triangles = number.reshape(-1)[triangles]
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    _, group = connected_components(graph, directed=False)
+    group = trimesh.graph.connected_component_labels(pairs, node_count=len(points))
     _, first = np.unique(group, return_index=True)
-    used, triangles = np.unique(group[triangles], return_inverse=True)
+    used, triangles = np.unique(group[number.reshape(-1)[triangles]], return_inverse=True)
     return points[first[used]], triangles.reshape(-1, 3)
 
 
-def _check_triangles(points: np.ndarray, triangles: np.ndarray, tolerance: float, place: str) -> None:
-    corners = points[triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.linalg.norm(sides, axis=2).max(axis=1)
-    twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    flat = np.flatnonzero(twice <= tolerance * longest)
+def _check_areas(mesh: trimesh.Trimesh, tolerance: float) -> None:
+    corners = mesh.vertices[mesh.faces]
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    flat = np.flatnonzero(2 * mesh.area_faces <= tolerance * longest)
     if len(flat):
         raise ConfigError(
-            f"{place}: {len(flat)} degenerate triangles without area, the first at {_mm(corners[flat[0], 0])}; "
-            "remove them with the export's or a mesh program's repair"
+            f"{len(flat)} degenerate triangles without area, the first at {_mm(corners[flat[0], 0])}; remove them with "
+            "the export's or a mesh program's repair"
         )
 
 
-def _check_closed(points: np.ndarray, triangles: np.ndarray, place: str) -> None:
-    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    sides = np.sort(np.stack([start, end], axis=1), axis=1)
-    sides, of_side, uses = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+def _check_closed(mesh: trimesh.Trimesh) -> None:
+    start, end = mesh.edges.T
+    sides, of_side, uses = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
 
-    def edge(k: np.intp) -> str:
-        return f"the edge from {_mm(points[sides[k, 0]])} to {_mm(points[sides[k, 1]])}"
+    def edge(is_wrong: np.ndarray) -> str:
+        first, second = mesh.vertices[sides[np.argmax(is_wrong)]]
+        return f"the edge from {_mm(first)} to {_mm(second)}"
 
-    for wrong, what, wanted in ((uses == 1, "open", "one triangle"), (uses > 2, "not manifold", "more than two")):
+    for wrong, what, count in ((uses == 1, "open", "one triangle"), (uses > 2, "not manifold", "more than two")):
         if wrong.any():
-            raise ConfigError(
-                f"{place}: {what}: {edge(np.argmax(wrong))} belongs to {wanted} ({wrong.sum()} such edges)"
-            )
+            raise ConfigError(f"{what}: {edge(wrong)} belongs to {count} ({wrong.sum()} such edges)")
     sense = np.bincount(of_side.reshape(-1), np.where(start < end, 1, -1))
     if sense.any():
-        raise ConfigError(f"{place}: the triangles at {edge(np.argmax(sense != 0))} are not turned alike")
-    twin = half_edges(triangles).twin
+        raise ConfigError(f"the triangles at {edge(sense != 0)} are not oriented alike")
+    twin = half_edges(mesh.faces).twin
     # Corners of triangles that are side by side around a vertex; a vertex with two such fans is where two parts touch.
-    side = np.arange(len(twin))
-    fans = coo_array((np.ones(len(side)), (side, twin - twin % 3 + (twin + 1) % 3)), shape=(len(side), len(side)))
-    count, fan = connected_components(fans, directed=False)
-    if count > len(points):
-        owner = np.zeros(count, dtype=np.int64)
-        owner[fan] = start
-        vertex = np.argmax(np.bincount(owner))
-        raise ConfigError(f"{place}: not manifold: two parts of the surface touch in the point {_mm(points[vertex])}")
+    fans = np.column_stack([np.arange(len(twin)), twin - twin % 3 + (twin + 1) % 3])
+    fan = trimesh.graph.connected_component_labels(fans, node_count=len(twin))
+    fans_of_vertex = np.bincount(start[np.unique(fan, return_index=True)[1]])
+    if fans_of_vertex.max() > 1:
+        place = _mm(mesh.vertices[np.argmax(fans_of_vertex)])
+        raise ConfigError(f"not manifold: two parts of the surface touch in the point {place}")
 
 
-def _check_pieces(points: np.ndarray, triangles: np.ndarray, place: str) -> None:
-    twin = half_edges(triangles).twin
-    side = np.arange(len(twin))
-    graph = coo_array((np.ones(len(side)), (side // 3, twin // 3)), shape=(len(triangles), len(triangles)))
-    pieces, piece = connected_components(graph, directed=False)
-    if pieces == 1:
+def _check_pieces(mesh: trimesh.Trimesh) -> None:
+    pieces = trimesh.graph.connected_components(mesh.face_adjacency, nodes=np.arange(len(mesh.faces)))
+    if len(pieces) == 1:
         return
-    boxes = [(points[triangles[piece == k]].min(axis=(0, 1)), points[triangles[piece == k]].max(axis=(0, 1)))
-             for k in range(pieces)]  # fmt: skip
-    nested = pieces == 2 and any(
-        (boxes[a][0] < boxes[b][0]).all() and (boxes[a][1] > boxes[b][1]).all() for a, b in ((0, 1), (1, 0))
-    )
-    hint = "only the hollow is wanted, not the wall around it" if nested else "one closed surface is wanted"
-    raise ConfigError(f"{place}: {pieces} separate pieces; {hint}; bodies inside the vessel are `inserts`")
+    corners = [mesh.triangles[piece].reshape(-1, 3) for piece in pieces]
+    low, high = np.array([part.min(axis=0) for part in corners]), np.array([part.max(axis=0) for part in corners])
+    nested = len(pieces) == 2 and any((low[a] < low[1 - a]).all() and (high[a] > high[1 - a]).all() for a in (0, 1))
+    hint = "give only the hollow, not the wall around it" if nested else "give one closed surface"
+    raise ConfigError(f"{len(pieces)} separate pieces; {hint}; bodies inside the vessel are `inserts`")
 
 
-def read_mesh(geometry: StlGeometry, place: str) -> tuple[np.ndarray, np.ndarray]:
-    """Points (v, 3) [m] and triangles (t, 3) of a file's closed surface, normals out of the body that it encloses.
+def _rounding(points: np.ndarray) -> float:
+    """What rounding in a file grows with [m]: the size of the body and its distance from the origin."""
+    return max(float(np.ptp(points, axis=0).max()), float(np.abs(points).max()))
 
-    place: file and key for the refusals. Raises ConfigError for a surface that is open, not manifold, degenerate,
-    inside out, in several pieces, cuts through itself or is of a size that no mill has.
-    """
-    points, triangles = read_triangles(geometry, place)
-    _check_size(points, geometry, place)
-    # Rounding in a file grows with the coordinates, wherever the body lies.
-    tolerance = FLAT * max(float(np.ptp(points, axis=0).max()), float(np.abs(points).max()))
-    points, triangles = weld(points, triangles, tolerance)
-    _check_triangles(points, triangles, tolerance, place)
-    _check_closed(points, triangles, place)
-    _check_pieces(points, triangles, place)
-    corners = points[triangles] - points.mean(axis=0)
-    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    if volume <= 0:
+
+def _checked_mesh(geometry: StlGeometry) -> trimesh.Trimesh:
+    mesh = _read_file(geometry)
+    _check_size(mesh, geometry.unit)
+    tolerance = FLAT * _rounding(mesh.vertices)
+    mesh = trimesh.Trimesh(*weld(mesh.vertices, mesh.faces, tolerance), process=False)
+    _check_areas(mesh, tolerance)
+    _check_closed(mesh)
+    _check_pieces(mesh)
+    if mesh.volume <= 0:
         raise ConfigError(
-            f"{place}: inside out: the normals point into the body that the surface encloses; they must point out of "
-            "it (for a vessel: from the hollow into the wall); flip all normals"
+            "inside out: the normals point into the body that the surface encloses; they must point out of it (for a "
+            "vessel: from the hollow into the wall); flip all normals"
         )
-    meeting = self_intersection(points, triangles, tolerance)
+    meeting = self_intersection(mesh.vertices, mesh.faces, tolerance)
     if meeting:
-        first, second = (points[triangles[t]].mean(axis=0) for t in meeting)
-        raise ConfigError(f"{place}: cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect")
-    return points, triangles
+        first, second = mesh.triangles_center[list(meeting)]
+        raise ConfigError(f"cuts through itself: the triangles at {_mm(first)} and {_mm(second)} intersect")
+    return mesh
 
 
-def mesh_facets(geometry: StlGeometry, place: str) -> list[list[np.ndarray]]:
-    """Outlines [m] of the flat facets of a file's surface, counter-clockwise seen from outside the enclosed body."""
-    place = f"{place}.path = {geometry.path!r}"
-    points, triangles = read_mesh(geometry, place)
-    size = max(float(np.ptp(points, axis=0).max()), float(np.abs(points).max()))
-    return merge_coplanar(points, triangles, size)
+def mesh_facets(geometry: StlGeometry) -> list[list[np.ndarray]]:
+    """Outlines (k, 3) [m] of the flat facets of a file's surface, counter-clockwise seen from outside the body.
+
+    Raises ConfigError, beginning with the key `path`, for a surface that is open, not manifold, degenerate, inside out,
+    in several pieces, cuts through itself or is of a size that no mill has.
+    """
+    try:
+        mesh = _checked_mesh(geometry)
+    except ConfigError as error:
+        raise ConfigError(f"path = {geometry.path!r}: {error}") from None
+    points = np.asarray(mesh.vertices)
+    return merge_coplanar(points, np.asarray(mesh.faces), _rounding(points))

@@ -21,63 +21,55 @@ LARGEST_STEP_DEG, LARGEST_PLACE_M = 60.0, 10.0
 CLOSE = 1e-6
 
 
-def _refuse(path: str | Path, what: str) -> ConfigError:
-    return ConfigError(f"{path}: {what}")
-
-
-def _check_times(time: np.ndarray, path: str | Path) -> None:
+def _check_times(time: np.ndarray) -> None:
     if len(time) < FEWEST_ROWS:
-        raise _refuse(path, f"{len(time)} rows: a turn needs {FEWEST_ROWS} at least, the last like the first")
+        raise ConfigError(f"{len(time)} rows: a turn needs {FEWEST_ROWS} at least, the last like the first")
     steps = np.diff(time)
     if (steps <= 0).any():
         row = int(np.argmax(steps <= 0)) + 2
-        raise _refuse(path, f"column time_s, row {row} = {time[row - 1]:g}: time must rise from row to row")
+        raise ConfigError(f"column time_s, row {row} = {time[row - 1]:g}: time must rise from row to row")
     if steps.max() > GAP * np.median(steps):
         row = int(np.argmax(steps)) + 2
-        raise _refuse(
-            path,
+        raise ConfigError(
             f"column time_s, row {row} = {time[row - 1]:g}: a gap of {steps.max():g} s, where rows are mostly "
-            f"{np.median(steps):g} s apart; at most {GAP:g} times as much",
+            f"{np.median(steps):g} s apart; at most {GAP:g} times as much"
         )
 
 
-def _check_places(place: np.ndarray, path: str | Path) -> None:
-    far = np.abs(place) > LARGEST_PLACE_M
-    if far.any():
-        row, column = (int(index[0]) for index in np.nonzero(far))
-        raise _refuse(
-            path,
-            f"column {PLACE[column]}, row {row + 1} = {place[row, column]:g}: at most {LARGEST_PLACE_M:g} m is wanted",
+def _check_places(place: np.ndarray) -> None:
+    far = np.argwhere(np.abs(place) > LARGEST_PLACE_M)
+    if len(far):
+        row, column = far[0]
+        raise ConfigError(
+            f"column {PLACE[column]}, row {row + 1} = {place[row, column]:g}: must be at most {LARGEST_PLACE_M:g} m"
         )
     apart = np.abs(place[-1] - place[0])
     if (apart > CLOSE * max(float(np.ptp(place, axis=0).max()), 1e-6)).any():
         column = int(np.argmax(apart))
-        raise _refuse(
-            path,
+        raise ConfigError(
             f"column {PLACE[column]}: the last row = {place[-1, column]:g} is not the first, {place[0, column]:g}; a "
-            "turn must end where it began",
+            "turn must end where it began"
         )
 
 
-def _quaternions(table: pd.DataFrame, path: str | Path) -> np.ndarray:
+def _quaternions(table: pd.DataFrame) -> np.ndarray:
     """Quaternions (n, 4) of the rows, w first, without the jumps of sign that a rotation leaves open."""
     given = [name for name in TURN if name in table.columns]
     if not given:
         return np.tile([1.0, 0.0, 0.0, 0.0], (len(table), 1))
     if len(given) < len(TURN):
         missing = next(name for name in TURN if name not in given)
-        raise _refuse(path, f"column {missing} is missing beside {given[0]}; a rotation has three columns, or none")
+        raise ConfigError(f"column {missing} is missing beside {given[0]}; a rotation has three columns, or none")
     turned = Rotation.from_rotvec(np.radians(table[TURN].to_numpy()))
     steps = np.degrees((turned[1:] * turned[:-1].inv()).magnitude())
     if steps.max() > LARGEST_STEP_DEG:
         row = int(np.argmax(steps)) + 2
-        raise _refuse(
-            path,
+        raise ConfigError(
             f"columns rotation_*_deg, row {row}: a turn by {steps.max():.3g} degrees from the row before; rows must be "
             f"close enough that it is at most {LARGEST_STEP_DEG:g}",
         )
     if (turned[-1] * turned[0].inv()).magnitude() > CLOSE:
-        raise _refuse(path, "columns rotation_*_deg: the last row is not the first; a turn must end as it began")
+        raise ConfigError("columns rotation_*_deg: the last row is not the first; a turn must end as it began")
     quaternion = turned.as_quat()[:, [3, 0, 1, 2]]
     flips = np.where((quaternion[1:] * quaternion[:-1]).sum(axis=1) < 0, -1.0, 1.0)
     return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
@@ -93,9 +85,12 @@ def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """
     table = read_table(path, numeric=["time_s", *PLACE], optional=TURN)
     time, place = table["time_s"].to_numpy(dtype=float), table[PLACE].to_numpy(dtype=float)
-    _check_times(time, path)
-    _check_places(place, path)
-    quaternion = _quaternions(table, path)
+    try:
+        _check_times(time)
+        _check_places(place)
+        quaternion = _quaternions(table)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
     turn, values = (time - time[0]) / (time[-1] - time[0]), np.hstack([place, quaternion])
     if quaternion[-1] @ quaternion[0] < 0:
         again = np.hstack([place[1:], -quaternion[1:]])

@@ -14,7 +14,6 @@ import numpy as np
 from millprint.config.geometry import (
     BoxGeometry,
     CylinderGeometry,
-    GeometrySection,
     PaddlesGeometry,
     StadiumGeometry,
     StlGeometry,
@@ -154,41 +153,32 @@ def paddles_facets(geometry: PaddlesGeometry) -> list[Loops]:
     return loft([_level(outline, bottom + geometry.height_mm / 1e3), _level(outline, bottom)])
 
 
-def _file_facets(geometry: StlGeometry, place: str) -> list[Loops]:
+def _file_facets(geometry: StlGeometry) -> list[Loops]:
     # Takes long to import, and few mills need it.
     from millprint.mill.mesh import mesh_facets
 
-    return mesh_facets(geometry, place)
+    return mesh_facets(geometry)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A kind of shape: its facets from its keys, and whether their outlines are counter-clockwise seen from inside.
+    """A kind of shape: its facets from its keys, and whether their outlines are counter-clockwise seen from inside."""
 
-    facets: takes the geometry, and the YAML file and key for refusals.
-    """
-
-    facets: Callable[[Any, str], list[Loops]]
+    facets: Callable[[Any], list[Loops]]
     from_inside: bool = True
 
 
 SHAPES = {
-    "stadium": Shape(lambda geometry, place: stadium_facets(geometry)),
-    "cylinder": Shape(lambda geometry, place: cylinder_facets(geometry)),
-    "box": Shape(lambda geometry, place: box_facets(geometry)),
-    "paddles": Shape(lambda geometry, place: paddles_facets(geometry)),
+    "stadium": Shape(stadium_facets),
+    "cylinder": Shape(cylinder_facets),
+    "box": Shape(box_facets),
+    "paddles": Shape(paddles_facets),
     "stl": Shape(_file_facets, from_inside=False),
 }
 
 
-def shape_outlines(geometry: GeometrySection, place: str, from_inside: bool) -> list[Loops]:
-    """Outlines [m] of every facet of a shape, counter-clockwise seen from inside or from outside it.
-
-    place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry, and
-    ConfigError for a file of triangles that is refused.
-    """
-    if geometry.kind not in SHAPES:
-        raise ValueError(f"kind = {geometry.kind!r}: no such shape is in the registry; known: {', '.join(SHAPES)}")
-    shape = SHAPES[geometry.kind]
-    outlines = shape.facets(geometry, place)
-    return outlines if shape.from_inside == from_inside else [[loop[::-1] for loop in loops] for loops in outlines]
+def shape_kind(kind: str) -> Shape:
+    """The record of a kind of shape; raises ValueError for one that is not in the registry."""
+    if kind not in SHAPES:
+        raise ValueError(f"kind = {kind!r}: no such shape is in the registry; known: {', '.join(SHAPES)}")
+    return SHAPES[kind]

@@ -11,7 +11,7 @@ import numpy as np
 from millprint.config.geometry import GeometrySection
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.mill.shapes import shape_outlines
+from millprint.mill.shapes import shape_kind
 from millprint.mill.triangulate import triangulate_polygon
 
 # Vertices closer than this fraction of the vessel's size are one vertex.
@@ -250,12 +250,18 @@ def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Fac
     place: the YAML file and key, for refusals. Raises ValueError for a kind that is not in the registry of
     `mill.shapes`, and ConfigError for a file of triangles that is refused or for too many facets.
     """
-    outlines = shape_outlines(geometry, place, from_inside=not solid)
+    shape = shape_kind(geometry.kind)
+    try:
+        outlines = shape.facets(geometry)
+    except ConfigError as error:
+        raise ConfigError(f"{place}.{error}") from None
     if len(outlines) > MOST_FACETS:
         raise ConfigError(
             f"{place}: {len(outlines)} flat facets; a simulation takes at most {MOST_FACETS}: give it fewer, or "
             "export the surface with a coarser tessellation"
         )
+    if shape.from_inside == solid:
+        outlines = [[loop[::-1] for loop in loops] for loops in outlines]
     return [Facet.from_loops(loops) for loops in outlines]
 
 

@@ -5,23 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from millprint.errors import ConfigError
-from millprint.view.frames import (
-    MM,
-    VIEWS,
-    Frame,
-    Movie,
-    Shape,
-    bounds_of,
-    delay_of,
-    frames_at,
-    frequency_of,
-    heading_of,
-    panel_of,
-)
+from millprint.view.frames import VIEWS, Frame, Movie, Stage
 from millprint.view.snapshots import Snapshots, open_run
 
-NAMES = ("DEM", "surrogate")
-# Where a ball that ran away is drawn: out of every picture, and no number that a renderer chokes on [m].
+SIDES = ("DEM", "surrogate")
+# Where a ball that ran away is drawn [m]: outside every picture, and a number that every renderer can draw.
 AWAY_M = 1.0
 
 
@@ -38,36 +26,22 @@ def movie_beside(
     time_s (n,) of motion, position_m and velocity_m_s (n, balls, 3): the prediction, of which every `every`-th frame
     is shown. Raises ConfigError for a run without snapshots at those times.
     """
-    chosen = slice(None, None, every)
+    time_s, position_m, velocity_m_s = (values[::every] for values in (time_s, position_m, velocity_m_s))
     with open_run(run) as file:
-        first, stride, last = _rows(file["snapshots/time_s"][:] if "snapshots" in file else None, time_s[chosen], run)
-        snapshots = Snapshots(file, stride, first, last)
-        blocks = list(snapshots.blocks())
-    shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
-    frequency_hz, rows = frequency_of(snapshots.config), [time_s[chosen][block.rows] for block in blocks]
-    simulated, predicted = [], []
-    for block, moments in zip(blocks, rows, strict=True):
+        first, stride, last = _rows(file["snapshots/time_s"][:] if "snapshots" in file else None, time_s, run)
+        stage = Stage(Snapshots(file, stride, first, last))
+    frames = []
+    for block in stage.blocks:
+        moments = time_s[block.rows]
         place, motion = (
-            np.nan_to_num(values[chosen][block.rows], nan=AWAY_M, posinf=AWAY_M, neginf=-AWAY_M)
+            np.nan_to_num(values[block.rows], nan=AWAY_M, posinf=AWAY_M, neginf=-AWAY_M)
             for values in (position_m, velocity_m_s)
         )
-        rest = block.body_poses, shapes, frequency_hz
-        simulated += frames_at(moments, block.balls["position_m"], block.balls["velocity_m_s"], *rest)
-        predicted += frames_at(moments, np.clip(place, -AWAY_M, AWAY_M), motion, *rest)
-    middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
-    corners = bounds_of(snapshots, blocks)
-    interval_s = float(time_s[chosen][1] - time_s[chosen][0])
-    delay_ms = delay_of(frames_per_second)
-    return Movie(
-        heading=heading_of(snapshots),
-        radius_mm=snapshots.radius_m * MM,
-        speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in simulated),
-        delay_ms=delay_ms,
-        slow_motion=delay_ms / 1e3 / interval_s,
-        panels=tuple(panel_of(view, f"{name}, {view.title}", corners, middle) for view in VIEWS for name in NAMES),
-        frames=tuple(_together(*pair) for pair in zip(simulated, predicted, strict=True)),
-        columns=len(NAMES),
-    )
+        simulated = stage.frames(block, moments, block.balls["position_m"], block.balls["velocity_m_s"])
+        predicted = stage.frames(block, moments, np.clip(place, -AWAY_M, AWAY_M), motion)
+        frames += [_together(*pair) for pair in zip(simulated, predicted, strict=True)]
+    panels = [stage.panel(view, f"{name}, {view.title}") for view in VIEWS for name in SIDES]
+    return stage.movie(frames, panels, float(time_s[1] - time_s[0]), frames_per_second, len(SIDES))
 
 
 def _together(simulated: Frame, predicted: Frame) -> Frame:
@@ -75,12 +49,12 @@ def _together(simulated: Frame, predicted: Frame) -> Frame:
     return Frame(simulated.time_s, simulated.revolution, tuple(picture for pair in pairs for picture in pair))
 
 
-def _rows(recorded_s: np.ndarray | None, wanted_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
-    """First, stride and last of the snapshots at the wanted times."""
+def _rows(recorded_s: np.ndarray | None, asked_s: np.ndarray, run: str | Path) -> tuple[int, int, int]:
+    """First, stride and last of the snapshots at the times asked for."""
     refusal = f"{run}: no snapshots at the frames of the roll-out: set snapshot_interval_s to divide them"
     if recorded_s is None:
         raise ConfigError(refusal)
-    rows = np.searchsorted(recorded_s, wanted_s - 1e-6)
-    if len(rows) < 2 or rows[-1] >= len(recorded_s) or np.abs(recorded_s[rows] - wanted_s).max() > 1e-5:
+    rows = np.searchsorted(recorded_s, asked_s - 1e-6)
+    if len(rows) < 2 or rows[-1] >= len(recorded_s) or np.abs(recorded_s[rows] - asked_s).max() > 1e-5:
         raise ConfigError(refusal)
     return int(rows[0]), int(rows[1] - rows[0]), int(rows[-1]) + 1

@@ -1,7 +1,8 @@
-"""An animation's frames as arrays ready to be drawn: what is seen of balls and jar from above and from the side."""
+"""Frames of an animation as arrays ready to be drawn: balls and jar from above and from the side."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import h5py
@@ -11,7 +12,7 @@ import trimesh
 from millprint.config.motion import motion_kind
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
-from millprint.view.snapshots import Block, Poses, Snapshots, open_run
+from millprint.view.snapshots import Block, Snapshots, open_run
 
 # Edges at which the wall turns by more than this are drawn, besides the silhouette [rad].
 SHARP = np.radians(30)
@@ -114,42 +115,86 @@ class Shape:
         return flat[self.triangles[front]], facing[front], flat[self.edges[is_line]]
 
 
+class Stage:
+    """A run's snapshots and the shapes of its bodies: makes frames and movies of balls in them."""
+
+    def __init__(self, snapshots: Snapshots) -> None:
+        """Reads the chosen snapshots of an open file into memory."""
+        self.snapshots, self.blocks = snapshots, list(snapshots.blocks())
+        self._shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
+        self._frequency_hz = frequency_of(snapshots.config)
+
+    def frames(self, block: Block, times_s: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> list[Frame]:
+        """Frames of a block's bodies at times (n,) [s], with balls at `position` [m] of `velocity` (n, balls, 3)."""
+        speed = np.linalg.norm(velocity - block.poses.velocity_at(position), axis=-1)
+        frames = []
+        for k, time_s in enumerate(times_s):
+            turns = [pose.rotation[k] for pose in block.body_poses]
+            places = [pose.position_m[k] for pose in block.body_poses]
+            pictures = tuple(_picture(view, self._shapes, turns, places, position[k], speed[k]) for view in VIEWS)
+            revolution = time_s * self._frequency_hz if self._frequency_hz else None
+            frames.append(Frame(float(time_s), revolution, pictures))
+        return frames
+
+    @cached_property
+    def _corners(self) -> np.ndarray:
+        """Lower and upper corner (2, 3) of all that the vessel's walls pass through [m]."""
+        moved = [block.poses.to_laboratory(self.snapshots.geometry.vertices_m) for block in self.blocks]
+        low, high = (np.array([end(points, axis=(0, 1)) for points in moved]) for end in (np.min, np.max))
+        return np.array([low.min(axis=0), high.max(axis=0)])
+
+    def panel(self, view: View, title: str, path_points: int | None = None) -> Panel:
+        """A panel that shows all that the walls pass through, and the first points of the path of the jar's middle."""
+        middle = self._shapes[0].middle_m[None]
+        path = np.concatenate([block.poses.to_laboratory(middle)[:, 0] for block in self.blocks])
+        return Panel(
+            title,
+            (f"{'xyz'[view.right]} [mm]", f"{'xyz'[view.up]} [mm]"),
+            view.flat(self._corners) + MARGIN_MM * np.array([[-1.0], [1.0]]),
+            view.flat(path[:path_points]),
+        )
+
+    def movie(
+        self,
+        frames: Sequence[Frame],
+        panels: Sequence[Panel],
+        interval_s: float,
+        frames_per_second: float,
+        columns: int = 1,
+    ) -> Movie:
+        """A movie of frames that are interval_s apart; the first picture of each frame sets the scale of speeds."""
+        mill, case = self.snapshots.config["mill"], self.snapshots.config["case"]
+        balls = f"{self.snapshots.balls} balls of {case['ball_diameter_mm']:g} mm"
+        # The delays of a GIF are hundredths of a second.
+        delay_ms = 10 * round(100 / frames_per_second)
+        return Movie(
+            heading=f"{mill['title']}\n{balls}, {case['speed_rpm']:g} rpm",
+            radius_mm=self.snapshots.radius_m * MM,
+            speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
+            delay_ms=delay_ms,
+            slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
+            panels=tuple(panels),
+            frames=tuple(frames),
+            columns=columns,
+        )
+
+
 def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = None) -> Movie:
     """The first revolutions of a run's snapshots, or those from start_s (since the start of the mill) [s] on.
 
     Raises ConfigError for a run without snapshots or a start outside them.
     """
     with open_run(run) as file:
-        snapshots = _chosen(file, settings, start_s)
-        blocks = list(snapshots.blocks())
-    frequency_hz = frequency_of(snapshots.config)
-    shapes = [Shape(body.vertices_m, body.triangles) for body in snapshots.bodies]
-    frames = [frame for block in blocks for frame in _frames(block, snapshots, shapes, frequency_hz)]
-    middle = np.concatenate([block.poses.to_laboratory(shapes[0].middle_m[None])[:, 0] for block in blocks])
-    low, high = bounds_of(snapshots, blocks)
-    delay_ms = delay_of(settings.frames_per_second)
-    interval_s = float(snapshots.time_s[-1] - snapshots.time_s[0]) / max(1, len(snapshots) - 1)
-    return Movie(
-        heading=heading_of(snapshots),
-        radius_mm=snapshots.radius_m * MM,
-        speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
-        delay_ms=delay_ms,
-        slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
-        panels=tuple(
-            panel_of(view, view.title, (low, high), middle[: settings.frames_per_revolution + 1]) for view in VIEWS
-        ),
-        frames=tuple(frames),
-    )
-
-
-def panel_of(view: View, title: str, corners: tuple[np.ndarray, np.ndarray], path_m: np.ndarray) -> Panel:
-    """A panel that holds everything between two corners (3,) [m], with the path (m, 3) [m] of the jar's middle."""
-    return Panel(
-        title,
-        (f"{'xyz'[view.right]} [mm]", f"{'xyz'[view.up]} [mm]"),
-        view.flat(np.array(corners)) + MARGIN_MM * np.array([[-1.0], [1.0]]),
-        view.flat(path_m),
-    )
+        stage = Stage(_chosen(file, settings, start_s))
+    time_s = stage.snapshots.time_s
+    frames = [
+        frame
+        for block in stage.blocks
+        for frame in stage.frames(block, time_s[block.rows], block.balls["position_m"], block.balls["velocity_m_s"])
+    ]
+    panels = [stage.panel(view, view.title, settings.frames_per_revolution + 1) for view in VIEWS]
+    interval_s = float(time_s[-1] - time_s[0]) / max(1, len(time_s) - 1)
+    return stage.movie(frames, panels, interval_s, settings.frames_per_second)
 
 
 def frequency_of(config: dict) -> float:
@@ -160,9 +205,9 @@ def frequency_of(config: dict) -> float:
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
-    """As many snapshots as the settings want, at equal distances."""
+    """As many snapshots as the settings ask for, at equal distances in time."""
     every = Snapshots(file)
-    time_s, wanted = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
+    time_s, frames = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
     frequency_hz = frequency_of(every.config)
     if start_s is not None and not time_s[0] - 1e-9 <= start_s < time_s[-1]:
         raise ConfigError(
@@ -171,26 +216,12 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
         )
     first = 0 if start_s is None else int(np.searchsorted(time_s, start_s - 1e-9))
     if not frequency_hz or len(time_s) < 2:
-        return Snapshots(file, max(1, (len(time_s) - first) // wanted), first)
+        return Snapshots(file, max(1, (len(time_s) - first) // frames), first)
     interval_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     stride = max(1, round(1 / frequency_hz / settings.frames_per_revolution / interval_s))
     # The frame that ends the last revolution would repeat the jar's place of the first.
     last = min(len(time_s), first + round(settings.revolutions / frequency_hz / interval_s))
     return Snapshots(file, stride, first, max(last, first + 1))
-
-
-def heading_of(snapshots: Snapshots) -> str:
-    """The mill and the case, as an animation's heading."""
-    mill, case = snapshots.config["mill"], snapshots.config["case"]
-    return f"{mill['title']}\n{snapshots.balls} balls of {case['ball_diameter_mm']:g} mm, {case['speed_rpm']:g} rpm"
-
-
-def bounds_of(snapshots: Snapshots, blocks: list[Block]) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corner (3,) of all that the walls pass through [m]."""
-    moved = [block.poses.to_laboratory(snapshots.geometry.vertices_m) for block in blocks]
-    return np.min([points.min(axis=(0, 1)) for points in moved], axis=0), np.max(
-        [points.max(axis=(0, 1)) for points in moved], axis=0
-    )
 
 
 def draw_bodies(
@@ -204,41 +235,17 @@ def draw_bodies(
     return wall, shade, seen[0][2], inserts
 
 
-def _frames(block: Block, snapshots: Snapshots, shapes: list[Shape], frequency_hz: float) -> list[Frame]:
-    position, velocity = (block.balls[name] for name in ("position_m", "velocity_m_s"))
-    return frames_at(snapshots.time_s[block.rows], position, velocity, block.body_poses, shapes, frequency_hz)
-
-
-def frames_at(
-    times_s: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    body_poses: Sequence[Poses],
+def _picture(
+    view: View,
     shapes: list[Shape],
-    frequency_hz: float,
-) -> list[Frame]:
-    """Frames of balls at `position` with `velocity`, (n, balls, 3) each, in a mill at n poses of its bodies."""
-    speed = np.linalg.norm(velocity - body_poses[0].velocity_at(position), axis=-1)
-    frames = []
-    for k, time_s in enumerate(times_s):
-        pictures = tuple(picture_of(view, shapes, body_poses, k, position[k], speed[k]) for view in VIEWS)
-        frames.append(Frame(float(time_s), time_s * frequency_hz if frequency_hz else None, pictures))
-    return frames
-
-
-def delay_of(frames_per_second: float) -> int:
-    """Time that a frame is shown [ms]; the delays of a GIF are hundredths of a second."""
-    return 10 * round(100 / frames_per_second)
-
-
-def picture_of(
-    view: View, shapes: list[Shape], body_poses: Sequence[Poses], k: int, position: np.ndarray, speed: np.ndarray
+    turns: list[np.ndarray],
+    places: list[np.ndarray],
+    position: np.ndarray,
+    speed: np.ndarray,
 ) -> Picture:
-    """One view at pose k of the bodies, the vessel first, with balls at (balls, 3) [m] of speeds (balls,) [m/s]."""
-    turns, places = [pose.rotation[k] for pose in body_poses], [pose.position_m[k] for pose in body_poses]
+    """One view of the bodies, the vessel first, with balls at (balls, 3) [m] of speeds (balls,) [m/s]."""
     vertices = [shape.vertices_m @ turn.T + place for shape, turn, place in zip(shapes, turns, places, strict=True)]
     middle = turns[0] @ shapes[0].middle_m + places[0]
     order = np.argsort(view.nearness(position))
     wall, shade, outline, inserts = draw_bodies(view, shapes, vertices, turns)
-    centre = view.flat(position[order])
-    return Picture(wall, shade, outline, centre, speed[order], view.flat(middle), inserts)
+    return Picture(wall, shade, outline, view.flat(position[order]), speed[order], view.flat(middle), inserts)

@@ -1,4 +1,4 @@
-"""A mill as it is seen, and through a turn: what its figures draw, from its description alone."""
+"""What the figures of a mill draw: views of it, and moments of a turn, from its description alone."""
 
 from dataclasses import dataclass
 
@@ -57,7 +57,7 @@ def _limits(view: View, points: np.ndarray) -> np.ndarray:
 
 
 def picture_mill(mill: MillConfig) -> MillPicture:
-    """The picture of a mill; raises ConfigError for a shape or a motion that does not hold."""
+    """The picture of a mill; raises ConfigError for a shape or a motion that is refused."""
     bodies = build_bodies(mill, CHECK_RPM)
     shapes = [Shape(*body.vessel.triangles()) for body in bodies]
     # One turn a second, so that times are turns.

@@ -17,7 +17,7 @@ PER_CONTACT = ("contact_first", "contact_second")
 FEATURES = ("facet_normal", "edge_m", "corner_m")
 GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m")
 
-# Numbers of one quantity that a block holds: some tens of megabytes for all quantities together.
+# Numbers of one quantity in a block: some tens of megabytes for all quantities together.
 BLOCK_VALUES = 1_000_000
 
 
@@ -54,12 +54,12 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Poses:
-    """Where a vessel is at n times: position (n, 3), velocity (n, 3), rotation (n, 3, 3) to the laboratory, spin."""
+    """A body at n times: (n, 3) each, and its rotation (n, 3, 3) to the laboratory."""
 
     position_m: np.ndarray
     velocity_m_s: np.ndarray
     rotation: np.ndarray
-    spin_rad_s: np.ndarray
+    angular_velocity_rad_s: np.ndarray
 
     def to_laboratory(self, points: np.ndarray) -> np.ndarray:
         """Points (p, 3) of the body in the laboratory, (n, p, 3) [m]."""
@@ -67,7 +67,9 @@ class Poses:
 
     def velocity_at(self, points: np.ndarray) -> np.ndarray:
         """Velocity of the wall, V + omega x (x - X), at laboratory points (n, p, 3) [m/s]."""
-        return self.velocity_m_s[:, None] + np.cross(self.spin_rad_s[:, None], points - self.position_m[:, None])
+        return self.velocity_m_s[:, None] + np.cross(
+            self.angular_velocity_rad_s[:, None], points - self.position_m[:, None]
+        )
 
 
 @dataclass(frozen=True)
@@ -104,15 +106,9 @@ def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np
     """
     counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
-    # Within a body the same order holds: its facets, edges, corners.
+    # The order within a body is the same: its facets, edges, corners.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
-    local = np.concatenate(
-        [
-            first + np.arange(k)
-            for row, starts in zip(counts, before, strict=True)
-            for k, first in zip(row, starts, strict=True)
-        ]
-    )
+    local = np.concatenate([first + np.arange(k) for k, first in zip(counts.ravel(), before.ravel(), strict=True)])
     return owner[feature], local[feature]
 
 
@@ -126,7 +122,7 @@ class Snapshots:
     def __init__(self, file: h5py.File, every: int = 1, first: int = 0, last: int | None = None) -> None:
         path = file.filename
         if every < 1:
-            raise ConfigError(f"every = {every}: one snapshot in how many is wanted, 1 or more")
+            raise ConfigError(f"every = {every}: must be 1 or more, for one snapshot in so many")
         if "snapshots" not in file:
             raise ConfigError(
                 f"{path}: no snapshots: set snapshot_interval_s in the sweep of this case, and simulate it again"
@@ -165,7 +161,7 @@ class Snapshots:
         return np.diff(total, prepend=total[0])
 
     def blocks(self) -> Iterator[Block]:
-        """The chosen snapshots in turn, as many at a time as memory holds with ease."""
+        """The chosen snapshots in turn, as many at a time as fit into memory."""
         largest = max(self.balls, sum(len(body.vertices_m) for body in self.bodies))
         size = max(1, BLOCK_VALUES // (3 * largest))
         for begin in range(0, len(self), size):
@@ -209,6 +205,6 @@ def open_run(path: str | Path) -> Iterator[h5py.File]:
     try:
         file = h5py.File(path)
     except OSError:
-        raise ConfigError(f"{path}: not an HDF5 file; a run.h5 is wanted") from None
+        raise ConfigError(f"{path}: not an HDF5 file; give the run.h5 of a case") from None
     with file:
         yield file

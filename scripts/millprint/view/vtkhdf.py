@@ -124,9 +124,9 @@ class TransientPolyData:
     def check_complete(self) -> None:
         """Raise ValueError if a quantity has not been given for every step."""
         for key, rows in self._written.items():
-            wanted = int(self._rows[key.split("/")[0]].sum())
-            if rows != wanted:
-                raise ValueError(f"{key}: {rows} rows of {wanted} written")
+            needed = int(self._rows[key.split("/")[0]].sum())
+            if rows != needed:
+                raise ValueError(f"{key}: {rows} rows of {needed} written")
 
 
 @contextmanager
