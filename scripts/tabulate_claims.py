@@ -4,12 +4,10 @@ from pathlib import Path
 
 from millprint.claims.errata import collect_errata
 from millprint.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
-from millprint.figures.claims import plot_verdicts
 from millprint.figures.style import save
 from millprint.files import whole_file, write_table
 from millprint.job import job
-from millprint.report.summary import summary_page
-from millprint.report.tables import Section, tables_page
+from millprint.report.summary import claims_page, plot_verdicts, summary_page
 
 
 def write_page(text: str, path: str) -> None:
@@ -19,17 +17,14 @@ def write_page(text: str, path: str) -> None:
 
 def main(name: str, results: str, claims_path: str, output) -> None:
     """Compare every claim with the tables in `results`."""
-    data = Path(claims_path).parent
-    table = tabulate_claims(claims_path, collect_findings(Path(results), data))
-    counts, errata = count_verdicts(table), collect_errata(Path(results), data, table)
+    findings = collect_findings(results, claims_path)
+    table = tabulate_claims(claims_path, findings)
+    counts, errata = count_verdicts(table), collect_errata(results, Path(claims_path).parent, table)
     write_table(table, output.claims)
     write_table(counts, output.counts)
     write_table(errata, output.errata)
-    write_page(summary_page(name, table, counts, errata), output.summary)
-    note = "Deviation in per cent of the printed value. claims.tsv also says of what kind a claim is."
-    every = Section("Every claim", table.drop(columns="kind"), note, cards=True)
-    introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
-    write_page(tables_page("Claims of the thesis", introduction, [every]), output.page)
+    write_page(summary_page(name, table, counts, errata, Path(results)), output.summary)
+    write_page(claims_page(name, table, findings, Path(results)), output.page)
     save(plot_verdicts(counts), output.svg, output.png)
 
 

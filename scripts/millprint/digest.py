@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-# Files that a module reads from its own folder: parts of pages.
-TEMPLATES = (".html", ".css", ".js")
+# Files that a module reads from its own folder: parts of pages, and lists.
+TEMPLATES = (".html", ".css", ".js", ".yaml")
 
 
 @cache

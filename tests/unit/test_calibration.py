@@ -9,9 +9,9 @@ import yaml
 
 from millprint.calibration.drop_test import read_heights, summarise_drops
 from millprint.calibration.oscillation import read_track
-from millprint.claims import chapter3_calibration
 from millprint.claims.compare import verdict
-from millprint.claims.evidence import Evidence
+from millprint.claims.evidence import Finding
+from millprint.claims.tabulate import collect_findings
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError
@@ -99,16 +99,20 @@ def friction_table(static: float, rolling: float, **changed) -> pd.DataFrame:
     return pd.DataFrame(rows).assign(**fixed | changed)
 
 
+def friction_claim(results: Path) -> Finding:
+    return collect_findings(results, CONFIG.parent / "data/claims.tsv", "3.friction")["3.friction_fit"]
+
+
 @pytest.mark.parametrize(("pair", "wanted"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
 def test_the_friction_claim_is_judged_by_the_track_made_in_the_same_mill(tmp_path, pair, wanted):
     write_table(friction_table(*pair), tmp_path / "calibration/calibrated/friction_fit.tsv")
     other = friction_table(0.45, 0.04, experiment="another", track_mill="emax_smooth")
     write_table(other, tmp_path / "calibration/another/friction_fit.tsv")
-    finding = chapter3_calibration.friction_fit(Evidence(tmp_path), "emax")
+    finding = friction_claim(tmp_path)
     assert verdict("0.30/0.045", "recover", finding) == wanted
     assert "emax_smooth gives 0.45/0.04" in finding.explanation
 
 
 def test_without_a_simulated_track_the_friction_claim_is_not_run(tmp_path):
     write_table(friction_table(0.3, 0.045, source="measured"), tmp_path / "calibration/mine/friction_fit.tsv")
-    assert chapter3_calibration.friction_fit(Evidence(tmp_path), "emax").value is None
+    assert friction_claim(tmp_path).value is None

@@ -1,9 +1,23 @@
-"""The verdict on a claim follows from its tolerance alone."""
+"""The verdict on a claim follows from its tolerance alone, and every claim leads to its code and to its source."""
 
+import importlib
+import re
+from fnmatch import fnmatch
+
+import pandas as pd
 import pytest
 
 from millprint.claims.compare import agrees, deviation, verdict
-from millprint.claims.finding import Finding
+from millprint.claims.evidence import CLAIMS, Evidence, Finding, NotRun, claim
+from millprint.claims.sources import ORIGINS, source_in
+from millprint.claims.tabulate import CLAIM_COLUMNS, collect_findings, read_claims, tabulate_claims
+from millprint.digest import library_files
+from millprint.errors import ConfigError
+from millprint.files import read_table, write_json, write_table
+from tests.conftest import ROOT
+
+CLAIMS_TSV = ROOT / "config/data/claims.tsv"
+CODE = ROOT / "scripts/millprint/claims"
 
 
 @pytest.mark.parametrize(
@@ -51,3 +65,100 @@ def test_deviation_is_relative_to_the_published_number():
     assert deviation("20", 23) == pytest.approx(15)
     assert deviation("yes", "no") is None
     assert deviation("0", 3) is None
+
+
+def test_every_claim_of_the_thesis_has_code_and_all_code_a_claim():
+    assert set(read_table(CLAIMS_TSV, text=["id"])["id"]) == set(CLAIMS)
+
+
+def test_a_search_for_a_claims_id_finds_its_code_in_one_place():
+    """But for places that read what is printed for it."""
+    code = {path.stem: re.sub(r"printed\[.*?\]", "", path.read_text()) for path in CODE.glob("*.py")}
+    for name, own in CLAIMS.items():
+        pattern = rf"(?<![\w.]){re.escape(name)}(?![\w.])"
+        assert [stem for stem, text in code.items() for _ in re.findall(pattern, text)] == [
+            own.find.__module__.rsplit(".", 1)[1]
+        ]
+
+
+@pytest.mark.parametrize(("template", "ids"), [("2.wear.1200", ""), ("2.wear.{speed}", "2.wear.1200"), ("9.x", "9.y")])
+def test_a_second_code_for_a_claim_and_an_id_of_another_form_are_refused(template, ids):
+    with pytest.raises(ValueError, match=r"registered twice|not of the form"):
+        claim(template, ids)(lambda evidence: Finding(1))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda table: table.iloc[1:], "lacks 2.full_factorial"),
+        (lambda table: pd.concat([table, table.iloc[:1]]), "names twice 2.full_factorial"),
+        (lambda table: table.replace("6.mse", "6.mean"), "lacks 6.mse"),
+        (lambda table: pd.concat([table, table.iloc[:1].assign(id="7.new")]), "without code that computes them: 7.new"),
+    ],
+)
+def test_claims_and_code_must_have_the_same_ids(tmp_path, change, said):
+    write_table(change(read_table(CLAIMS_TSV, text=CLAIM_COLUMNS)), tmp_path / "claims.tsv")
+    with pytest.raises(ConfigError, match=said):
+        read_claims(tmp_path / "claims.tsv")
+
+
+def scripts_of_rules() -> dict[str, list[tuple[str, str]]]:
+    """For each rule, its outputs as patterns from the results folder, and its script."""
+    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    found = {}
+    for name, body in re.findall(r"^ *(?:rule|checkpoint) (\w+):\n(.*?)(?=^\S|^ {4}rule|\Z)", text, re.M | re.S):
+        script = re.search(r"scripts/(\w+\.py)", body)
+        output = re.search(r"^ *output:\n(.*?)^ *log:", body, re.M | re.S)
+        if script and output:
+            found[name] = (output[1], script[1])
+    return found
+
+
+@pytest.mark.parametrize("path", ORIGINS)
+def test_the_rule_of_a_file_names_it_among_its_outputs_and_uses_the_function(path):
+    rule, function = ORIGINS[path]
+    outputs, script = scripts_of_rules()[rule]
+    name = path.split()[0].rsplit("/", 1)[1].replace("*", "")
+    stem = re.split(r"_\.|\.", name)[0]
+    assert stem in outputs or "TABLES" in outputs
+    assert getattr(importlib.import_module(function.__module__), function.__name__) is function
+    assert ROOT / f"scripts/{function.__module__.replace('.', '/')}.py" in library_files(ROOT / "scripts" / script)
+
+
+def test_a_file_of_unknown_origin_is_no_source():
+    with pytest.raises(KeyError, match=r"no file of claims\.sources\.ORIGINS"):
+        source_in("doe/unknown.tsv", "value")
+
+
+def test_evidence_records_the_rows_that_it_reads_and_refuses_none(tmp_path):
+    table = pd.DataFrame({"term": ["A", "B"], "sum_of_squares": [0.1, 0.2]})
+    write_table(table, tmp_path / "doe/anova_printed.tsv")
+    for seed in (0, 1):
+        write_json({"median_contact_duration_s": 1e-4 * seed}, tmp_path / f"dem/emax/x_s{seed}/summary.json")
+    evidence = Evidence(tmp_path, tmp_path, pd.Series(dtype=str))
+    assert evidence.row("doe/anova_printed.tsv", "sum_of_squares", "term == 'B'")["sum_of_squares"] == 0.2
+    assert len(evidence.rows("dem/emax/x_s*/summary.json", "median_contact_duration_s")) == 2
+    assert [str(source).split(" (")[0] for source in evidence.sources] == [
+        "doe/anova_printed.tsv [term == 'B'] sum_of_squares",
+        "dem/emax/x_s0/summary.json median_contact_duration_s",
+        "dem/emax/x_s1/summary.json median_contact_duration_s",
+    ]
+    with pytest.raises(NotRun, match="no row with term == 'C'"):
+        evidence.row("doe/anova_printed.tsv", "sum_of_squares", "term == 'C'")
+    with pytest.raises(NotRun, match=r"rule fit_master_curves has not written fingerprint/means_steel\.tsv"):
+        evidence.row("fingerprint/means_steel.tsv", "Pn")
+
+
+def test_a_claim_names_its_source_before_anything_has_run(tmp_path):
+    table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV))
+    assert (table["source"] != "").all()
+    form = r"(\S+)(?: \[(.+)\])? (.+) \(rule (\w+), (millprint[\w.]+)\)"
+    for source in table["source"].str.split("; ").explode():
+        path, _, columns, rule, _ = re.fullmatch(form, source).groups()
+        assert columns
+        if rule == "tabulate_claims":
+            assert (ROOT / path).is_file()
+        else:
+            assert any(fnmatch(path, pattern) for pattern in ORIGINS)
+    values = table[table["verdict"] != "not run"]["id"]
+    assert all(name.startswith(("3.balls", "3.eps", "6.timestep")) for name in values)

@@ -10,7 +10,7 @@ import pytest
 import choose_time_step
 import plot_modulus as modulus_script
 import plot_timestep as timestep_script
-from millprint.claims import chapter3
+from millprint.claims.tabulate import collect_findings
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
@@ -219,11 +219,12 @@ def test_the_claims_on_the_modulus_read_its_table(tmp_path):
     moduli = {205.0: (1e-7, 1.0), 2.05: (1e-6, 1.05)}
     runs = [run(step, seed, modulus=y, factor=f) for y, (step, f) in moduli.items() for seed in (0, 1)]
     write_table(table_of(runs, "young_modulus_gpa"), tmp_path / "convergence/modulus.tsv")
-    found = chapter3.findings(tmp_path, ROOT / "config/data")
+    claims = ROOT / "config/data/claims.tsv"
+    found = collect_findings(tmp_path, claims, "3.young")
     assert found["3.young.speedup"].value == pytest.approx(10.0)
     assert found["3.young.power"].value == "yes"
     assert "differ by +5.0 %" in found["3.young.power"].explanation
-    assert chapter3.findings(tmp_path / "empty", ROOT / "config/data")["3.young.power"].value is None
+    assert collect_findings(tmp_path / "empty", claims, "3.young")["3.young.power"].value is None
 
 
 def test_columns_keep_their_unit_last():

@@ -13,8 +13,8 @@ import design_experiments
 import plot_interactions
 import plot_variance
 import tabulate_literature
-from millprint.claims.chapter2 import findings
 from millprint.claims.compare import verdict
+from millprint.claims.tabulate import collect_findings
 from millprint.config.doe import DoeConfig
 from millprint.doe.design import design_table
 from millprint.files import read_table
@@ -60,7 +60,7 @@ def run_wet_lab(results: Path, config: DoeConfig) -> None:
 def verdicts(results: Path) -> dict[str, str]:
     claims = read_table(CLAIMS, text=["id", "value", "tolerance"])
     own = claims[claims["id"].str.startswith("2.")]
-    found = findings(results, CLAIMS.parent)
+    found = collect_findings(results, CLAIMS, "2.")
     assert set(found) == set(own["id"])
     return {row.id: verdict(row.value, row.tolerance, found[row.id]) for row in own.itertuples()}
 
@@ -82,7 +82,7 @@ def test_every_claim_of_chapter_2_is_reproduced_but_for_two_errata(thesis):
 
 
 def test_the_errata_carry_the_numbers_that_show_them(thesis):
-    found = findings(thesis, CLAIMS.parent)
+    found = collect_findings(thesis, CLAIMS, "2.")
     assert found["2.anova.AB.df"].value == 4
     assert "p = 0.0117" in found["2.anova.AB.df"].erratum
     assert "leave 0 of 26" in found["2.anova.AB.df"].erratum

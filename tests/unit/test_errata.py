@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from millprint.claims.errata import COLUMNS, collect_errata
+from millprint.claims.errata import ERRATA_COLUMNS, collect_errata
 from millprint.claims.tabulate import chapter_of, count_verdicts
 from millprint.files import write_json, write_table
 from tests.conftest import ROOT
@@ -45,7 +45,7 @@ def found(results, folder, table=None) -> pd.DataFrame:
 
 def test_nothing_is_found_where_nothing_was_run_and_the_data_agree(tmp_path, data):
     table = found(tmp_path, data())
-    assert table.empty and list(table.columns) == COLUMNS
+    assert table.empty and list(table.columns) == ERRATA_COLUMNS
 
 
 def test_claims_with_the_verdict_are_taken_over(tmp_path, data):
@@ -123,7 +123,9 @@ def test_the_correlation_is_held_against_that_of_another_seed(tmp_path, data):
         pd.DataFrame(rows, columns=["variant", "test", "measure", "value", "dem_reference"]),
         tmp_path / "surrogate/metrics.tsv",
     )
-    (row,) = found(tmp_path, data()).to_dict("records")
+    printed = claims("reproduced").assign(id="6.pearson", published="0.9998")
+    (row,) = found(tmp_path, data(), printed).to_dict("records")
+    assert row["printed"].startswith("a Pearson r of 0.9998 ")
     assert "reach 0.9999" in row["computed"] and "motion1 0.41" in row["calculation"]
     assert "motion1 0.9999, motion2 0.9999" in row["calculation"] or "motion2 0.9998" in row["calculation"]
 

@@ -5,11 +5,14 @@ import re
 import pandas as pd
 import pytest
 
+from millprint.claims.evidence import Finding
+from millprint.claims.sources import source_in
 from millprint.claims.tabulate import count_verdicts
+from millprint.files import write_table
 from millprint.pages import embed_json
 from millprint.provenance import commit, provenance
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.report.summary import largest_deviations, summary_page
+from millprint.report.summary import claims_page, largest_deviations, summary_page
 from millprint.report.tables import Section, tables_page
 
 
@@ -64,18 +67,34 @@ def test_deviations_are_ranked_by_size_with_words_first():
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
 
 
-def test_the_summary_says_what_was_counted():
+def test_the_summary_says_what_was_counted(tmp_path):
     table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates"), ("A.c", "", "not run"))
     errata = pd.DataFrame(
         [["chapter 2", "Table 2.5", "6", "4", "the rank is 4.", "doe/audit.tsv"]],
         columns=["chapter", "locus", "printed", "computed", "calculation", "source"],
     )
-    text = summary_page("test", table, count_verdicts(table), errata)
+    text = summary_page("test", table, count_verdicts(table), errata, tmp_path)
     assert 'aria-label="chapter 2: 1 reproduced, 1 deviates"' in text
     assert 'aria-label="appendix A: 1 not run"' in text
     assert "the rank is 4 (doe/audit.tsv)." in text and "1 printed statements" in text
-    without = summary_page("test", table.iloc[:1], count_verdicts(table.iloc[:1]), errata.iloc[:0])
+    without = summary_page("test", table.iloc[:1], count_verdicts(table.iloc[:1]), errata.iloc[:0], tmp_path)
     assert "Errata" not in without and "Largest deviations" not in without
+
+
+def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
+    """To the page that shows the table, to the file if no page does, and to nothing that the run did not write."""
+    write_table(pd.DataFrame({"term": ["A"]}), tmp_path / "doe/anova_printed.tsv")
+    write_table(pd.DataFrame({"F": [1.0]}), tmp_path / "doe/pareto.tsv")
+    table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates")).assign(kind="computed", quantity="<i>q</i>")
+    paths = ("doe/anova_printed.tsv", "doe/pareto.tsv", "doe/wear.tsv")
+    sources = tuple(source_in(path, "p_value", "term == 'A'") for path in paths)
+    text = claims_page("test", table, {"2.a": Finding(1, sources=sources), "2.b": Finding(2)}, tmp_path)
+    assert re.findall('<a href="(.*?)">(.*?)</a>', text) == [
+        ("tables_2.html#analysis-of-variance-as-in-table-2-5", "doe/anova_printed.tsv"),
+        ("../doe/pareto.tsv", "doe/pareto.tsv"),
+    ]
+    assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule compute_wet_lab, millprint.doe" in text
+    assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
 
 
 def test_runtimes_are_those_of_benchmarks_and_else_of_logs(tmp_path):

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from millprint.claims import chapter6
+from millprint.claims.tabulate import collect_findings
 from millprint.config.load import check_model
 from millprint.config.surrogate import SurrogateConfig, check_surrogate_cases
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
@@ -141,8 +141,23 @@ def claimed() -> list[str]:
     return [name for name in table["id"] if name.split(".")[0] in ("6", "A")]
 
 
+def surrogate_findings(results: Path) -> dict:
+    return {
+        name: finding
+        for chapter in ("6.", "A.")
+        for name, finding in collect_findings(results, ROOT / "config/data/claims.tsv", chapter).items()
+    }
+
+
+def write_metrics(tables: list[pd.DataFrame], folder: Path) -> None:
+    """The measures of all variants, and those of the thesis's."""
+    table = pd.concat(tables)
+    write_table(table, folder / "metrics.tsv")
+    write_table(table[table["variant"] == "thesis"], folder / "thesis/metrics.tsv")
+
+
 def test_every_claim_has_a_finding_before_anything_has_run(tmp_path):
-    found = chapter6.findings(tmp_path, ROOT / "config/data")
+    found = surrogate_findings(tmp_path)
     assert sorted(found) == sorted(claimed())
     assert found["6.timestep"].value == pytest.approx(10426.3, abs=0.1)
     assert all(
@@ -188,7 +203,7 @@ def claim_tables(folder: Path) -> None:
         ]
     ).assign(balls_left=0, mean_square_speed_ratio=1.0, one_step_dissipation_bias_percent=-4.0)
     ablations = ablations.assign(epochs=10, training_s=118.0, rollout_s=1.0, thesis_statement="it is so")
-    write_table(pd.concat(tables), folder / "metrics.tsv")
+    write_metrics(tables, folder)
     write_table(ablations, folder / "ablations.tsv")
     runtimes = [
         {"variant": variant, "balls": balls, "batch": 1, "seconds_for_15_s": seconds, "dem_seconds_for_15_s": dem}
@@ -205,7 +220,7 @@ def test_claims_read_the_tables(tmp_path):
     claim_tables(tmp_path / "surrogate")
     summary = tmp_path / "dem/emax/calibrated/d10_f0.10_n300_s0/summary.json"
     write_json({"median_contact_duration_s": 5.2e-4}, summary)
-    findings = chapter6.findings(tmp_path, ROOT / "config/data")
+    findings = surrogate_findings(tmp_path)
     found = {name: finding.value for name, finding in findings.items()}
     assert (found["6.mse"], found["6.energy"], found["6.energy.motion1"], found["6.geometry"]) == (3e-4, 1, 2, "yes")
     assert found["6.pearson"] == pytest.approx(0.9997)
@@ -236,9 +251,9 @@ def test_a_roll_out_that_runs_away_says_so(tmp_path):
     values |= {"cumulative_pearson_r": 0.5, "increments_5ms_r": 0.0}
     tables = [metrics("thesis", test, **values) for test in ("trained", "motion1", "motion2", "post")]
     folder = tmp_path / "surrogate"
-    write_table(pd.concat(tables), folder / "metrics.tsv")
+    write_metrics(tables, folder)
     write_table(pd.DataFrame({"epoch": [1, 2], "elapsed_s": [50.0, 100.0]}), folder / "thesis/loss.tsv")
-    found = chapter6.findings(tmp_path, ROOT / "config/data")
+    found = surrogate_findings(tmp_path)
     assert found["6.geometry"].value == "no"
     for claim in ("6.energy", "6.geometry"):
         assert "3 ball(s) cross the wall, the first after 0.25 s" in found[claim].explanation

@@ -22,8 +22,8 @@ import split_screening
 import train_averaged_model
 import train_yield_model
 import try_yield_models
-from millprint.claims.chapter5 import findings
 from millprint.claims.compare import verdict
+from millprint.claims.tabulate import collect_findings
 from millprint.files import read_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
@@ -216,7 +216,7 @@ def test_another_split_and_another_seed_go_through(tmp_path):
 def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     claims = read_table(CLAIMS, text=["id", "value", "tolerance"])
     own = claims[claims["id"].str.startswith("5.")].set_index("id")
-    found = findings(chapter.parent, CLAIMS.parent)
+    found = collect_findings(chapter.parent, CLAIMS, "5.")
     assert set(found) == set(own.index)
     assert all(finding.value is not None for finding in found.values())
     verdicts = {name: verdict(own.loc[name, "value"], own.loc[name, "tolerance"], found[name]) for name in found}

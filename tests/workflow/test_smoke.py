@@ -28,7 +28,7 @@ def test_every_claim_has_a_row_and_a_verdict(claims):
     expected = read_table(ROOT / "config/data/claims.tsv", text=CLAIM_COLUMNS)
     assert list(claims.columns) == [
         *("id", "locus", "quantity", "published", "unit", "kind", "tolerance"),
-        *("reproduced", "deviation", "verdict", "explanation"),
+        *("reproduced", "deviation", "verdict", "explanation", "source"),
     ]
     assert claims["id"].tolist() == expected["id"].tolist()
     assert set(claims["verdict"]) <= {"reproduced", "deviates", "erratum", "not run"}

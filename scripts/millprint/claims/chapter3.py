@@ -1,100 +1,173 @@
-"""Claims of thesis chapter 3 against the tables of the fingerprint stage."""
+"""Claims of thesis chapter 3: calibration, numbers of balls, single revolutions, the reference case, the modulus."""
 
-from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-
+import numpy as np
 import pandas as pd
 
-from millprint.claims import chapter3_calibration as calibration
-from millprint.claims import chapter3_curves as curves3
-from millprint.claims.chapter3_causes import cause
-from millprint.claims.compare import DEVIATES, verdict
-from millprint.claims.evidence import Evidence, not_run, parts, rows, yes_no
-from millprint.claims.finding import Finding
+from millprint.calibration.experiment import SIMULATED
+from millprint.calibration.friction_fit import PARAMETERS
+from millprint.claims.chapter3_causes import (
+    AS_BUILT,
+    CHANNELS,
+    CONTACT,
+    MILL,
+    OWN,
+    energy_cause,
+    mean_cause,
+    spread_cause,
+)
+from millprint.claims.evidence import CLAIMS, Evidence, Finding, NotRun, claim, yes_no
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
 from millprint.config.sweep import ball_count
-from millprint.files import read_table
 from millprint.fingerprint.condition import effective_restitution
-from millprint.fingerprint.descriptors import NOTHING
 
-JAR_VOLUME_ML = 125.0
-CHANNELS = {"n": "normal", "t": "tangential"}
+INVERSE = "target == 'thesis_reference' and kept == 'normal energy' and fill_ratio == 0.10 and ball_diameter_mm == 5"
 
 
-def _balls(claims: pd.DataFrame) -> dict[str, Finding]:
-    """Table 3.4: rounded volume ratios; a count that breaks the rule which gives all others is an erratum."""
-    counts = {}
-    for claim in claims[claims["id"].str.startswith("3.balls.")].itertuples():
-        diameter, fill = parts(r"3\.balls\.(\d+)mm\.([\d.]+)", claim.id)
-        diameter_m, fill_ratio = float(diameter) * 1e-3, float(fill)
-        exact = fill_ratio * JAR_VOLUME_ML * 1e-6 / (3.141592653589793 / 6 * diameter_m**3)
-        counts[claim.id] = (ball_count(fill_ratio, JAR_VOLUME_ML * 1e-6, diameter_m), exact, int(claim.value))
-    odd = [name for name, (count, _, printed) in counts.items() if count != printed]
-    found = {}
-    for name, (count, exact, printed) in counts.items():
-        explanation = f"volume of balls over volume of one ball = {exact:.2f}, rounded"
-        # One or two odd entries among many contradict the table's own rule; more would mean that the rule is wrong.
-        reason = ""
-        if name in odd and len(odd) <= len(counts) // 6:
-            reason = (
-                f"rounding gives {count} and not {printed}, and {len(counts) - len(odd)} of {len(counts)} counts of "
-                "Table 3.4 as printed;"
-            )
-        found[name] = Finding(count, explanation, erratum=reason)
-    return found
-
-
-def _effective_restitution(data: Path) -> dict[str, Finding]:
-    found = {}
-    for contact in ("calibrated", "steel"):
-        values = load_named(data.parent / "contacts", contact, ContactConfig, "contact set")
-        found[f"3.eps.{contact}"] = Finding(
-            effective_restitution(values.restitution, values.static_friction),
-            f"Eq. 3.30 with e = {values.restitution:g} and mu = {values.static_friction:g}",
-        )
-    return found
-
-
-def _cycle(evidence: Evidence, name: str) -> Finding:
-    """A mean or a coefficient of variation of Table 3.5."""
-    kind, diameter, speed, letter = parts(r"3\.(cycle|cycle_cv)\.(\d+)mm\.(\d+)\.(n|t)", name)
-    wanted = {"ball_diameter_mm": float(diameter), "speed_rpm": float(speed), "fill_ratio": 0.08}
-    table = rows(evidence.table("fingerprint/cycles.tsv"), mill=curves3.MILL, contact=curves3.CONTACT, varied=NOTHING)
-    found = rows(table, **wanted)
-    if found.empty:
-        return not_run(f"the sweep has no calibrated case of {diameter} mm at {speed} rpm and fill 0.08")
-    row = found.iloc[0]
-    column = f"{CHANNELS[letter]}_{'mean_J' if kind == 'cycle' else 'cv_percent'}"
-    what = "mean" if kind == "cycle" else "standard deviation over mean"
-    error = row[f"{CHANNELS[letter]}_cv_percent"] / row["revolutions"] ** 0.5
-    note = f"; standard error {error:.1f} %" if kind == "cycle" else ""
-    return Finding(float(row[column]), f"{what} of {int(row['revolutions'])} revolutions{note}")
-
-
-def _reference(evidence: Evidence, name: str) -> Finding:
-    """The reference case of Sec. 3.3.4: 10 mm, 600 rpm, fill 0.10."""
-    columns = {"En": "normal_energy_J", "Et": "tangential_energy_J", "f": "frequency_per_ball_hz"}
-    wanted = {"ball_diameter_mm": 10.0, "speed_rpm": 600.0, "fill_ratio": 0.10}
-    table = rows(evidence.table("fingerprint/descriptors.tsv"), mill=curves3.MILL, contact=curves3.CONTACT)
-    found = rows(table, varied=NOTHING, **wanted)
-    if found.empty:
-        return not_run("the sweep has no calibrated case of 10 mm at 600 rpm and fill 0.10")
-    row = found.iloc[0]
+@claim("3.restitution")
+def restitution(evidence: Evidence) -> Finding:
+    """Eq. 3.19: the mean restitution of the virtual drop tests, as the thesis takes the mean of its 32."""
+    absent = f"contact set {CONTACT} is not in the run"
+    drops = evidence.rows("calibration/drop_test.tsv", "restitution", f"contact == '{CONTACT}'", absent)
+    given, found = drops["restitution_given"].iloc[0], drops["restitution"]
     return Finding(
-        float(row[columns[name.rsplit(".", 1)[1]]]),
+        float(found.mean()),
+        f"mean of {len(drops)} simulated drops with {given:g} put in; from {found.min():.4f} to {found.max():.4f}",
+    )
+
+
+@claim("3.friction_fit")
+def friction_fit(evidence: Evidence) -> Finding:
+    """Fig. 3.3: the pair fitted to a simulated track of the calibrated set, as the thesis prints no track to fit."""
+    path = "calibration/*/friction_fit.tsv"
+    simulated = f"source == '{SIMULATED}' and contact == '{CONTACT}' and mill == '{MILL}'"
+    same = evidence.rows(
+        path,
+        "estimate",
+        f"{simulated} and track_mill == '{MILL}'",
+        f"calibration.oscillation has no simulated experiment of contact set {CONTACT} in mill {MILL}",
+    )
+    pair = same[same["experiment"] == same["experiment"].iloc[0]].set_index("parameter").loc[list(PARAMETERS)]
+    intervals = " and ".join(f"{row.lower:.4g} to {row.upper:.4g}" for row in pair.itertuples())
+    told = [
+        f"; a track made in {name} gives {'/'.join(f'{value:.3g}' for value in other['estimate'])} here"
+        for name, other in evidence.table(path, f"{simulated} and track_mill != '{MILL}'").groupby("track_mill")
+    ]
+    return Finding(
+        "/".join(f"{value:.4g}" for value in pair["estimate"]),
+        f"fitted to a simulated track of {pair['frames'].iloc[0]:.0f} frames that misses it by "
+        f"{pair['rms_mm'].iloc[0]:.2g} mm; intervals {intervals}; the thesis prints no track{''.join(told)}",
+    )
+
+
+@claim(
+    "3.balls.{diameter}mm.{fill}",
+    """
+    3.balls.10mm.0.04 3.balls.10mm.0.06 3.balls.10mm.0.08 3.balls.10mm.0.10 3.balls.10mm.0.12 3.balls.10mm.0.16
+    3.balls.10mm.0.20 3.balls.10mm.0.30 3.balls.10mm.0.40
+    3.balls.5mm.0.04 3.balls.5mm.0.06 3.balls.5mm.0.08 3.balls.5mm.0.10 3.balls.5mm.0.12 3.balls.5mm.0.16
+    3.balls.5mm.0.20 3.balls.5mm.0.30 3.balls.5mm.0.40
+    """,
+)
+def number_of_balls(evidence: Evidence, diameter: str, fill: str) -> Finding:
+    """Table 3.4: rounded volume ratios; a number that breaks the rule which gives all others is an erratum."""
+    evidence.cite(f"config/mills/{MILL}.yaml", "volume_ml", ball_count)
+    volume_m3 = load_named(evidence.data.parent / "mills", MILL, MillConfig, "mill").volume_ml * 1e-6
+    printed, agreeing = {}, 0
+    for own in CLAIMS.values():
+        if own.find is number_of_balls:
+            printed[own.id] = int(evidence.printed[own.id])
+            count = ball_count(float(own.parts["fill"]), volume_m3, float(own.parts["diameter"]) * 1e-3)
+            agreeing += count == printed[own.id]
+    diameter_m, fill_ratio = float(diameter) * 1e-3, float(fill)
+    count, exact = ball_count(fill_ratio, volume_m3, diameter_m), fill_ratio * volume_m3 / (np.pi / 6 * diameter_m**3)
+    # One or two odd entries among many contradict the table's own rule; more would mean that the rule is wrong.
+    odd = count != printed[evidence.id] and len(printed) - agreeing <= len(printed) // 6
+    reason = (
+        f"Rounding gives {count} and not {printed[evidence.id]}, and {agreeing} of {len(printed)} numbers of Table 3.4 "
+        "as printed."
+    )
+    explanation = f"volume of balls over volume of one ball = {exact:.2f}, rounded"
+    return Finding(count, explanation, erratum=reason if odd else "")
+
+
+@claim("3.eps.{contact}", "3.eps.calibrated 3.eps.steel")
+def restitution_of_a_contact_set(evidence: Evidence, contact: str) -> Finding:
+    """Eq. 3.30."""
+    evidence.cite(f"config/contacts/{contact}.yaml", "restitution, static_friction", effective_restitution)
+    values = load_named(evidence.data.parent / "contacts", contact, ContactConfig, "contact set")
+    return Finding(
+        effective_restitution(values.restitution, values.static_friction),
+        f"Eq. 3.30 with e = {values.restitution:g} and mu = {values.static_friction:g}",
+    )
+
+
+def _revolutions(evidence: Evidence, diameter: str, speed: str, column: str) -> pd.Series:
+    """Revolutions of a condition of Table 3.5, all at fill 0.08."""
+    where = f"{AS_BUILT} and fill_ratio == 0.08 and ball_diameter_mm == {diameter} and speed_rpm == {speed}"
+    absent = f"the sweep has no calibrated case of {diameter} mm at {speed} rpm and fill 0.08"
+    return evidence.row("fingerprint/cycles.tsv", column, where, absent)
+
+
+@claim(
+    "3.cycle.{diameter}mm.{speed}.{letter}",
+    """
+    3.cycle.5mm.600.n 3.cycle.5mm.800.n 3.cycle.5mm.1000.n 3.cycle.5mm.1200.n
+    3.cycle.5mm.600.t 3.cycle.5mm.800.t 3.cycle.5mm.1000.t 3.cycle.5mm.1200.t
+    3.cycle.10mm.600.n 3.cycle.10mm.800.n 3.cycle.10mm.1000.n 3.cycle.10mm.1200.n
+    3.cycle.10mm.600.t 3.cycle.10mm.800.t 3.cycle.10mm.1000.t 3.cycle.10mm.1200.t
+    """,
+    mean_cause,
+)
+def mean_of_revolutions(evidence: Evidence, diameter: str, speed: str, letter: str) -> Finding:
+    """Table 3.5: the mean dissipation in one revolution [J]."""
+    column = f"{CHANNELS[letter]}_mean_J"
+    row = _revolutions(evidence, diameter, speed, column)
+    error = row[f"{CHANNELS[letter]}_cv_percent"] / row["revolutions"] ** 0.5
+    return Finding(float(row[column]), f"mean of {int(row['revolutions'])} revolutions; standard error {error:.1f} %")
+
+
+@claim(
+    "3.cycle_cv.{diameter}mm.{speed}.{letter}",
+    """
+    3.cycle_cv.5mm.600.n 3.cycle_cv.5mm.800.n 3.cycle_cv.5mm.1000.n 3.cycle_cv.5mm.1200.n
+    3.cycle_cv.5mm.600.t 3.cycle_cv.5mm.800.t 3.cycle_cv.5mm.1000.t 3.cycle_cv.5mm.1200.t
+    3.cycle_cv.10mm.600.n 3.cycle_cv.10mm.800.n 3.cycle_cv.10mm.1000.n 3.cycle_cv.10mm.1200.n
+    3.cycle_cv.10mm.600.t 3.cycle_cv.10mm.800.t 3.cycle_cv.10mm.1000.t 3.cycle_cv.10mm.1200.t
+    """,
+    spread_cause,
+)
+def spread_of_revolutions(evidence: Evidence, diameter: str, speed: str, letter: str) -> Finding:
+    """Table 3.5: the coefficient of variation of the dissipation in one revolution [%]."""
+    column = f"{CHANNELS[letter]}_cv_percent"
+    row = _revolutions(evidence, diameter, speed, column)
+    return Finding(float(row[column]), f"standard deviation over mean of {int(row['revolutions'])} revolutions")
+
+
+@claim("3.reference.{letter}", "3.reference.En 3.reference.Et 3.reference.f", energy_cause)
+def reference_case(evidence: Evidence, letter: str) -> Finding:
+    """The reference case of Sec. 3.3.4: 10 mm, 600 rpm, fill 0.10."""
+    column = {"En": "normal_energy_J", "Et": "tangential_energy_J", "f": "frequency_per_ball_hz"}[letter]
+    row = evidence.row(
+        "fingerprint/descriptors.tsv",
+        column,
+        f"{AS_BUILT} and ball_diameter_mm == 10 and speed_rpm == 600 and fill_ratio == 0.10",
+        "the sweep has no calibrated case of 10 mm at 600 rpm and fill 0.10",
+    )
+    return Finding(
+        float(row[column]),
         f"{int(row['seeds'])} seed(s); re-contacts within {1e3 * row['collision_gap_s']:g} ms are one collision",
     )
 
 
-def _inverse(evidence: Evidence) -> Finding:
-    table = rows(evidence.table("fingerprint/inverse.tsv"), target="thesis_reference", kept="normal energy")
-    table = rows(table, fill_ratio=0.10, ball_diameter_mm=5.0)
-    printed, ours = rows(table, curves="published"), rows(table, curves="ours")
-    if printed.empty:
-        return not_run("fingerprint.inverse does not ask for thesis_reference at fill 0.10 with 5 mm balls")
-    row = printed.iloc[0]
+@claim("3.inverse.speed")
+def speed_of_smaller_balls(evidence: Evidence) -> Finding:
+    """Sec. 3.3.4: the speed at which 5 mm balls have the energies of the reference case."""
+    path = "fingerprint/inverse.tsv"
+    absent = "fingerprint.inverse does not ask for thesis_reference at fill 0.10 with 5 mm balls"
+    row = evidence.row(path, "speed_rpm", f"{INVERSE} and curves == 'published'", absent)
+    ours = evidence.table(path, f"{INVERSE} and curves == 'ours'")
     note = "" if ours.empty else f"; our curves give {ours['speed_rpm'].iloc[0]:.0f} rpm"
     return Finding(
         float(row["speed_rpm"]),
@@ -104,61 +177,37 @@ def _inverse(evidence: Evidence) -> Finding:
     )
 
 
-def _modulus(evidence: Evidence) -> dict[str, Finding]:
-    """Fig. 3.4 from results/convergence/modulus.tsv: a hundredfold softer ball against steel, each at its own step."""
-    table = rows(evidence.table("convergence/modulus.tsv"), mill=curves3.MILL, contact=curves3.CONTACT)
-    hard, soft = rows(table, young_modulus_gpa=205.0), rows(table, young_modulus_gpa=2.05)
-    if hard.empty or soft.empty:
-        absent = not_run("the sweep has no pair of cases at 205 and 2.05 GPa")
-        return {"3.young.speedup": absent, "3.young.power": absent}
-    hard, soft = hard.iloc[0], soft.iloc[0]
-    chance = soft["power_deviation_se_percent"]
-    spread = f"standard error {chance:.1f} % over {soft['seeds']:.0f} seeds" if chance > 0 else "one seed"
-    return {
-        "3.young.speedup": Finding(
-            float(hard["processor_s"] / soft["processor_s"]),
-            f"{hard['processor_s']:.1f} s of processor time at 205 GPa over {soft['processor_s']:.1f} s at 2.05 GPa; "
-            f"{hard['steps'] / soft['steps']:.1f} times the steps",
-        ),
-        "3.young.power": yes_no(
-            abs(soft["power_W"] - hard["power_W"]) <= hard["power_two_sigma_W"],
-            f"{soft['power_W']:.2f} W at 2.05 GPa, {hard['power_W']:.2f} W at 205 GPa with two standard deviations "
-            f"between revolutions of {hard['power_two_sigma_W']:.2f} W; they differ by "
-            f"{soft['power_deviation_percent']:+.1f} % ({spread})",
-        ),
-    }
+def _stiff_and_soft(evidence: Evidence, columns: str) -> tuple[pd.Series, pd.Series]:
+    """The rows of steel, and of a ball a hundred times softer, each at its own time step (Fig. 3.4)."""
+    absent = "the sweep has no pair of cases at 205 and 2.05 GPa"
+    where = f"{OWN} and young_modulus_gpa in (205, 2.05)"
+    rows = evidence.rows("convergence/modulus.tsv", columns, where, absent)
+    rows = rows.drop_duplicates("young_modulus_gpa").set_index("young_modulus_gpa")
+    if len(rows) < 2:
+        raise NotRun(absent)
+    return rows.loc[205.0], rows.loc[2.05]
 
 
-# What a claim's id begins with, and what finds it.
-BY_ID: dict[str, Callable[[Evidence, str], Finding]] = {
-    "3.cycle": _cycle,
-    "3.reference.": _reference,
-    "3.curve.0": curves3.curve_value,
-}
+@claim("3.young.speedup")
+def speed_up_of_soft_balls(evidence: Evidence) -> Finding:
+    """Fig. 3.4: what the larger time step of a softer ball saves."""
+    stiff, soft = _stiff_and_soft(evidence, "processor_s")
+    return Finding(
+        float(stiff["processor_s"] / soft["processor_s"]),
+        f"{stiff['processor_s']:.1f} s of processor time at 205 GPa over {soft['processor_s']:.1f} s at 2.05 GPa; "
+        f"{stiff['steps'] / soft['steps']:.1f} times the steps",
+    )
 
 
-def findings(results: Path, data: Path) -> dict[str, Finding]:
-    """A finding for every claim of chapter 3; `results` is the run's folder, `data` that of claims.tsv."""
-    evidence = Evidence(Path(results))
-    claims = read_table(Path(data) / "claims.tsv", text=["id", "value", "tolerance"])
-    claims = claims[claims["id"].str.startswith("3.")]
-    found = _balls(claims) | _effective_restitution(Path(data)) | _modulus(evidence)
-    found |= curves3.shape_findings(evidence) | curves3.collapse_findings(evidence)
-    found["3.inverse.speed"] = _inverse(evidence)
-    for name in claims["id"]:
-        for beginning, finder in BY_ID.items():
-            if name.startswith(beginning):
-                found[name] = finder(evidence, name)
-    found["3.restitution"] = calibration.restitution(evidence)
-    found["3.friction_fit"] = calibration.friction_fit(evidence, curves3.MILL)
-    return _with_causes(evidence, claims, found)
-
-
-def _with_causes(evidence: Evidence, claims: pd.DataFrame, found: dict[str, Finding]) -> dict[str, Finding]:
-    """The findings, those that deviate with what our runs say of why."""
-    for claim in claims.itertuples():
-        finding = found[claim.id]
-        if verdict(claim.value, claim.tolerance, finding) == DEVIATES:
-            words = "; ".join(part for part in (finding.explanation, cause(evidence, claim.id)) if part)
-            found[claim.id] = replace(finding, explanation=words)
-    return found
+@claim("3.young.power")
+def power_of_soft_balls(evidence: Evidence) -> Finding:
+    """Fig. 3.4: whether a softer ball keeps the power."""
+    stiff, soft = _stiff_and_soft(evidence, "power_W, power_two_sigma_W")
+    error = soft["power_deviation_se_percent"]
+    spread = f"standard error {error:.1f} % over {soft['seeds']:.0f} seeds" if error > 0 else "one seed"
+    return yes_no(
+        abs(soft["power_W"] - stiff["power_W"]) <= stiff["power_two_sigma_W"],
+        f"{soft['power_W']:.2f} W at 2.05 GPa, {stiff['power_W']:.2f} W at 205 GPa with two standard deviations "
+        f"between revolutions of {stiff['power_two_sigma_W']:.2f} W; they differ by "
+        f"{soft['power_deviation_percent']:+.1f} % ({spread})",
+    )

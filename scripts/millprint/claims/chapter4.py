@@ -1,12 +1,8 @@
-"""Claims of thesis chapter 4 against the tables of the partition stage."""
-
-from pathlib import Path
+"""Claims of thesis chapter 4: the five cases, what their energy buys, the two lines, and earlier work."""
 
 import pandas as pd
 
-from millprint.claims.evidence import Evidence, not_run, parts, rows
-from millprint.claims.finding import Finding
-from millprint.files import read_table
+from millprint.claims.evidence import Evidence, Finding, claim
 
 # Quantity in a claim's id -> column of Table 4.2 and the factor to the claim's unit.
 TABLE_4_2 = {
@@ -26,92 +22,106 @@ TABLE_4_4 = {
 PRIOR = {"time": "time_h", "bpr": "bpr", "speed": "speed_hz"}
 
 
-def _row(table: pd.DataFrame, **wanted: str) -> pd.Series:
-    """The one row wanted; raises LookupError where the run's own table of cases has none."""
-    found = rows(table, **wanted)
-    if found.empty:
-        raise LookupError(f"the tables of the run have no row with {', '.join(f'{k} {v}' for k, v in wanted.items())}")
-    return found.iloc[0]
+def _published_and_ours(evidence: Evidence, number: str, column: str, case: str) -> tuple[pd.Series, pd.Series]:
+    """The row of a case in a table of chapter 4, from the published curves, which decides, and from ours."""
+    path = f"partition/table_{number}.tsv"
+    published = evidence.row(path, column, f"curves == 'published' and case == '{case}'")
+    return published, evidence.table(path, f"curves == 'ours' and case == '{case}'").iloc[0]
 
 
-def _both(evidence: Evidence, number: str) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """A table of chapter 4 from the published curves and from ours."""
-    table = evidence.table(f"partition/table_{number}.tsv")
-    return rows(table, curves="published"), rows(table, curves="ours")
-
-
-def _value(table: pd.DataFrame, case: str, column: str) -> float:
-    return float(_row(table, case=case)[column])
-
-
-def _case(evidence: Evidence, name: str) -> Finding:
+@claim(
+    "4.case.{case}.{quantity}",
+    """
+    4.case.reference.speed 4.case.reference.f 4.case.reference.P 4.case.reference.En 4.case.reference.Et
+    4.case.reference.ratio 4.case.reference.yield
+    4.case.speed.tangential.speed 4.case.speed.tangential.f 4.case.speed.tangential.P 4.case.speed.tangential.En
+    4.case.speed.tangential.Et 4.case.speed.tangential.ratio 4.case.speed.tangential.yield
+    4.case.speed.normal.speed 4.case.speed.normal.f 4.case.speed.normal.P 4.case.speed.normal.En
+    4.case.speed.normal.Et 4.case.speed.normal.ratio 4.case.speed.normal.yield
+    4.case.power.tangential.speed 4.case.power.tangential.f 4.case.power.tangential.P 4.case.power.tangential.En
+    4.case.power.tangential.Et 4.case.power.tangential.ratio 4.case.power.tangential.yield
+    4.case.power.normal.speed 4.case.power.normal.f 4.case.power.normal.P 4.case.power.normal.En
+    4.case.power.normal.Et 4.case.power.normal.ratio 4.case.power.normal.yield
+    """,
+)
+def condition(evidence: Evidence, case: str, quantity: str) -> Finding:
     """An entry of Table 4.2, with that of our own curves beside it."""
-    case, quantity = parts(r"4\.case\.(.+)\.(\w+)", name)
     column, factor = TABLE_4_2[quantity]
-    table, ours = _both(evidence, "4_2")
-    value = factor * _value(table, case, column)
+    row, ours = _published_and_ours(evidence, "4_2", column, case)
+    value = factor * float(row[column])
     if quantity == "yield":
         return Finding(value, "measured; from the table of cases")
     our_column = "power_W" if quantity == "P" else column
-    beside = f"our curves give {factor * _value(ours, case, our_column):.4g}"
+    beside = f"our curves give {factor * float(ours[our_column]):.4g}"
     if quantity == "P":
-        exact = _value(table, case, "power_W")
-        return Finding(
-            value, f"Eq. 4.5 with energies and frequency at the printed digits; {exact:.4g} W unrounded; {beside}"
-        )
+        rounded = f"Eq. 4.5 with energies and frequency at the printed digits; {row['power_W']:.4g} W unrounded"
+        return Finding(value, f"{rounded}; {beside}")
     return Finding(value, f"from the published master-curve values; {beside}")
 
 
-def _table_4_4(evidence: Evidence, name: str) -> Finding:
-    quantity, case = parts(r"4\.(specific_yield|mass_per_watt|gain)\.(.+)", name)
-    column = TABLE_4_4[quantity]
-    value, ours = (_value(table, case, column) for table in _both(evidence, "4_4"))
-    return Finding(value, f"measured yield over the printed power; {ours:.3g} with the power of our curves")
+@claim(
+    "4.specific_yield.{case}",
+    """
+    4.specific_yield.reference 4.specific_yield.speed.tangential 4.specific_yield.speed.normal
+    4.specific_yield.power.tangential 4.specific_yield.power.normal
+    """,
+)
+@claim(
+    "4.mass_per_watt.{case}",
+    """
+    4.mass_per_watt.reference 4.mass_per_watt.speed.tangential 4.mass_per_watt.speed.normal
+    4.mass_per_watt.power.tangential 4.mass_per_watt.power.normal
+    """,
+)
+@claim(
+    "4.gain.{case}",
+    "4.gain.reference 4.gain.speed.tangential 4.gain.speed.normal 4.gain.power.tangential 4.gain.power.normal",
+)
+def yield_for_power(evidence: Evidence, case: str) -> Finding:
+    """An entry of Table 4.4."""
+    column = TABLE_4_4[evidence.id.split(".")[1]]
+    row, ours = _published_and_ours(evidence, "4_4", column, case)
+    told = f"measured yield over the printed power; {ours[column]:.3g} with the power of our curves"
+    return Finding(float(row[column]), told)
 
 
-def _table_4_5(evidence: Evidence, name: str) -> Finding:
-    case, baseline = parts(r"4\.leverage\.(.+)\.(dH|dG|LHV)", name)
+@claim(
+    "4.leverage.{case}.{baseline}",
+    """
+    4.leverage.reference.dH 4.leverage.reference.dG 4.leverage.reference.LHV
+    4.leverage.speed.tangential.dH 4.leverage.speed.tangential.dG 4.leverage.speed.tangential.LHV
+    4.leverage.speed.normal.dH 4.leverage.speed.normal.dG 4.leverage.speed.normal.LHV
+    4.leverage.power.tangential.dH 4.leverage.power.tangential.dG 4.leverage.power.tangential.LHV
+    4.leverage.power.normal.dH 4.leverage.power.normal.dG 4.leverage.power.normal.LHV
+    """,
+)
+def leverage(evidence: Evidence, case: str, baseline: str) -> Finding:
+    """An entry of Table 4.5."""
     column = f"leverage_{baseline}_percent"
-    value, ours = (_value(table, case, column) for table in _both(evidence, "4_5"))
-    return Finding(value, f"Eq. 4.7 with the printed power; {ours:.3g} with the power of our curves")
+    row, ours = _published_and_ours(evidence, "4_5", column, case)
+    return Finding(
+        float(row[column]), f"Eq. 4.7 with the printed power; {ours[column]:.3g} with the power of our curves"
+    )
 
 
-def _slope(evidence: Evidence, name: str) -> Finding:
-    slopes = evidence.table("partition/slopes.tsv")
-    if name == "4.slope.r2":
-        words = ", ".join(f"{row.r2:.4f} at {row.title}" for row in slopes.itertuples())
-        return Finding(float(slopes["r2"].min()), f"the smaller of {words}; three points each")
-    row = _row(slopes, series=name.rsplit(".", 1)[1])
+@claim("4.slope.{series}", "4.slope.speed 4.slope.power")
+def slope(evidence: Evidence, series: str) -> Finding:
+    """Sec. 4.3.1: the yield that a percentage point of fill costs."""
+    row = evidence.row("partition/slopes.tsv", "slope_per_pp", f"series == '{series}'")
     interval = f"{-row['slope_upper']:.3f} to {-row['slope_lower']:.3f}"
     return Finding(-float(row["slope_per_pp"]), f"least squares over {int(row['points'])} cases; interval {interval}")
 
 
-def _prior(evidence: Evidence, name: str) -> Finding:
-    row = _row(_both(evidence, "4_3")[0], metric=PRIOR[name.rsplit(".", 1)[1]])
+@claim("4.slope.r2")
+def fit_of_the_slopes(evidence: Evidence) -> Finding:
+    """Sec. 4.3.1: the smaller R2 of the two lines."""
+    slopes = evidence.rows("partition/slopes.tsv", "r2")
+    words = ", ".join(f"{row.r2:.4f} at {row.title}" for row in slopes.itertuples())
+    return Finding(float(slopes["r2"].min()), f"the smaller of {words}; three points each")
+
+
+@claim("4.prior.{metric}", "4.prior.time 4.prior.bpr 4.prior.speed")
+def change_from_prior_work(evidence: Evidence, metric: str) -> Finding:
+    """An entry of Table 4.3."""
+    row = evidence.row("partition/table_4_3.tsv", "change", f"curves == 'published' and metric == '{PRIOR[metric]}'")
     return Finding(float(row["change"]), f"{row['this_work']:.4g} against {row['prior']:g}")
-
-
-FINDERS = {
-    "4.case.": _case,
-    "4.specific_yield.": _table_4_4,
-    "4.mass_per_watt.": _table_4_4,
-    "4.gain.": _table_4_4,
-    "4.leverage.": _table_4_5,
-    "4.slope.": _slope,
-    "4.prior.": _prior,
-}
-
-
-def _find(evidence: Evidence, name: str) -> Finding:
-    finder = next(finder for beginning, finder in FINDERS.items() if name.startswith(beginning))
-    try:
-        return finder(evidence, name)
-    except LookupError as error:
-        return not_run(str(error))
-
-
-def findings(results: Path, data: Path) -> dict[str, Finding]:
-    """A finding for every claim of chapter 4; `results` is the run's folder, `data` that of claims.tsv."""
-    evidence = Evidence(Path(results))
-    names = read_table(Path(data) / "claims.tsv", text=["id"])["id"]
-    return {name: _find(evidence, name) for name in names if name.startswith("4.")}

@@ -1,82 +1,71 @@
-"""Chapter 5 against its claims: yield models on the locked split and outside their domain."""
-
-from pathlib import Path
+"""Claims of thesis chapter 5: yield models on the locked split and outside their domain."""
 
 import pandas as pd
 
 from millprint.claims.compare import agrees
-from millprint.claims.finding import Finding
-from millprint.files import read_table
-from millprint.predict.catalogue import MODELS
+from millprint.claims.evidence import Evidence, Finding, claim
 from millprint.predict.honest import LEFT_OUT, NESTED, RANDOM
 from millprint.predict.judge import GAINS
-from millprint.predict.metrics import METRICS
 
-UNITS = {"rmse": "pp", "mae": "pp", "mape": "%", "r2": "", "wmse": "pp2"}
+UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
+# Other ways to split the rows, in the order in which an explanation names them.
+SCHEMES = {LEFT_OUT: "leave-one-out", NESTED: "nested cross-validation", RANDOM: "other splits of this size"}
 # How the open choices were settled; every row of the table was computed from training rows alone.
 RECIPES = {
-    "linear": "least squares on three features; found by its printed row, as is the split",
-    "gpr": "the search sets where the marginal likelihood starts, with a length scale for each feature; both read off "
-    "the printed row",
-    "rf": "every node sees the share of features in yields.training.choices; one seed for everything, not chosen",
-    "svr": "one seed for everything, not chosen",
-    "xgb": "one seed for everything, not chosen; choices.tsv shows what other seeds of the trees do",
+    "linear": "Least squares on three features; found by its printed row, as is the split.",
+    "gpr": "The search sets where the marginal likelihood starts, with a length scale for each feature; both read off "
+    "the printed row.",
+    "rf": "Every node sees the share of features in yields.training.choices; one seed for everything, not chosen.",
+    "svr": "One seed for everything, not chosen.",
+    "xgb": "One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
 }
 
 
-def _name(model: str, strategy: str) -> str:
-    return model if model == "linear" else f"{model}.{strategy}"
-
-
-def _row(table: pd.DataFrame, **keys: str) -> pd.Series | None:
-    """The one row of these keys, or None."""
-    mask = pd.Series(True, index=table.index)
-    for column, value in keys.items():
-        mask &= table[column] == value
-    rows = table[mask]
-    return rows.iloc[0] if len(rows) == 1 else None
-
-
-def _against_printed(metric: str, value: float, printed: str | None) -> str:
-    """Whether a metric is better than printed, for rows that deviate to the good side."""
-    if printed is None:
-        return ""
-    gain = value - float(printed) if metric in GAINS else float(printed) - value
-    return f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(float(printed)) else ""
-
-
-def _scheme(honest: pd.DataFrame, keys: dict[str, str], scheme: str, title: str, unit: str) -> str:
-    """A figure of another scheme with its interval, or nothing where it was not run."""
-    row = _row(honest, **keys, scheme=scheme)
-    if row is None:
-        return ""
-    return f"{title} {row['value']:.3g} ({row['lower']:.3g} to {row['upper']:.3g}){unit}"
-
-
-def _metric(
-    honest: pd.DataFrame, model: str, strategy: str, metric: str, rows: int, printed: str | None = None
+@claim("5.linear.{metric}", "5.linear.rmse 5.linear.mae 5.linear.mape 5.linear.r2 5.linear.wmse")
+@claim(
+    "5.{model}.{strategy}.{metric}",
+    """
+    5.gpr.primary.rmse 5.gpr.primary.mae 5.gpr.primary.mape 5.gpr.primary.r2 5.gpr.primary.wmse
+    5.gpr.two_step.rmse 5.gpr.two_step.mae 5.gpr.two_step.mape 5.gpr.two_step.r2 5.gpr.two_step.wmse
+    5.rf.primary.rmse 5.rf.primary.mae 5.rf.primary.mape 5.rf.primary.r2 5.rf.primary.wmse
+    5.rf.two_step.rmse 5.rf.two_step.mae 5.rf.two_step.mape 5.rf.two_step.r2 5.rf.two_step.wmse
+    5.svr.primary.rmse 5.svr.primary.mae 5.svr.primary.mape 5.svr.primary.r2 5.svr.primary.wmse
+    5.svr.two_step.rmse 5.svr.two_step.mae 5.svr.two_step.mape 5.svr.two_step.r2 5.svr.two_step.wmse
+    5.xgb.primary.rmse 5.xgb.primary.mae 5.xgb.primary.mape 5.xgb.primary.r2 5.xgb.primary.wmse
+    5.xgb.two_step.rmse 5.xgb.two_step.mae 5.xgb.two_step.mape 5.xgb.two_step.r2 5.xgb.two_step.wmse
+    """,
+)
+def error_on_the_locked_split(
+    evidence: Evidence, metric: str, model: str = "linear", strategy: str = "primary"
 ) -> Finding:
-    """A metric of the locked split, with its interval and the figures of the honest schemes beside it."""
-    keys = {"model": model, "strategy": strategy, "metric": metric}
-    locked = _row(honest, **keys, scheme="locked")
-    if locked is None:
-        return Finding(None, f"not run: results/yield/honest.tsv has no {metric} of {model} {strategy}")
-    unit = f" {UNITS[metric]}" if UNITS[metric] else ""
-    value = float(locked["value"])
+    """A metric of Table 5.6, with its interval and the figures of other schemes beside it."""
+    path, unit = "yield/honest.tsv", UNITS[metric]
+    own = f"model == '{model}' and strategy == '{strategy}' and metric == '{metric}'"
+    absent = f"results/{path} has no {metric} of {model} {strategy}"
+    locked = evidence.row(path, "value", f"{own} and scheme == 'locked'", absent)
+    rows = int(evidence.table("yield/locked.tsv")["test_rows"].iloc[0])
     parts = [
-        f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}",
-        _scheme(honest, keys, LEFT_OUT, "leave-one-out", unit),
-        _scheme(honest, keys, NESTED, "nested cross-validation", unit),
-        _scheme(honest, keys, RANDOM, "other splits of this size", unit),
+        f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}"
     ]
-    text = "; ".join(part for part in parts if part) + _against_printed(metric, value, printed)
-    return Finding(value, f"{text}. {RECIPES[model].capitalize()}.")
+    others = evidence.table(path, own).set_index("scheme")
+    parts += [
+        f"{title} {row['value']:.3g} ({row['lower']:.3g} to {row['upper']:.3g}){unit}"
+        for scheme, title in SCHEMES.items()
+        if scheme in others.index
+        for row in [others.loc[scheme]]
+    ]
+    value, printed = float(locked["value"]), float(evidence.printed[evidence.id])
+    gain = value - printed if metric in GAINS else printed - value
+    better = f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(printed) else ""
+    return Finding(value, f"{'; '.join(parts)}{better}. {RECIPES[model]}")
 
 
-def _outside(table: pd.DataFrame, case: str, model: str) -> Finding:
-    row = _row(table, case=case, model=model, strategy="two_step")
-    if row is None:
-        return Finding(None, f"not run: results/yield/out_of_domain.tsv has no case {case} of {model}")
+@claim("5.ood.{case}.{model}", "5.ood.27.gpr 5.ood.28.gpr 5.ood.27.xgb 5.ood.28.xgb")
+def prediction_outside_the_domain(evidence: Evidence, case: str, model: str) -> Finding:
+    """Table 5.8."""
+    path = "yield/out_of_domain.tsv"
+    where = f"case == {case} and model == '{model}' and strategy == 'two_step'"
+    row = evidence.row(path, "predicted_percent", where, f"results/{path} has no case {case} of {model}")
     interval = ""
     if pd.notna(row["deviation_pp"]):
         interval = f"; interval {row['lower_percent']:.0f} to {row['upper_percent']:.0f} %"
@@ -86,20 +75,25 @@ def _outside(table: pd.DataFrame, case: str, model: str) -> Finding:
     )
 
 
-def _time_variance(results: Path, printed: str | None) -> Finding:
-    table = read_table(results / "yield/time_variance.tsv", numeric=["share"], text=["measure"]).set_index("measure")
-    levels, line = 100 * table.loc["levels", "share"], 100 * table.loc["line", "share"]
-    beyond = printed is not None and levels < float(printed) and not agrees(printed, "report", levels)
+@claim("5.time_variance")
+def variance_between_times(evidence: Evidence) -> Finding:
+    """Sec. 5.2.5: an erratum where no function of time explains as much as is printed."""
+    row = evidence.row("yield/time_variance.tsv", "share", "measure == 'levels'")
+    line = evidence.table("yield/time_variance.tsv", "measure == 'line'").iloc[0]
+    levels, printed = 100 * row["share"], evidence.printed[evidence.id]
+    beyond = levels < float(printed) and not agrees(printed, "report", levels)
     return Finding(
         levels,
-        f"sum of squares between the times over the total, all runs: the most that any function of time explains; a "
-        f"straight line explains {line:.1f} %",
+        "sum of squares between the times over the total, all runs: the most that any function of time explains; a "
+        f"straight line explains {100 * line['share']:.1f} %",
         erratum=f"No function of time alone can explain {printed} % of these yields;" if beyond else "",
     )
 
 
-def _shap(results: Path) -> Finding:
-    table = read_table(results / "yield/shap_ranking.tsv", numeric=["mean_abs_shap_pp"], text=["model", "feature"])
+@claim("5.shap.first")
+def first_feature(evidence: Evidence) -> Finding:
+    """Fig. 5.4: the feature that moves the predictions of both tree models most."""
+    table = evidence.rows("yield/shap_ranking.tsv", "feature, mean_abs_shap_pp")
     first, words = [], []
     for model, rows in table.groupby("model", sort=False):
         ranked = rows.sort_values("mean_abs_shap_pp", ascending=False)
@@ -107,37 +101,3 @@ def _shap(results: Path) -> Finding:
         top = ", ".join(f"{row.feature} {row.mean_abs_shap_pp:.1f}" for row in ranked.head(3).itertuples())
         words.append(f"{model}: {top}")
     return Finding(" / ".join(dict.fromkeys(first)), f"mean |SHAP| in points over all runs; {'; '.join(words)}")
-
-
-def findings(results: Path, data: Path) -> dict[str, Finding]:
-    """A finding for every claim of chapter 5, from the tables in `results`/yield.
-
-    `data` is the folder of the measured tables and of the claims, whose values are read to say which row is better.
-    """
-    printed = read_table(data / "claims.tsv", text=["id", "value"]).set_index("id")["value"]
-    honest = read_table(
-        results / "yield/honest.tsv",
-        numeric=["value", "lower", "upper"],
-        text=["model", "strategy", "scheme", "metric"],
-    )
-    locked = read_table(results / "yield/locked.tsv", numeric=["test_rows"], text=["model", "strategy"])
-    outside = read_table(
-        results / "yield/out_of_domain.tsv",
-        numeric=["yield_percent", "predicted_percent", "error_pp"],
-        text=["case", "model", "strategy"],
-    )
-    rows = int(locked["test_rows"].iloc[0])
-    found = {
-        f"5.{_name(model, strategy)}.{metric}": _metric(
-            honest, model, strategy, metric, rows, printed.get(f"5.{_name(model, strategy)}.{metric}")
-        )
-        for model, strategy in MODELS
-        for metric in METRICS
-    }
-    for case in ("27", "28"):
-        for model in ("gpr", "xgb"):
-            found[f"5.ood.{case}.{model}"] = _outside(outside, case, model)
-    return found | {
-        "5.time_variance": _time_variance(results, printed.get("5.time_variance")),
-        "5.shap.first": _shap(results),
-    }

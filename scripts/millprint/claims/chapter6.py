@@ -1,110 +1,82 @@
-"""Claims of chapter 6 and appendix A: the surrogate."""
-
-from pathlib import Path
+"""Claims of thesis chapter 6 and appendix A: the surrogate."""
 
 import numpy as np
 import pandas as pd
 
-from millprint.claims.finding import Finding
-from millprint.files import read_json, read_table
+from millprint.claims.chapter3_causes import CONTACT, MILL
+from millprint.claims.evidence import Evidence, Finding, NotRun, claim, yes_no
 from millprint.surrogate.ablations import BASELINE, DISSIPATION, OPEN, PLATEAU
 from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
+METRICS = "surrogate/metrics.tsv"
 # Tables 6.1 and 6.3.
 SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
-BALL_THRESHOLD_M, SNAP_BACK_M = 0.0015, -0.0049
-
-# Ablations whose claim is a word, and those whose claim is the error of the dissipation.
-STATEMENTS = ("window3", "window9", "layers2", "layers4", "width64", "mlp2")
-NUMBERS = {"A.phi.shallow": "phi_shallow", "A.phi.deep": "phi_deep", "A.global_loss": "no_global_loss"}
 
 
-def findings(results: Path, data: Path) -> dict[str, Finding]:
-    """What was computed for every claim of chapter 6 and appendix A."""
-    folder = results / "surrogate"
-    return {
-        "6.timestep": Finding(
-            100 * (SURROGATE_STEP_S / DEM_STEP_S - 1), "1e-4 s over 9.5e-7 s of Tables 6.3 and 6.1, less one"
-        ),
-        "6.contacts": _contacts(folder / "wall_contacts.tsv"),
-        "6.duration": _duration(results),
-        **_rollouts(folder / "metrics.tsv"),
-        **_runtimes(folder / "runtime.tsv"),
-        **_ablations(folder / "ablations.tsv"),
-    }
+@claim("6.timestep")
+def time_step(evidence: Evidence) -> Finding:
+    """Sec. 6.2.2."""
+    evidence.cite("scripts/millprint/claims/chapter6.py", "SURROGATE_STEP_S, DEM_STEP_S", time_step)
+    return Finding(100 * (SURROGATE_STEP_S / DEM_STEP_S - 1), "1e-4 s over 9.5e-7 s of Tables 6.3 and 6.1, less one")
 
 
-def _not_run(path: Path, target: str) -> Finding:
-    return Finding(None, f"not run: {path.name} is written by the target {target}")
-
-
-def _contacts(path: Path) -> Finding:
-    if not path.exists():
-        return _not_run(path, "surrogate")
-    table = read_table(path, numeric=["low_m", "high_m", "contacts"])
-    share = 100 * covered_share(table, WALL_THRESHOLD_M)
+@claim("6.contacts")
+def covered_contacts(evidence: Evidence) -> Finding:
+    """Fig. 6.4."""
+    table = evidence.rows("surrogate/wall_contacts.tsv", "low_m, contacts")
     return Finding(
-        share,
+        100 * covered_share(table, WALL_THRESHOLD_M),
         f"of {int(table['contacts'].sum())} balls at the wall in the training snapshots; with an exact distance a "
         "10 mm ball touches at -5 mm or above, so any threshold below that covers all",
     )
 
 
-def _duration(results: Path) -> Finding:
-    summaries = sorted((results / "dem").glob("*/calibrated/d10_f0.10_n300_s*/summary.json"))
-    chosen = [path for path in summaries if path.parts[-4] == "emax"]
-    if not chosen:
-        return Finding(None, "not run: no simulation of emax/calibrated/d10_f0.10_n300")
-    durations = [read_json(path)["median_contact_duration_s"] for path in chosen]
-    return Finding(float(np.median(durations)), f"contact lifetimes of 24 balls, median of {len(chosen)} seed(s)")
+@claim("6.duration")
+def contact_duration(evidence: Evidence) -> Finding:
+    """Sec. 6.2.2."""
+    case = f"{MILL}/{CONTACT}/d10_f0.10_n300"
+    runs = evidence.rows(f"dem/{case}_s*/summary.json", "median_contact_duration_s", "", f"no simulation of {case}")
+    durations = runs["median_contact_duration_s"]
+    return Finding(float(np.median(durations)), f"contact lifetimes of 24 balls, median of {len(runs)} seed(s)")
 
 
-def _measure(table: pd.DataFrame, variant: str, test: str, measure: str) -> pd.Series | None:
-    rows = table[(table["variant"] == variant) & (table["test"] == test) & (table["measure"] == measure)]
-    return rows.iloc[0] if len(rows) else None
-
-
-def _rollouts(path: Path) -> dict[str, Finding]:
-    names = ("6.mse", "6.energy", "6.energy.motion1", "6.energy.motion2", "6.pearson", "6.geometry")
-    if not path.exists():
-        return dict.fromkeys(names, _not_run(path, "surrogate"))
-    table = read_table(path, text=["variant", "test", "measure"])
-    found = {"6.mse": _plateau(table), "6.pearson": _pearson(table), "6.geometry": _geometry(table)}
-    budget = _budget(path.parent / VARIANT / "loss.tsv")
-    for name, test in (("6.energy", "trained"), ("6.energy.motion1", "motion1"), ("6.energy.motion2", "motion2")):
-        found[name] = _dissipation(table, test, budget)
-    return found
-
-
-def _missing(test: str) -> Finding:
-    return Finding(None, f"not run: no roll-out of variant {VARIANT}, test {test}")
-
-
-def _plateau(table: pd.DataFrame) -> Finding:
-    row = _measure(table, VARIANT, "trained", PLATEAU)
-    centroid = _measure(table, VARIANT, "trained", "position_mse_centroid_m2")
-    if row is None or centroid is None:
-        return _missing("trained")
-    return Finding(
-        float(row["value"]),
-        f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
-        f"centre of mass scores {centroid['value']:.2g} m2, so a plateau says nothing of trajectories",
+def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
+    """What the variant of the thesis scores in a test, which decides a claim."""
+    where = f"test == '{test}' and measure == '{measure}'"
+    return evidence.row(
+        f"surrogate/{VARIANT}/metrics.tsv", "value", where, f"no roll-out of variant {VARIANT}, test {test}"
     )
 
 
-def _dissipation(table: pd.DataFrame, test: str, budget: str) -> Finding:
-    row = _measure(table, VARIANT, test, DISSIPATION)
-    if row is None:
-        return _missing(test)
-    own = table[(table["variant"] == VARIANT) & (table["test"] == test)].set_index("measure")["value"]
+def _all_measures(evidence: Evidence, test: str) -> pd.Series:
+    """Every value that the variant of the thesis scores in a test, by measure, for explanations."""
+    return evidence.table(METRICS, f"variant == '{VARIANT}' and test == '{test}'").set_index("measure")["value"]
+
+
+@claim("6.mse")
+def plateau(evidence: Evidence) -> Finding:
+    """Sec. 6.4."""
+    row = _measure(evidence, "trained", PLATEAU)
+    centroid = _all_measures(evidence, "trained")["position_mse_centroid_m2"]
+    return Finding(
+        float(row["value"]),
+        f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
+        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories",
+    )
+
+
+@claim("6.energy.{test}", "6.energy.motion1 6.energy.motion2")
+@claim("6.energy")
+def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
+    """Secs 6.3.1 and 6.3.2: the error of the cumulative dissipation."""
+    row, own = _measure(evidence, test, DISSIPATION), _all_measures(evidence, test)
     return Finding(
         float(row["value"]),
         f"against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single steps from DEM states, with "
         f"the edges of the roll-out, are off by {own['one_step_dissipation_bias_percent']:+.3g} % and explain "
-        f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; {_course(own)}"
-        + budget
-        + _others(table, test, DISSIPATION, "%"),
+        f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; {_course(own)}{_budget(evidence)}"
+        f"{_others(evidence, test, DISSIPATION, '%')}",
     )
 
 
@@ -122,29 +94,28 @@ def _course(own: pd.Series) -> str:
     )
 
 
-def _budget(path: Path) -> str:
+def _budget(evidence: Evidence) -> str:
     """How long the variant was trained, beside the thesis."""
-    if not path.exists():
+    history = evidence.table(f"surrogate/{VARIANT}/loss.tsv")
+    if history.empty:
         return ""
-    history = read_table(path, numeric=["epoch", "elapsed_s"])
     last = history.iloc[-1]
     return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000)"
 
 
-def _others(table: pd.DataFrame, test: str, measure: str, unit: str) -> str:
+def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
     """What the other variants score."""
-    rows = table[(table["variant"] != VARIANT) & (table["test"] == test) & (table["measure"] == measure)]
+    rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
     return "".join(f"; variant {row.variant}: {row.value:.3g} {unit}" for row in rows.itertuples())
 
 
-def _pearson(table: pd.DataFrame) -> Finding:
-    motions = ("motion1", "motion2")
+@claim("6.pearson")
+def correlation(evidence: Evidence) -> Finding:
+    """Sec. 6.3.2: of the cumulative curves, and of what is dissipated in each 5 ms, which says more."""
     rows, increments = (
-        [row for test in motions if (row := _measure(table, VARIANT, test, measure)) is not None]
+        [_measure(evidence, test, measure) for test in ("motion1", "motion2")]
         for measure in ("cumulative_pearson_r", "increments_5ms_r")
     )
-    if min(len(rows), len(increments)) < len(motions):
-        return _missing(" or ".join(motions))
     own = [row["value"] for row in rows]
     text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
     explanation = (
@@ -156,65 +127,95 @@ def _pearson(table: pd.DataFrame) -> Finding:
     return Finding(float(min(own)), explanation)
 
 
-def _geometry(table: pd.DataFrame) -> Finding:
-    if _measure(table, VARIANT, "post", "stable") is None:
-        return _missing("post")
-    own = table[(table["variant"] == VARIANT) & (table["test"] == "post")].set_index("measure")["value"]
-    return Finding(
-        "yes" if own["stable"] == 1 else "no",
+@claim("6.geometry")
+def modified_geometry(evidence: Evidence) -> Finding:
+    """Sec. 6.3.3: a jar with a post."""
+    stable, own = _measure(evidence, "post", "stable"), _all_measures(evidence, "post")
+    return yes_no(
+        stable["value"] == 1,
         f"{_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the modified jar"
-        + _others(table, "post", "balls_left", "ball(s) out"),
+        f"{_others(evidence, 'post', 'balls_left', 'ball(s) out')}",
     )
 
 
-def _runtimes(path: Path) -> dict[str, Finding]:
-    names = ("6.runtime.ratio", "6.runtime.dem", "6.runtime.sgn")
-    if not path.exists():
-        return dict.fromkeys(names, _not_run(path, "surrogate"))
-    numbers = ["balls", "batch", "seconds_for_15_s", "dem_seconds_for_15_s"]
-    table = read_table(path, numeric=numbers, text=["variant", "basis"])
-    # The Emax case of the thesis is the one with the fewest balls.
-    alone = table[(table["batch"] == 1) & (table["balls"] == table["balls"].min())].set_index("variant")
-    if VARIANT not in alone.index:
-        return dict.fromkeys(names, _missing("timing, batch 1"))
-    row = alone.loc[VARIANT]
-    ratios = alone["dem_seconds_for_15_s"] / alone["seconds_for_15_s"]
-    ours = f"{int(row['balls'])} balls, one trajectory, {row['basis']}"
-    others = "".join(f"; variant {name}: {ratio:.3g}" for name, ratio in ratios.items() if name != VARIANT)
-    return {
-        "6.runtime.ratio": Finding(
-            float(ratios[VARIANT]),
-            f"our DEM over our surrogate in the same job: {ours}; our DEM takes {row['dem_seconds_for_15_s']:.3g} s "
-            f"for what took the thesis's 22,734 s, so there is little left to gain{others}",
-        ),
-        "6.runtime.dem": Finding(float(row["dem_seconds_for_15_s"]), "our DEM, 15 s of motion on one core"),
-        "6.runtime.sgn": Finding(float(row["seconds_for_15_s"]), ours),
-    }
+def _timing(evidence: Evidence, columns: str) -> pd.Series:
+    """The times of one trajectory of the thesis's Emax case, the one with the fewest balls."""
+    where = f"variant == '{VARIANT}' and batch == 1 and balls == balls.min()"
+    return evidence.row("surrogate/runtime.tsv", columns, where, f"no timing of variant {VARIANT}, batch 1")
 
 
-def _ablations(path: Path) -> dict[str, Finding]:
-    claims = {f"A.{variant}": variant for variant in STATEMENTS} | NUMBERS
-    if not path.exists():
-        return dict.fromkeys(claims, _not_run(path, "ablations"))
-    table = read_table(path, text=["variant", "thesis_statement"]).set_index("variant")
-    found = {}
-    for claim, variant in claims.items():
-        if not {variant, BASELINE} <= set(table.index):
-            found[claim] = Finding(None, f"not run: no ablation {variant} or {BASELINE}")
-            continue
-        row = table.loc[variant]
-        value = float(row[DISSIPATION]) if claim in NUMBERS else row["holds"]
-        found[claim] = Finding(value, _ablation(row, table.loc[BASELINE]))
-    return found
+def _timed(row: pd.Series) -> str:
+    return f"{int(row['balls'])} balls, one trajectory, {row['basis']}"
 
 
-def _ablation(row: pd.Series, baseline: pd.Series) -> str:
-    """What was measured of an ablation, beside the baseline of the same budget."""
+@claim("6.runtime.ratio")
+def speed_up(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
+    rivals = evidence.table("surrogate/runtime.tsv", f"variant != '{VARIANT}' and batch == 1 and balls == balls.min()")
+    others = "".join(
+        f"; variant {rival.variant}: {rival.dem_seconds_for_15_s / rival.seconds_for_15_s:.3g}"
+        for rival in rivals.itertuples()
+    )
+    return Finding(
+        float(row["dem_seconds_for_15_s"] / row["seconds_for_15_s"]),
+        f"our DEM over our surrogate in the same job: {_timed(row)}; our DEM takes {row['dem_seconds_for_15_s']:.3g} s "
+        f"for what took the thesis's {float(evidence.printed['6.runtime.dem']):,.0f} s, so there is little left to "
+        f"gain{others}",
+    )
+
+
+@claim("6.runtime.dem")
+def simulation_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "dem_seconds_for_15_s")
+    return Finding(float(row["dem_seconds_for_15_s"]), "our DEM, 15 s of motion on one core")
+
+
+@claim("6.runtime.sgn")
+def surrogate_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "seconds_for_15_s")
+    return Finding(float(row["seconds_for_15_s"]), _timed(row))
+
+
+def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
+    """A column of an ablation, with what was measured of it beside the baseline of the same budget."""
+    path, absent = "surrogate/ablations.tsv", f"no ablation {variant} or {BASELINE}"
+    row = evidence.row(path, column, f"variant == '{variant}'", absent)
+    baseline = evidence.table(path, f"variant == '{BASELINE}'")
+    if baseline.empty:
+        raise NotRun(absent)
     nothing = "the baseline runs away too at this budget, so nothing follows; " if row["holds"] == OPEN else ""
-    return nothing + (
+    told = (
         f"{'stable' if row['stable'] == 1 else 'unstable'}, {int(row['balls_left'])} ball(s) out, mean square speed "
         f"{row['mean_square_speed_ratio']:.2g} of the DEM's, dissipation error {row[DISSIPATION]:.3g} % against "
-        f"{baseline[DISSIPATION]:.3g} % of the baseline; single steps from DEM states are off by "
+        f"{baseline[DISSIPATION].iloc[0]:.3g} % of the baseline; single steps from DEM states are off by "
         f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
         f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
+    return Finding(row[column], nothing + told)
+
+
+@claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")
+def statement_on_an_ablation(evidence: Evidence, variant: str) -> Finding:
+    """Whether what appendix A says of an ablation holds here."""
+    return _ablation(evidence, variant, "holds")
+
+
+@claim("A.phi.shallow")
+def shallow_threshold(evidence: Evidence) -> Finding:
+    """Fig. A.7."""
+    return _ablation(evidence, "phi_shallow", DISSIPATION)
+
+
+@claim("A.phi.deep")
+def deep_threshold(evidence: Evidence) -> Finding:
+    """Fig. A.8."""
+    return _ablation(evidence, "phi_deep", DISSIPATION)
+
+
+@claim("A.global_loss")
+def no_global_loss(evidence: Evidence) -> Finding:
+    """Fig. A.9."""
+    return _ablation(evidence, "no_global_loss", DISSIPATION)

@@ -4,7 +4,7 @@ import math
 import re
 from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
 
-from millprint.claims.finding import Finding
+from millprint.claims.evidence import Finding
 
 REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
 VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)

@@ -1,54 +1,138 @@
-"""Rows of the tables that a run wrote, and what to say where it has none."""
+"""The registry of the claims: code that finds a claim's value, and the rows of the results that decide it."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from millprint.claims.finding import Finding
+from millprint.claims.sources import Source, source_in
+from millprint.errors import ConfigError
 from millprint.files import read_json, read_table
 
 
 @dataclass(frozen=True)
+class Finding:
+    """What was computed for one claim.
+
+    value: the computed number or word, in the unit of the claim; None if it was not run.
+    explanation: how it was computed, from how many runs, or why it was not run.
+    erratum: a computed reason why the printed value cannot be right; the verdict is then `erratum`.
+    sources: the rows of the results that decide the value.
+    """
+
+    value: float | str | None
+    explanation: str = ""
+    erratum: str = ""
+    sources: tuple[Source, ...] = ()
+
+
+class NotRun(Exception):
+    """The run has not computed what a claim needs; the message says what is missing."""
+
+
+@dataclass(frozen=True)
 class Evidence:
-    """The results folder of a run."""
+    """What the code of one claim reads: the results of a run, and the values that the thesis prints.
+
+    results: folder of the run; data: folder of claims.tsv; printed: every claim's printed value, as text, by id;
+    id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`.
+    """
 
     results: Path
+    data: Path
+    printed: pd.Series
+    id: str = ""
+    sources: list[Source] = field(default_factory=list)
 
-    def table(self, name: str) -> pd.DataFrame:
-        """A table by its path under the results folder; an empty one where the run did not write it."""
-        path = self.results / name
-        return read_table(path) if path.is_file() else pd.DataFrame()
+    def table(self, path: str, where: str = "") -> pd.DataFrame:
+        """Rows of a table of the results, for an explanation alone; empty where the run did not write the table.
 
-    def json(self, name: str) -> dict:
-        """A JSON file by its path under the results folder; an empty mapping where the run did not write it."""
-        path = self.results / name
-        return read_json(path) if path.is_file() else {}
+        path: from the results folder; several files if it is a pattern such as calibration/*/friction_fit.tsv.
+        A JSON file is a table of one row. where: a condition on the columns, as `pandas.DataFrame.query` takes it.
+        """
+        paths = sorted(self.results.glob(path))
+        tables = [pd.DataFrame([read_json(p)]) if p.suffix == ".json" else read_table(p) for p in paths]
+        table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+        return table.query(where, engine="python") if where and tables else table
+
+    def rows(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.DataFrame:
+        """The rows that decide the claim, at least one; they become its source.
+
+        columns: names, separated by commas, of the columns that are used; path and where as in `table`.
+        Raises NotRun if there is no such row, with the message `lacking` where the file is there.
+        """
+        files = [str(file.relative_to(self.results)) for file in sorted(self.results.glob(path))]
+        read = [source_in(name, columns, where) for name in files or [path]]
+        self.sources.extend(read)
+        if not files:
+            raise NotRun(f"rule {read[0].rule} has not written {path}")
+        table = self.table(path, where)
+        if table.empty:
+            raise NotRun(lacking or f"{path} has no row with {where}")
+        return table
+
+    def row(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.Series:
+        """The first of `rows`."""
+        return self.rows(path, columns, where, lacking).iloc[0]
+
+    def cite(self, path: str, names: str, function: Callable) -> None:
+        """Make a file of the project, such as config/mills/emax.yaml, the source of a value that is computed here.
+
+        names: what in the file is used; function: what computes the value from it.
+        """
+        self.sources.append(Source(path, names, "", "tabulate_claims", function))
 
 
-def rows(table: pd.DataFrame, **wanted: str | float) -> pd.DataFrame:
-    """Rows of `table` whose columns hold the wanted text or, within rounding, the wanted number."""
-    for column, value in wanted.items():
-        if column not in table.columns:
-            return table.iloc[:0]
-        matches = np.isclose(table[column], value) if isinstance(value, float) else table[column] == value
-        table = table[matches]
-    return table
+@dataclass(frozen=True)
+class Claim:
+    """A claim and the code for it.
+
+    parts: what the id says, such as {"speed": "600"}; find, explain_deviation: called with the evidence and the parts.
+    """
+
+    id: str
+    parts: dict[str, str]
+    find: Callable[..., Finding]
+    explain_deviation: Callable[..., str] | None = None
 
 
-def parts(pattern: str, claim: str) -> tuple[str, ...]:
-    """The groups of `pattern` in a claim's id; raises ValueError for an id of another form."""
-    match = re.fullmatch(pattern, claim)
-    if match is None:
-        raise ValueError(f"claim {claim}: an id of the form {pattern} is wanted")
-    return match.groups()
+CLAIMS: dict[str, Claim] = {}
 
 
-def not_run(what: str) -> Finding:
-    """The finding of a claim whose job has not run."""
-    return Finding(None, f"not run: {what}")
+def claim(template: str, ids: str = "", explain_deviation: Callable[..., str] | None = None) -> Callable:
+    """Register the decorated function as the code of one claim, or of several whose ids have one form.
+
+    template: the id, or the form of the ids with the names of their parts, as in 3.cycle.{diameter}mm.{speed};
+    ids: all ids of that form, separated by blanks; explain_deviation: says in words why such a value deviates.
+    Raises ValueError for an id of another form, and for one that is registered already.
+    """
+    pattern = re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(template))
+
+    def register(find: Callable[..., Finding]) -> Callable[..., Finding]:
+        for name in ids.split() or [template]:
+            match = re.fullmatch(pattern, name)
+            if match is None:
+                raise ValueError(f"claim {name}: its id is not of the form {template}")
+            if name in CLAIMS:
+                raise ValueError(f"claim {name}: it is registered twice")
+            CLAIMS[name] = Claim(name, match.groupdict(), find, explain_deviation)
+        return find
+
+    return register
+
+
+def find_claim(evidence: Evidence) -> Finding:
+    """The finding of the claim `evidence.id`. Raises ConfigError for an id that no code is registered for."""
+    if evidence.id not in CLAIMS:
+        raise ConfigError(f"{evidence.data / 'claims.tsv'}: column id = {evidence.id}: no code computes this claim")
+    own = CLAIMS[evidence.id]
+    try:
+        found = own.find(evidence, **own.parts)
+    except NotRun as lacking:
+        found = Finding(None, f"not run: {lacking}")
+    return Finding(found.value, found.explanation, found.erratum, tuple(evidence.sources))
 
 
 def yes_no(holds: bool, explanation: str) -> Finding:

@@ -1,56 +1,66 @@
 """The table of every claim of the thesis, with what was computed and a verdict."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
-from millprint.claims import chapter2, chapter3, chapter4, chapter5, chapter6
-from millprint.claims.compare import VERDICTS, deviation, verdict
-from millprint.claims.finding import Finding
+# Importing a chapter registers its claims.
+from millprint.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
+from millprint.claims.compare import DEVIATES, VERDICTS, deviation, verdict
+from millprint.claims.evidence import CLAIMS, Evidence, Finding, find_claim
 from millprint.errors import ConfigError
 from millprint.files import read_table
 
-CHAPTERS = (chapter2, chapter3, chapter4, chapter5, chapter6)
 CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "kind", "tolerance", "note"]
 
 
-def collect_findings(results: Path, data: Path) -> dict[str, Finding]:
-    """What every chapter says of its claims, by claim id."""
-    found: dict[str, Finding] = {}
-    for chapter in CHAPTERS:
-        found.update(chapter.findings(results, data))
+def read_claims(path: str | Path) -> pd.DataFrame:
+    """The claims by id, all columns as text. Raises ConfigError where the ids are not those that have code."""
+    claims = read_table(path, text=CLAIM_COLUMNS).fillna("").set_index("id", drop=False)
+    for word, ids in (
+        ("lacks", set(CLAIMS) - set(claims.index)),
+        ("names twice", set(claims.index[claims.index.duplicated()])),
+        ("has, without code that computes them:", set(claims.index) - set(CLAIMS)),
+    ):
+        if ids:
+            raise ConfigError(f"{path}: column id {word} {', '.join(sorted(ids))}")
+    return claims
+
+
+def collect_findings(results: str | Path, claims_path: str | Path, beginning: str = "") -> dict[str, Finding]:
+    """What the run in the folder `results` says of each claim whose id has this beginning, by id.
+
+    A value that deviates is explained further, where the results show a reason. Raises ConfigError as `read_claims`.
+    """
+    claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
+    for name in claims.index[claims.index.str.startswith(beginning)]:
+        evidence = Evidence(Path(results), data, claims["value"], name)
+        finding, own = find_claim(evidence), CLAIMS[name]
+        judged = verdict(claims.at[name, "value"], claims.at[name, "tolerance"], finding)
+        if judged == DEVIATES and own.explain_deviation is not None:
+            words = (finding.explanation, own.explain_deviation(evidence, **own.parts))
+            finding = replace(finding, explanation="; ".join(filter(None, words)))
+        found[name] = finding
     return found
 
 
 def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd.DataFrame:
     """A row for every claim in the order of `claims_path`.
 
-    Columns: id, locus, quantity, published, unit, kind, tolerance, reproduced, deviation [%], verdict, explanation.
-    Raises ConfigError for a finding of no known claim; a claim with no finding is an error of the library.
+    Columns: id, locus, quantity, published, unit, kind, tolerance, reproduced, deviation [%], verdict, explanation, and
+    source: file, rows, columns, rule and function of what decides the claim. Raises ConfigError as `read_claims`.
     """
-    claims = read_table(claims_path, text=CLAIM_COLUMNS).fillna("")
-    unknown = sorted(set(findings) - set(claims["id"]))
-    if unknown:
-        raise ConfigError(f"{claims_path}: column id lacks {', '.join(unknown)}, for which a value was computed")
-    rows = []
-    for claim in claims.itertuples():
-        finding = findings[claim.id]
-        rows.append(
-            {
-                "id": claim.id,
-                "locus": claim.locus,
-                "quantity": claim.quantity,
-                "published": claim.value,
-                "unit": claim.unit,
-                "kind": claim.kind,
-                "tolerance": claim.tolerance,
-                "reproduced": _text(finding.value),
-                "deviation": _text(deviation(claim.value, finding.value), digits=3),
-                "verdict": verdict(claim.value, claim.tolerance, finding),
-                "explanation": " ".join(f"{finding.erratum} {finding.explanation}".split()),
-            }
-        )
-    return pd.DataFrame(rows)
+    claims = read_claims(claims_path)
+    found = [findings[name] for name in claims.index]
+    table = claims.drop(columns="note").rename(columns={"value": "published"}).reset_index(drop=True)
+    table["reproduced"] = [_text(finding.value) for finding in found]
+    pairs = list(zip(claims.itertuples(), found, strict=True))
+    table["deviation"] = [_text(deviation(claim.value, finding.value), digits=3) for claim, finding in pairs]
+    table["verdict"] = [verdict(claim.value, claim.tolerance, finding) for claim, finding in pairs]
+    table["explanation"] = [" ".join(f"{finding.erratum} {finding.explanation}".split()) for finding in found]
+    table["source"] = ["; ".join(map(str, finding.sources)) for finding in found]
+    return table
 
 
 def chapter_of(claim: str) -> str:
@@ -61,11 +71,11 @@ def chapter_of(claim: str) -> str:
 
 def count_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     """Number of claims by chapter and verdict: chapter, claims, and a column for every verdict; chapters first."""
-    counts = pd.crosstab(table["id"].map(chapter_of), table["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
+    chapters = table["id"].map(chapter_of)
+    counts = pd.crosstab(chapters, table["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
     counts.insert(0, "claims", counts.sum(axis=1))
     # By the first claim of each, so that the appendix comes last.
-    ordered = counts.loc[table["id"].map(chapter_of).unique()]
-    return ordered.rename_axis(index="chapter", columns=None).reset_index()
+    return counts.loc[chapters.unique()].rename_axis(index="chapter", columns=None).reset_index()
 
 
 def _text(value: float | str | None, digits: int = 6) -> str:

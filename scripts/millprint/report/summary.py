@@ -1,20 +1,57 @@
-"""The claims on one page: verdicts by chapter, and every erratum with its calculation."""
+"""The claims: verdicts by chapter, as a page and as a figure, every erratum, and every claim with its source."""
+
+from dataclasses import dataclass
+from pathlib import Path
 
 import pandas as pd
+from markupsafe import Markup
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
-from millprint.claims.compare import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, VERDICTS
-from millprint.figures.claims import VERDICT_COLOURS
+from millprint.claims.compare import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED
+from millprint.claims.evidence import Finding
+from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.pages import embed_files, render_page
-from millprint.report.tables import FOLDER, Section
+from millprint.report.catalogue import TABLES
+from millprint.report.tables import FOLDER, Section, section_id, tables_page
 
-MEANINGS = {
-    REPRODUCED: "within the tolerance of the claim",
-    ERRATUM: "the computation shows that the printed value cannot be right",
-    DEVIATES: "outside the tolerance; the table says by how much and what is known of why",
-    NOT_RUN: "this configuration leaves out what the claim needs",
+
+@dataclass(frozen=True)
+class ShownVerdict:
+    """How the report shows a verdict: its colour, and what it means."""
+
+    colour: str
+    meaning: str
+
+
+SHOWN_VERDICTS = {
+    REPRODUCED: ShownVerdict("#009E73", "within the tolerance of the claim"),
+    ERRATUM: ShownVerdict("#56B4E9", "the computation shows that the printed value cannot be right"),
+    DEVIATES: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
+    NOT_RUN: ShownVerdict("#BBBBBB", "this configuration leaves out what the claim needs"),
 }
-WORST = 15
+LARGEST_COUNT = 15
 DEVIATION_COLUMNS = ["id", "locus", "quantity", "published", "unit", "reproduced", "deviation", "explanation"]
+# Pages of the tables, by the path of a table under the results folder.
+PAGES = {
+    table.path: f"tables_{chapter}.html#{section_id(table.title)}"
+    for chapter, tables in TABLES.items()
+    for table in tables
+}
+
+
+def plot_verdicts(counts: pd.DataFrame) -> Figure:
+    """Stacked bars, one for each chapter; `counts` has the columns chapter and claims, and one for each verdict."""
+    figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.55 * COLUMN_WIDTH_IN))
+    left, narrow = 0, 0.05 * counts["claims"].max()
+    for name, shown in SHOWN_VERDICTS.items():
+        bars = axes.barh(counts["chapter"], counts[name], left=left, color=shown.colour, label=name)
+        axes.bar_label(bars, [n if n > narrow else "" for n in counts[name]], label_type="center", fontsize=6)
+        left = left + counts[name]
+    axes.invert_yaxis()
+    axes.set_xlabel("number of claims")
+    figure.legend(loc="outside upper center", ncols=len(SHOWN_VERDICTS), fontsize=7, columnspacing=1, handlelength=1)
+    return figure
 
 
 def _bars(counts: pd.DataFrame) -> list[dict]:
@@ -22,8 +59,8 @@ def _bars(counts: pd.DataFrame) -> list[dict]:
     bars = []
     for row in counts.to_dict("records"):
         parts = [
-            {"name": name, "count": row[name], "colour": VERDICT_COLOURS[name], "share": row[name] / row["claims"]}
-            for name in VERDICTS
+            {"name": name, "count": row[name], "colour": shown.colour, "share": row[name] / row["claims"]}
+            for name, shown in SHOWN_VERDICTS.items()
             if row[name]
         ]
         said = ", ".join(f"{part['count']} {part['name']}" for part in parts)
@@ -31,27 +68,48 @@ def _bars(counts: pd.DataFrame) -> list[dict]:
     return bars
 
 
-def largest_deviations(claims: pd.DataFrame, count: int = WORST) -> pd.DataFrame:
+def largest_deviations(claims: pd.DataFrame, count: int = LARGEST_COUNT) -> pd.DataFrame:
     """The claims that deviate, words first, then numbers by the size of their deviation [%], largest first."""
     found = claims[claims["verdict"] == DEVIATES]
     size = pd.to_numeric(found["deviation"]).abs()
     return found.loc[size.sort_values(ascending=False, na_position="first").index, DEVIATION_COLUMNS].head(count)
 
 
-def _with_source(errata: pd.DataFrame) -> pd.DataFrame:
-    """The errata with the table that the numbers are in at the end of the calculation."""
-    told = [f"{row.calculation.rstrip('.')} ({row.source})." for row in errata.itertuples()]
-    return errata.drop(columns="source").assign(calculation=told)
+def link_to(path: str, results: Path) -> Markup:
+    """A file of the results as a link from report/: to where a page shows it, else to itself; text if it is absent."""
+    if not (results / path).is_file():
+        return Markup.escape(path)
+    return Markup('<a href="{}">{}</a>').format(PAGES.get(path, f"../{path}"), path)
 
 
-def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame) -> str:
+def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], results: Path) -> str:
+    """The page of every claim; claims and findings as tabulate_claims and collect_findings give, of the run `name`."""
+    sources = [
+        Markup("; ").join(link_to(source.path, results) + source.details for source in findings[claim].sources)
+        for claim in claims["id"]
+    ]
+    # Of type object, as pandas would make plain text of it.
+    shown = claims.drop(columns="kind").assign(source=pd.Series(sources, dtype=object, index=claims.index))
+    note = (
+        "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
+        "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
+        "function that computed it. claims.tsv also says of what kind a claim is."
+    )
+    introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
+    return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
+
+
+def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame, results: Path) -> str:
     """The page of the run `name`; claims, counts and errata as tabulate_claims, count_verdicts, collect_errata give."""
     deviating = int(counts[DEVIATES].sum())
-    shown = min(deviating, WORST)
+    told = [
+        Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
+        for row in errata.itertuples()
+    ]
     sections = [
         Section(
             "Errata",
-            _with_source(errata),
+            errata.drop(columns="source").assign(calculation=pd.Series(told, dtype=object, index=errata.index)),
             f"{len(errata)} printed statements that a computation of this run contradicts, with the calculation and "
             "the table that its numbers are in.",
             cards=True,
@@ -59,19 +117,19 @@ def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: 
         Section(
             "Largest deviations",
             largest_deviations(claims),
-            f"{shown} of {deviating} claims that deviate, statements first; deviation in per cent of the printed "
-            "value. The table of all claims has the rest.",
+            f"{min(deviating, LARGEST_COUNT)} of {deviating} claims that deviate, statements first; deviation in per "
+            "cent of the printed value. The table of all claims has the rest, and the source of each.",
             cards=True,
         ),
     ]
     return render_page(
         FOLDER / "summary.html",
         title="Which numbers of the thesis hold",
-        introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed anew from its "
-        "measured data and its methods, and held against what is printed.",
+        introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed again from its "
+        "measured data and its methods, and compared with what is printed.",
         verdicts=[
-            {"name": key, "meaning": MEANINGS[key], "colour": VERDICT_COLOURS[key], "count": int(counts[key].sum())}
-            for key in VERDICTS
+            {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
+            for key, shown in SHOWN_VERDICTS.items()
         ],
         bars=_bars(counts),
         sections=[section for section in sections if len(section.frame)],

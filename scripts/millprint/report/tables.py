@@ -13,6 +13,11 @@ FOLDER = Path(__file__).parent
 DIGITS = 4
 
 
+def section_id(title: str) -> str:
+    """The anchor of a section, for links: the words of its title, joined by hyphens."""
+    return re.sub(r"\W+", "-", title.lower()).strip("-")
+
+
 @dataclass(frozen=True)
 class Cell:
     """The text of a cell and, for a number, the value that it is sorted by."""
@@ -38,7 +43,7 @@ class Section:
     @property
     def id(self) -> str:
         """The anchor of the table, for links."""
-        return re.sub(r"\W+", "-", self.title.lower()).strip("-")
+        return section_id(self.title)
 
     @property
     def columns(self) -> list[str]:
@@ -53,11 +58,13 @@ class Section:
 
 
 def _cells(column: pd.Series) -> list[Cell]:
-    """The cells of a column: numbers if all that it holds are, with the digits they have where they are text."""
+    """The cells of a column: numbers if it holds nothing else, and numbers that were read as text keep their digits."""
     blank = column.isna() | (column.astype(str).str.strip() == "")
     numbers = pd.to_numeric(column.where(~blank), errors="coerce")
     if (numbers.isna() & ~blank).any() or pd.api.types.is_bool_dtype(column):
-        return [Cell("" if empty else str(value)) for value, empty in zip(column, blank, strict=True)]
+        # Text that is markup, such as a link, stays so.
+        texts = [value if isinstance(value, str) else str(value) for value in column]
+        return [Cell("" if empty else text) for text, empty in zip(texts, blank, strict=True)]
     is_text = not pd.api.types.is_numeric_dtype(column)
     return [
         Cell("") if empty else Cell(str(value) if is_text else f"{value:.{DIGITS}g}", float(number))

@@ -1,0 +1,82 @@
+"""Where the claims' values come from: which rule writes each file, and which function computes what is in it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fnmatch import fnmatch
+
+from millprint.calibration import drop_test, experiment
+from millprint.dem import convergence, summary
+from millprint.doe import audit, design, residuals, variance, wet_lab
+from millprint.fingerprint import collapse, curves, cycles, descriptors, energy, inverse, regimes
+from millprint.predict import evaluation as yield_evaluation
+from millprint.predict import explanation, judge, report
+from millprint.surrogate import ablations, evaluation, tables, timing
+
+# By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
+# column has a function of its own, its name follows the path.
+ORIGINS: dict[str, tuple[str, Callable]] = {
+    "doe/fraction.json": ("design_experiments", design.describe),
+    "doe/audit.tsv": ("design_experiments", audit.audit_table),
+    "doe/anova_printed.tsv": ("analyse_variance", variance.printed_table),
+    "doe/residuals.tsv": ("analyse_variance", residuals.residual_table),
+    "doe/pareto.tsv": ("plot_variance", variance.pareto_table),
+    "doe/half_life.tsv": ("compute_wet_lab", wet_lab.half_life_table),
+    "doe/wear.tsv": ("compute_wet_lab", wet_lab.wear_table),
+    "calibration/drop_test.tsv": ("calibrate_restitution", drop_test.simulate_drops),
+    "calibration/*/friction_fit.tsv": ("fit_friction", experiment.fit_experiment),
+    "convergence/modulus.tsv": ("tabulate_modulus", convergence.convergence_table),
+    "dem/*/summary.json": ("run_dem_case", summary.summarise),
+    "fingerprint/descriptors.tsv": ("tabulate_descriptors", descriptors.tabulate_descriptors),
+    "fingerprint/cycles.tsv": ("tabulate_descriptors", cycles.tabulate_cycles),
+    "fingerprint/means_*.tsv": ("fit_master_curves", curves.average_curves),
+    "fingerprint/collapse.tsv": ("measure_scaling", collapse.tabulate_collapse),
+    "fingerprint/inverse.tsv": ("invert_master_curves", inverse.invert_speed),
+    "partition/table_4_2.tsv yield_percent": ("partition_dissipation", regimes.read_regimes),
+    "partition/table_4_2.tsv": ("partition_dissipation", regimes.design_cases),
+    "partition/table_4_3.tsv": ("partition_dissipation", energy.compare_with_prior),
+    "partition/table_4_4.tsv": ("partition_dissipation", energy.specific_yields),
+    "partition/table_4_5.tsv": ("partition_dissipation", energy.energy_leverage),
+    "partition/slopes.tsv": ("partition_dissipation", energy.fit_slopes),
+    "yield/honest.tsv": ("evaluate_yield_models", judge.judge),
+    "yield/out_of_domain.tsv": ("evaluate_yield_models", report.predictions),
+    "yield/time_variance.tsv": ("evaluate_yield_models", yield_evaluation.time_variance),
+    "yield/shap_ranking.tsv": ("explain_yield_models", explanation.rank_features),
+    "surrogate/*/metrics.tsv": ("evaluate_surrogate", evaluation.evaluate),
+    "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", timing.simulation_seconds),
+    "surrogate/runtime.tsv": ("time_surrogates", timing.time_rollouts),
+    "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", tables.wall_contact_table),
+    "surrogate/ablations.tsv": ("tabulate_ablations", ablations.ablation_table),
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a value comes from.
+
+    path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
+    rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
+    file; function: what computes its content.
+    """
+
+    path: str
+    columns: str
+    rows: str
+    rule: str
+    function: Callable
+
+    def __str__(self) -> str:
+        return f"{self.path}{self.details}"
+
+    @property
+    def details(self) -> str:
+        """All but the path, in words."""
+        rows = f" [{self.rows}]" if self.rows else ""
+        return f"{rows} {self.columns} (rule {self.rule}, {self.function.__module__}.{self.function.__qualname__})"
+
+
+def source_in(path: str, columns: str, rows: str = "") -> Source:
+    """A source in a file of the results. Raises KeyError for a file that ORIGINS does not have."""
+    for pattern, (rule, function) in ORIGINS.items():
+        if fnmatch(path, pattern) or pattern == f"{path} {columns}":
+            return Source(path, columns, rows, rule, function)
+    raise KeyError(f"{path}: no file of claims.sources.ORIGINS")
