@@ -92,8 +92,11 @@ def few_fills(content):
         (set_rule, "fingerprint.counting_rule = gap_5ms: must be one of dem.counting_rules (lifetimes, gap_1ms,"),
         (set_threshold, "fingerprint.counting_rule = gap_3ms_over_1N: has a threshold"),
         (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
-        (set_contact, "partition.contact = 'brass': must be one of contacts (calibrated, steel)"),
-        (set_fixed_fill, "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios, 0.04 to 0.4"),
+        (set_contact, "partition.contact = brass: must be one of contacts (calibrated, steel)"),
+        (
+            set_fixed_fill,
+            "fixed_fill_ratio = 0.45: must lie within the simulated fill ratios of calibrated, 0.04 to 0.4",
+        ),
         (
             set_design_fill,
             "partition.fill_ratios = 0.02: must lie within the simulated fill ratios of calibrated, 0.04",

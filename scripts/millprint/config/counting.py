@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from millprint.config.section import NonNegative, Section, first_repeated
+from millprint.errors import ConfigError
 
 RuleName = Annotated[str, Field(pattern=r"^[a-z][A-Za-z0-9_]*$", max_length=60)]
 
@@ -27,11 +28,27 @@ class CountingRule(Section):
         default=0.0, description="a collision that is in contact for a shorter time does not count [s]"
     )
 
+    @property
+    def has_threshold(self) -> bool:
+        """Whether the rule drops collisions, so that those that count do not hold all of the dissipation."""
+        return bool(self.peak_force_min_N or self.duration_min_s)
+
 
 DEFAULT_RULES = [
     CountingRule(name="lifetimes"),
     *(CountingRule(name=f"gap_{gap}ms", gap_s=gap / 1e3) for gap in (1, 2, 3, 4)),
 ]
+
+
+def recorded_count(summary: dict, rule_name: str) -> dict:
+    """The collisions of a run by the counting rule of that name; raises ConfigError for a rule that it lacks."""
+    counts = {count["name"]: count for count in summary["collisions"]}
+    if rule_name not in counts:
+        raise ConfigError(
+            f"counting_rule = {rule_name}: not among the rules that the simulations recorded ({', '.join(counts)}); "
+            "add it to dem.counting_rules"
+        )
+    return counts[rule_name]
 
 
 def check_names(rules: list[CountingRule]) -> list[CountingRule]:

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from millprint.config.counting import recorded_count
+
 # What a series of runs has in common.
 SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 
@@ -22,7 +24,7 @@ def column_of(quantity: str, what: str) -> str:
 
 def counted_by(summary: dict, rule: str) -> dict[str, float]:
     """DESCRIPTORS of a run under the counting rule of that name."""
-    (count,) = (count for count in summary["collisions"] if count["name"] == rule)
+    count = recorded_count(summary, rule)
     values = (count["mean_normal_J"], count["mean_tangential_J"], count["frequency_per_ball_hz"])
     return dict(zip(DESCRIPTORS, values, strict=True))
 

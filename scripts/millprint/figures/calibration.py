@@ -5,9 +5,16 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, LineLook
+from millprint.figures.style import (
+    COLOURS,
+    COLUMN_WIDTH_IN,
+    MARKERS,
+    PAGE_WIDTH_IN,
+    LineLook,
+    legend_below,
+    letter_panels,
+)
 
-MARKERS = ("o", "s", "^", "v")
 NAMES = {"static_friction": "static friction $\\mu$ [-]", "rolling_friction": "rolling friction $\\mu_r$ [-]"}
 PLACES = {"across_mm": "across the jar [mm]", "height_mm": "height [mm]"}
 
@@ -39,7 +46,7 @@ def _plot_path(axis: Axes, track: pd.DataFrame, paths: pd.DataFrame, place: str)
         axis.plot(line["time_s"], line[place], label=label, **look)
     if place in track:
         axis.plot(
-            track["time_s"], track[place], "o", markersize=2, color=COLOURS[6], markerfacecolor="none",
+            track["time_s"], track[place], "o", color=COLOURS[6], markersize=2, markerfacecolor="none",
             markeredgewidth=0.5, label="track", zorder=2,
         )  # fmt: skip
     axis.set(xlabel="time [s]", ylabel=PLACES[place])
@@ -71,8 +78,6 @@ def plot_friction_fit(track: pd.DataFrame, paths: pd.DataFrame, fit: pd.DataFram
     axes["across"].set_xlabel("")
     for name, (_, row) in zip(("first", "second"), fit.iterrows(), strict=True):
         _plot_profile(axes[name], profile[profile["parameter"] == row["parameter"]], row)
-    for letter, axis in zip("abcd", axes.values(), strict=True):
-        axis.set_title(f"({letter})", loc="left", fontsize=8)
-    handles, labels = max((axis.get_legend_handles_labels() for axis in axes.values()), key=lambda found: len(found[0]))
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    letter_panels(axes.values())
+    legend_below(figure, axes.values(), 3)
     return figure

@@ -4,24 +4,20 @@ import itertools
 
 import matplotlib.pyplot as plt
 import pandas as pd
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, PAGE_WIDTH_IN, PUBLISHED
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, PUBLISHED, legend_below, letter_panels
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.curves import PANELS
 
 FILL_LABEL = "fill ratio [-]"
-CURVE_LABELS = {
-    "Pn": "specific normal power [-]",
-    "Pt": "specific tangential power [-]",
-    "f": "specific collision frequency [-]",
-    "ratio": "tangential over normal [-]",
-}
-ENERGY_LABELS = {
-    "normal_energy_J": "normal energy\nper collision [J]",
-    "tangential_energy_J": "tangential energy\nper collision [J]",
-    "collision_frequency_hz": "collision frequency [1/s]",
-    "frequency_per_ball_hz": "collisions of one ball [1/s]",
+# Descriptors in the panels of Figs 3.7 and 3.8, and whether their axis is logarithmic.
+ENERGY_PANELS = {
+    "normal_energy_J": True,
+    "tangential_energy_J": True,
+    "collision_frequency_hz": True,
+    "frequency_per_ball_hz": False,
 }
 # Zones that a panel of the master curves shows.
 ZONES = {
@@ -42,33 +38,20 @@ QUANTITY_LABELS = {
     "normal_energy_J": "normal energy",
     "tangential_energy_J": "tangential energy",
 }
-MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
 CONTACT_LINES = ("-", "--", ":", "-.")
 
 
 def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
     figure, axes = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, height), squeeze=False)
-    for letter, axis in zip("abcdefgh", axes.flat, strict=False):
-        axis.set_title(f"({letter})", loc="left", fontsize=8)
+    letter_panels(axes.flat)
     return figure, list(axes.flat)
 
 
-def _legend_below(figure: Figure, axis: Axes, columns: int) -> None:
-    handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
-
-
-def _unique_legend_below(figure: Figure, axes: list, columns: int) -> None:
-    """One legend of what any of the axes shows, each label once."""
-    entries: dict[str, Artist] = {}
-    for axis in axes:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns)
-
-
-def _condition(diameter: float, speed: float) -> str:
-    return f"{diameter:g} mm, {speed:g} rpm"
+def draw_curve(axis: Axes, curves: pd.DataFrame, quantity: str, label: str) -> None:
+    """A master curve in its band. curves: fill_ratio, Q, Q_lower and Q_upper of the quantity Q."""
+    fill, lower, upper = (curves[name] for name in ("fill_ratio", f"{quantity}_lower", f"{quantity}_upper"))
+    axis.fill_between(fill, lower, upper, color=COLOURS[0], alpha=0.15, linewidth=0, label="band of a condition")
+    axis.plot(fill, curves[quantity], color=COLOURS[0], label=label)
 
 
 def plot_cycle_densities(densities: pd.DataFrame) -> Figure:
@@ -80,16 +63,14 @@ def plot_cycle_densities(densities: pd.DataFrame) -> Figure:
     for axis, (diameter, channel) in zip(axes, itertools.product(diameters, ("normal", "tangential")), strict=True):
         shown = densities[(densities["ball_diameter_mm"] == diameter) & (densities["channel"] == channel)]
         for (contact, speed), line in shown.groupby(["contact", "speed_rpm"]):
+            style, colour = contacts.index(contact) % len(CONTACT_LINES), speeds.index(speed) % len(COLOURS)
             axis.plot(
-                line["energy_J"],
-                line["density_per_J"],
-                color=COLOURS[speeds.index(speed) % len(COLOURS)],
-                linestyle=CONTACT_LINES[contacts.index(contact) % len(CONTACT_LINES)],
+                line["energy_J"], line["density_per_J"], color=COLOURS[colour], linestyle=CONTACT_LINES[style],
                 label=f"{speed:g} rpm, {contact}",
-            )
+            )  # fmt: skip
         axis.set(xlabel=f"{channel} dissipation per revolution [J]", ylabel="density [1/J]")
         axis.text(0.98, 0.95, f"{diameter:g} mm", transform=axis.transAxes, ha="right", va="top")
-    _legend_below(figure, max(axes, key=lambda axis: len(axis.lines)), 4)
+    legend_below(figure, [max(axes, key=lambda axis: len(axis.lines))], 4)
     return figure
 
 
@@ -99,20 +80,14 @@ def plot_cycle_means(cycles: pd.DataFrame, published: pd.DataFrame) -> Figure:
     for axis, channel in zip(axes, ("normal", "tangential"), strict=True):
         groups = cycles.groupby(["contact", "ball_diameter_mm"], sort=True)
         for index, ((contact, diameter), line) in enumerate(groups):
-            axis.errorbar(
-                line["speed_rpm"],
-                line[f"{channel}_mean_J"],
-                yerr=line[f"{channel}_sd_J"],
-                marker=MARKERS[index % len(MARKERS)],
-                capsize=2,
-                label=f"{contact}, {diameter:g} mm",
-            )
+            mean, deviation = line[f"{channel}_mean_J"], line[f"{channel}_sd_J"]
+            marker, label = MARKERS[index % len(MARKERS)], f"{contact}, {diameter:g} mm"
+            axis.errorbar(line["speed_rpm"], mean, yerr=deviation, marker=marker, capsize=2, label=label)
         if not published.empty:
-            axis.plot(
-                published["speed_rpm"], published[f"{channel}_mean_J"], label="published, calibrated", **PUBLISHED
-            )
+            mean = published[f"{channel}_mean_J"]
+            axis.plot(published["speed_rpm"], mean, label="published, calibrated", **PUBLISHED)
         axis.set(xlabel="speed [rpm]", ylabel=f"{channel} dissipation\nper revolution [J]", ylim=(0, None))
-    _legend_below(figure, axes[0], 3)
+    legend_below(figure, axes[:1], 3)
     return figure
 
 
@@ -122,19 +97,15 @@ def plot_energies(descriptors: pd.DataFrame) -> Figure:
     # A colour a speed, a marker a ball size.
     diameters = sorted(descriptors["ball_diameter_mm"].unique())
     speeds = sorted(descriptors["speed_rpm"].unique())
-    for axis, (quantity, label) in zip(axes, ENERGY_LABELS.items(), strict=True):
-        groups = descriptors.groupby(["ball_diameter_mm", "speed_rpm"], sort=True)
-        for (diameter, speed), line in groups:
-            axis.plot(
-                line["fill_ratio"],
-                line[quantity],
-                marker=MARKERS[diameters.index(diameter) % len(MARKERS)],
-                color=COLOURS[speeds.index(speed) % len(COLOURS)],
-                label=_condition(diameter, speed),
-            )
-        logarithmic = quantity in ("normal_energy_J", "tangential_energy_J", "collision_frequency_hz")
-        axis.set(xlabel=FILL_LABEL, ylabel=label, yscale="log" if logarithmic else "linear")
-    _legend_below(figure, axes[0], 4)
+    for axis, (quantity, is_logarithmic) in zip(axes, ENERGY_PANELS.items(), strict=True):
+        for (diameter, speed), line in descriptors.groupby(["ball_diameter_mm", "speed_rpm"], sort=True):
+            marker = MARKERS[diameters.index(diameter) % len(MARKERS)]
+            colour = COLOURS[speeds.index(speed) % len(COLOURS)]
+            label = f"{diameter:g} mm, {speed:g} rpm"
+            axis.plot(line["fill_ratio"], line[quantity], marker=marker, color=colour, label=label)
+        scale = "log" if is_logarithmic else "linear"
+        axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, yscale=scale)
+    legend_below(figure, axes[:1], 4)
     return figure
 
 
@@ -155,36 +126,18 @@ def plot_master_curves(
     zones: zone, value, lower, upper; lines where a power is largest, the ratio turns and both powers have fallen.
     """
     figure, axes = _panels(2, 2, 4.8)
-    for axis, (quantity, label) in zip(axes, CURVE_LABELS.items(), strict=True):
-        axis.fill_between(
-            curves["fill_ratio"],
-            curves[f"{quantity}_lower"],
-            curves[f"{quantity}_upper"],
-            color=COLOURS[0],
-            alpha=0.15,
-            linewidth=0,
-            label="band of a condition",
-        )
-        axis.plot(curves["fill_ratio"], curves[quantity], color=COLOURS[0], label="smooth curve")
-        axis.plot(
-            descriptors["fill_ratio"], descriptors[quantity], ".", color="0.6", markersize=3, label="single condition"
-        )
-        below = means[quantity] - means[f"{quantity}_lower"]
-        above = means[f"{quantity}_upper"] - means[quantity]
-        axis.errorbar(
-            means["fill_ratio"],
-            means[quantity],
-            yerr=[below, above],
-            fmt="o",
-            capsize=2,
-            color=COLOURS[1],
-            label="mean and standard deviation",
-        )
+    for axis, quantity in zip(axes, PANELS, strict=True):
+        draw_curve(axis, curves, quantity, "smooth curve")
+        fill, single = descriptors["fill_ratio"], descriptors[quantity]
+        axis.plot(fill, single, ".", color="0.6", markersize=3, label="single condition")
+        mean, lower, upper = (means[name] for name in (quantity, f"{quantity}_lower", f"{quantity}_upper"))
+        bars, label = [mean - lower, upper - mean], "mean and standard deviation"
+        axis.errorbar(means["fill_ratio"], mean, yerr=bars, fmt="o", capsize=2, color=COLOURS[1], label=label)
         if quantity in published:
             axis.plot(published["fill_ratio"], published[quantity], label="published", **PUBLISHED)
         _show_zones(axis, zones, ZONES.get(quantity, {}))
-        axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
-    _unique_legend_below(figure, axes, 3)
+        axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
+    legend_below(figure, axes, 3)
     return figure
 
 
@@ -204,50 +157,34 @@ def plot_exponents(exponents: pd.DataFrame) -> Figure:
         for index, (contact, points) in enumerate(shown.groupby("contact", sort=True)):
             points = points[points["quantity"].isin(quantities)]
             rows = [quantities.index(name) + 0.2 * index for name in points["quantity"]]
-            axis.errorbar(
-                points["exponent"] - points["supposed"],
-                rows,
-                xerr=[points["exponent"] - points["lower"], points["upper"] - points["exponent"]],
-                fmt=MARKERS[index],
-                markersize=3,
-                capsize=2,
-                color=COLOURS[index],
-                label=contact,
-            )
+            exponent, look = points["exponent"], {"markersize": 3, "capsize": 2, "color": COLOURS[index]}
+            ends = [exponent - points["lower"], points["upper"] - exponent]
+            axis.errorbar(exponent - points["supposed"], rows, xerr=ends, fmt=MARKERS[index], label=contact, **look)
         axis.set(xlabel=f"{EXPONENT_LABELS[variable]} [-]")
         axis.xaxis.label.set_fontsize(7)
     axes.flat[0].set_yticks(range(len(quantities)), [QUANTITY_LABELS[name] for name in quantities])
     axes.flat[0].set(ylabel="quantity [-]")
     axes.flat[0].invert_yaxis()
-    _unique_legend_below(figure, list(axes.flat), 4)
+    legend_below(figure, list(axes.flat), 4)
     return figure
 
 
 def plot_universal_curves(descriptors: pd.DataFrame, universal: pd.DataFrame) -> Figure:
     """Fig. 3.14: conditions of every contact set after Eqs 3.31 and 3.32, with their common mean and spread."""
     figure, axes = _panels(2, 2, 4.6)
-    for axis, (quantity, label) in zip(axes, CURVE_LABELS.items(), strict=True):
-        axis.fill_between(
-            universal["fill_ratio"],
-            universal[f"{quantity}_lower"],
-            universal[f"{quantity}_upper"],
-            color="0.85",
-            label="standard deviation",
-        )
-        axis.plot(universal["fill_ratio"], universal[quantity], color="0.3", label="mean")
+    fill = universal["fill_ratio"]
+    for axis, quantity in zip(axes, PANELS, strict=True):
+        lower, upper = universal[f"{quantity}_lower"], universal[f"{quantity}_upper"]
+        axis.fill_between(fill, lower, upper, color="0.85", label="standard deviation")
+        axis.plot(fill, universal[quantity], color="0.3", label="mean")
         for index, (contact, points) in enumerate(descriptors.groupby("contact", sort=True)):
-            axis.plot(
-                points["fill_ratio"],
-                points[quantity],
-                MARKERS[index],
-                color=COLOURS[index],
-                markersize=3,
-                label=contact,
-            )
+            fills, marker = points["fill_ratio"], MARKERS[index]
+            axis.plot(fills, points[quantity], marker, color=COLOURS[index], markersize=3, label=contact)
         factor = "" if quantity == "ratio" else r" $\times (1-\varepsilon)^{1/2}$"
-        axis.set(xlabel=FILL_LABEL, ylabel=label.replace(" [-]", f"{factor} [-]"), ylim=(0, None))
+        label = DESCRIPTORS[quantity].label.replace(" [-]", f"{factor} [-]")
+        axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
         axis.yaxis.label.set_fontsize(7)
-    _legend_below(figure, axes[0], 4)
+    legend_below(figure, axes[:1], 4)
     return figure
 
 

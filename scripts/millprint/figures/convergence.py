@@ -1,26 +1,33 @@
 """Figures of the convergence study. They draw tables and compute nothing but guides to the eye."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN
+from millprint.dem.convergence import SERIES
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels
 
-SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 DEVIATIONS = {
     "normal_energy": "normal energy\nper collision [%]",
     "tangential_energy": "tangential energy\nper collision [%]",
     "frequency_per_ball": "collisions of\none ball [%]",
 }
 SHORT = {"normal_energy": "normal energy", "tangential_energy": "tangential energy", "frequency_per_ball": "frequency"}
-MARKERS = ("o", "s", "^", "v")
 MICROSECONDS = 1e6
 
 
 def _name(row: pd.Series) -> str:
     return f"{row['ball_diameter_mm']:g} mm, fill {row['fill_ratio']:g}, {row['speed_rpm']:g} rpm"
+
+
+def _series(table: pd.DataFrame) -> Iterator[tuple[int, pd.DataFrame]]:
+    """The series of runs of a table, numbered."""
+    return enumerate(rows for _, rows in table.groupby(SERIES, sort=False))
 
 
 def _guide(axis: Axes, x: pd.Series, anchor: tuple[float, float], power: float, label: str) -> None:
@@ -31,7 +38,7 @@ def _guide(axis: Axes, x: pd.Series, anchor: tuple[float, float], power: float, 
 
 def _plot_closure(axis: Axes, table: pd.DataFrame, choice: dict) -> None:
     orders = [series["closure_order"] for series in choice["series"]]
-    for index, (_, line) in enumerate(table.groupby(SERIES, sort=False)):
+    for index, line in _series(table):
         label = f"{_name(line.iloc[0])}: order {orders[index]:.2f}"
         steps = MICROSECONDS * line["time_step_s"]
         axis.plot(steps, line["closure"], MARKERS[index % 4] + "-", color=COLOURS[index], label=label)
@@ -41,19 +48,19 @@ def _plot_closure(axis: Axes, table: pd.DataFrame, choice: dict) -> None:
     axis.set(yscale="log", ylabel="energy balance error\nover wall work [-]")
 
 
+def _errorbar(axis: Axes, x: pd.Series, line: pd.DataFrame, name: str, **look: Any) -> None:
+    """The deviation of a quantity from that of the reference, with its standard error."""
+    deviation, error = line[f"{name}_deviation_percent"], line[f"{name}_deviation_se_percent"]
+    axis.errorbar(x, deviation, yerr=error, capsize=2, **look)
+
+
 def _plot_deviation(axis: Axes, table: pd.DataFrame, name: str, tolerance: float) -> None:
     axis.axhspan(-tolerance, tolerance, color="0.9", linewidth=0)
     axis.axhline(0, color="0.6", linewidth=0.8)
-    for index, (_, line) in enumerate(table.groupby(SERIES, sort=False)):
-        axis.errorbar(
-            # Side by side, so that bars of two series at one step can be told apart.
-            MICROSECONDS * line["time_step_s"] * (1 + 0.04 * index),
-            line[f"{name}_deviation_percent"],
-            yerr=line[f"{name}_deviation_se_percent"],
-            marker=MARKERS[index % 4],
-            capsize=2,
-            color=COLOURS[index],
-        )
+    for index, line in _series(table):
+        # Side by side, so that bars of two series at one step can be told apart.
+        steps = MICROSECONDS * line["time_step_s"] * (1 + 0.04 * index)
+        _errorbar(axis, steps, line, name, marker=MARKERS[index % 4], color=COLOURS[index])
     axis.set_ylabel(f"change of {DEVIATIONS[name]}")
 
 
@@ -67,15 +74,14 @@ def plot_timestep(table: pd.DataFrame, choice: dict) -> Figure:
     _plot_closure(axes.flat[0], table, choice)
     for axis, name in zip(axes.flat[1:], DEVIATIONS, strict=True):
         _plot_deviation(axis, table, name, choice["criteria"]["tolerance_percent"])
-    for letter, axis in zip("abcd", axes.flat, strict=True):
-        axis.set_title(f"({letter})", loc="left", fontsize=8)
+    letter_panels(axes.flat)
+    for axis in axes.flat:
         default = MICROSECONDS * choice["configured_step_s"]
         axis.axvline(default, color="0.3", linestyle="-.", linewidth=1, label="default step")
         axis.set(xscale="log", xlabel="time step [µs]")
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.minorticks_off()
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(figure, axes.flat[:1], 3)
     return figure
 
 
@@ -83,17 +89,12 @@ def _plot_power(power: Axes, table: pd.DataFrame) -> None:
     """Fig. 3.4's form: power on the left axis, run time on the right one."""
     clock = power.twinx()
     clock.spines["right"].set_visible(True)
-    for index, (_, line) in enumerate(table.groupby(SERIES, sort=False)):
+    for index, line in _series(table):
         moduli, marker, hard = line["young_modulus_gpa"], MARKERS[index % 4], line.iloc[0]
         bars = {"yerr": line["power_two_sigma_W"], "capsize": 2, "color": COLOURS[1]}
         power.errorbar(moduli, line["power_W"], marker=marker, label=f"power, {_name(hard)}", **bars)
-        power.axhspan(
-            hard["power_W"] - hard["power_two_sigma_W"],
-            hard["power_W"] + hard["power_two_sigma_W"],
-            color=COLOURS[1],
-            alpha=0.1,
-            linewidth=0,
-        )
+        ends = (hard["power_W"] + sign * hard["power_two_sigma_W"] for sign in (-1, 1))
+        power.axhspan(*ends, color=COLOURS[1], alpha=0.1, linewidth=0)
         clock.plot(moduli, line["processor_s"], marker=marker, color=COLOURS[6], label="run time")
         at = (hard["young_modulus_gpa"], hard["processor_s"])
         _guide(clock, moduli, at, 0.5, r"run time $\propto \sqrt{Y}$")
@@ -114,22 +115,15 @@ def plot_modulus(table: pd.DataFrame) -> Figure:
     figure, (power, deviation) = plt.subplots(2, 1, figsize=(COLUMN_WIDTH_IN, 4.4), sharex=True)
     _plot_power(power, table)
     deviation.axhline(0, color="0.6", linewidth=0.8)
-    for index, (_, line) in enumerate(table.groupby(SERIES, sort=False)):
+    for index, line in _series(table):
         for place, (name, label) in enumerate(SHORT.items()):
-            deviation.errorbar(
-                line["young_modulus_gpa"] * (1 + 0.06 * place),
-                line[f"{name}_deviation_percent"],
-                yerr=line[f"{name}_deviation_se_percent"],
-                marker=MARKERS[index % 4],
-                capsize=2,
-                color=COLOURS[(0, 2, 3)[place]],
-                label="" if index else label,
-            )
+            moduli, colour = line["young_modulus_gpa"] * (1 + 0.06 * place), COLOURS[(0, 2, 3)[place]]
+            marker = MARKERS[index % 4]
+            _errorbar(deviation, moduli, line, name, marker=marker, color=colour, label="" if index else label)
     deviation.set(xlabel="Young's modulus [GPa]", ylabel="change from the\nstiffest ball [%]", xscale="log")
     deviation.legend(fontsize=6)
     moduli = sorted(table["young_modulus_gpa"].unique())
     deviation.set_xticks(moduli, [f"{modulus:g}" for modulus in moduli])
     deviation.minorticks_off()
-    for letter, axis in zip("ab", (power, deviation), strict=True):
-        axis.set_title(f"({letter})", loc="left", fontsize=8)
+    letter_panels((power, deviation))
     return figure

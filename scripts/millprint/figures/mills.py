@@ -6,15 +6,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from millprint.figures.chapter3 import CURVE_LABELS, FILL_LABEL, MARKERS
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, plt
+from millprint.figures.chapter3 import FILL_LABEL, draw_curve
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, legend_below, plt
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.curves import PANELS
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
 # A4, the sheet of one page [inch].
 SHEET_IN = (8.27, 11.69)
-SHOWN = ("normal energy of a collision", "tangential energy of a collision", "collisions of one ball",
-         "normal power", "tangential power")  # fmt: skip
 
 
 def _draw(axes: Axes, look: Look, limits: np.ndarray, linewidth: float = 0.7) -> None:
@@ -70,19 +70,15 @@ def plot_motion(picture: MillPicture) -> Figure:
     return figure
 
 
-def _draw_curve(axis: Axes, quantity: str, label: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
+def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
     """One master curve with its band, and the conditions that it was made of, a marker a speed and ball size."""
-    axis.fill_between(
-        curves["fill_ratio"], curves[f"{quantity}_lower"], curves[f"{quantity}_upper"], color=COLOURS[0], alpha=0.15,
-        linewidth=0, label="band of a condition",
-    )  # fmt: skip
-    axis.plot(curves["fill_ratio"], curves[quantity], color=COLOURS[0], label="master curve")
+    draw_curve(axis, curves, quantity, "master curve")
     for number, ((diameter, speed), line) in enumerate(descriptors.groupby(["ball_diameter_mm", "speed_rpm"])):
         axis.plot(
             line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
             color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{diameter:g} mm, {speed:g} rpm",
         )  # fmt: skip
-    axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
+    axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
     axis.yaxis.label.set_fontsize(7)
 
 
@@ -142,10 +138,9 @@ def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFr
         axis.axis("off")
         axis.text(0, 1, words, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
     axes = bottom.subplots(2, 2)
-    for axis, (quantity, label) in zip(axes.flat, CURVE_LABELS.items(), strict=True):
-        _draw_curve(axis, quantity, label, descriptors, curves)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    bottom.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=7)
+    for axis, quantity in zip(axes.flat, PANELS, strict=True):
+        _draw_conditions(axis, quantity, descriptors, curves)
+    legend_below(bottom, axes.flat[:1], 4, fontsize=7)
     return figure
 
 

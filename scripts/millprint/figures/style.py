@@ -1,16 +1,20 @@
 """The look of every figure: column width, units on axes, SVG for print and PNG for the screen."""
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TypedDict
+from string import ascii_lowercase
+from typing import Any, TypedDict
 
 import matplotlib
 
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.rcsetup import cycler
 from matplotlib.typing import LineStyleType
 
@@ -35,6 +39,7 @@ PNG_DPI = 200
 
 # Okabe and Ito's palette, told apart with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
 PUBLISHED: LineLook = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
 
 plt.rcParams.update(
@@ -51,6 +56,21 @@ plt.rcParams.update(
         "svg.fonttype": "none",
     }
 )
+
+
+def letter_panels(axes: Iterable[Axes]) -> None:
+    """Write (a), (b) and so on over the panels of a figure."""
+    for letter, axis in zip(ascii_lowercase, axes, strict=False):
+        axis.set_title(f"({letter})", loc="left", fontsize=8)
+
+
+def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int, **look: Any) -> None:
+    """One legend of what any of the axes shows, each label once."""
+    entries: dict[str, Artist] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns, **look)
 
 
 def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from millprint.config.counting import recorded_count
 from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.columns import MEASURED
@@ -64,22 +65,15 @@ def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
 
 
 def counted(summary: dict, rule_name: str) -> dict:
-    """The collision count of one run under a counting rule; raises ConfigError if the run lacks it or counted none."""
-    for rule in summary["collisions"]:
-        if rule["name"] != rule_name:
-            continue
-        if rule["count"] == 0:
-            case = summary["case"]
-            raise ConfigError(
-                f"fingerprint.counting_rule = {rule_name}: it counts no collision of {case['ball_diameter_mm']:g} mm "
-                f"balls at fill {case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; a lower threshold would"
-            )
-        return rule
-    known = ", ".join(rule["name"] for rule in summary["collisions"])
-    raise ConfigError(
-        f"fingerprint.counting_rule = {rule_name}: not among the rules that the simulations recorded ({known}); "
-        "add it to dem.counting_rules"
-    )
+    """The collisions of one run by a counting rule; raises ConfigError if the run lacks the rule or it counted none."""
+    count = recorded_count(summary, rule_name)
+    if count["count"] == 0:
+        case = summary["case"]
+        raise ConfigError(
+            f"fingerprint.counting_rule = {rule_name}: it counts no collision of {case['ball_diameter_mm']:g} mm balls "
+            f"at fill {case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; choose a rule with a lower threshold"
+        )
+    return count
 
 
 def read_content(path: str | Path) -> dict:

@@ -30,37 +30,47 @@ def fingerprint_faults(config: WorkflowConfig, cases: dict[str, Case], source: s
 
 def _rule_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
     recorded = [rule.name for rule in config.dem.counting_rules]
-    wanted = {
+    chosen = {
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
         "convergence.counting_rules": config.convergence.counting_rules,
     }
-    for key, names in wanted.items():
-        for name in names:
-            if name not in recorded:
-                yield f"{source}: {key} = {name}: must be one of dem.counting_rules ({', '.join(recorded)})"
+    yield from _unknown(chosen, recorded, "dem.counting_rules", source)
     for rule in config.dem.counting_rules:
-        if rule.name == config.fingerprint.counting_rule and (rule.peak_force_min_N or rule.duration_min_s):
+        if rule.name == config.fingerprint.counting_rule and rule.has_threshold:
             yield (
                 f"{source}: fingerprint.counting_rule = {rule.name}: has a threshold, so that energy per collision "
-                "times frequency would not be the power; a rule with gap_s alone is wanted"
+                "times frequency would not be the power; choose a rule with gap_s alone"
             )
 
 
+def _unknown(chosen: dict[str, list[str]], known: list[str], where: str, source: str) -> Iterator[str]:
+    for key, names in chosen.items():
+        for name in names:
+            if name not in known:
+                yield f"{source}: {key} = {name}: must be one of {where} ({', '.join(known)})"
+
+
 def _contact_faults(config: WorkflowConfig, chapters: ChapterSections, source: str) -> Iterator[str]:
-    named = {
+    chosen = {
         "fingerprint.inverse.contact": [chapters.inverse.contact],
         "fingerprint.inverse.contacts": chapters.inverse.contacts,
         "partition.contact": [chapters.partition.contact],
     }
-    for key, contacts in named.items():
-        for contact in contacts:
-            if contact not in config.contacts:
-                yield f"{source}: {key} = {contact!r}: must be one of contacts ({', '.join(config.contacts)})"
+    yield from _unknown(chosen, config.contacts, "contacts", source)
 
 
 def _fills(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> list[float]:
+    """The fill ratios at which the run's mill is simulated as built with a contact set, in order."""
     chosen = filter(is_as_built, described_cases(config, cases).values())
     return sorted({case.fill_ratio for case in chosen if (case.mill, case.contact) == (config.mill, contact)})
+
+
+def _fill_faults(place: str, fill: float, fills: list[float], contact: str) -> Iterator[str]:
+    """A fault where a fill ratio lies outside those simulated; place: where it stands, with file and key."""
+    if fills and not fills[0] <= fill <= fills[-1]:
+        yield (
+            f"{place} = {fill:g}: must lie within the simulated fill ratios of {contact}, {fills[0]:g} to {fills[-1]:g}"
+        )
 
 
 def _sweep_faults(
@@ -78,45 +88,35 @@ def _sweep_faults(
                 f"{source}: fingerprint.maps: no case of {contact} in sweeps has this ball diameter, speed and one of "
                 f"the fill ratios {chapters.maps.fill_ratios}"
             )
-    fills = _fills(config, cases, chapters.inverse.contact)
-    fixed = chapters.inverse.fixed_fill_ratio
-    if fills and not fills[0] <= fixed <= fills[-1]:
-        yield (
-            f"{source}: fingerprint.inverse.fixed_fill_ratio = {fixed:g}: must lie within the simulated fill ratios, "
-            f"{fills[0]:g} to {fills[-1]:g}"
-        )
-    fills = _fills(config, cases, chapters.partition.contact)
-    for fill in chapters.partition.fill_ratios:
-        if fills and not fills[0] <= fill <= fills[-1]:
-            yield (
-                f"{source}: partition.fill_ratios = {fill:g}: must lie within the simulated fill ratios of "
-                f"{chapters.partition.contact}, {fills[0]:g} to {fills[-1]:g}"
-            )
+    inverse, partition = chapters.inverse, chapters.partition
+    fills = _fills(config, cases, inverse.contact)
+    key = f"{source}: fingerprint.inverse.fixed_fill_ratio"
+    yield from _fill_faults(key, inverse.fixed_fill_ratio, fills, inverse.contact)
+    fills = _fills(config, cases, partition.contact)
+    for fill in partition.fill_ratios:
+        yield from _fill_faults(f"{source}: partition.fill_ratios", fill, fills, partition.contact)
 
 
 def _target_faults(chapters: ChapterSections, source: str) -> Iterator[str]:
     for target in chapters.inverse.targets:
-        if target.like is None:
-            continue
         try:
-            read_content(target.like.fingerprint)
+            if target.like:
+                read_content(target.like.fingerprint)
         except ConfigError as error:
             yield f"{source}: fingerprint.inverse.targets.{target.name}.like: {error}"
 
 
 def _data_faults(config: WorkflowConfig, chapters: ChapterSections, cases: dict[str, Case]) -> Iterator[str]:
-    for read, path in ((read_published, chapters.data.published), (read_regimes, chapters.data.regimes)):
-        try:
-            table = read(path)
-        except ConfigError as error:
-            yield str(error)
-            continue
-        fills = _fills(config, cases, chapters.partition.contact)
-        if read is not read_regimes or not fills:
-            continue
-        for row, fill in enumerate(table["fill_ratio"], start=1):
-            if not fills[0] <= fill <= fills[-1]:
-                yield (
-                    f"{path}: column fill_ratio, row {row} = {fill:g}: must lie within the simulated fill ratios of "
-                    f"{chapters.partition.contact}, {fills[0]:g} to {fills[-1]:g}"
-                )
+    contact, path = chapters.partition.contact, chapters.data.regimes
+    try:
+        read_published(chapters.data.published)
+    except ConfigError as error:
+        yield str(error)
+    try:
+        table = read_regimes(path)
+    except ConfigError as error:
+        yield str(error)
+        return
+    fills = _fills(config, cases, contact)
+    for row, fill in enumerate(table["fill_ratio"], start=1):
+        yield from _fill_faults(f"{path}: column fill_ratio, row {row}", fill, fills, contact)

@@ -15,7 +15,7 @@ def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str
         return []
     if fit.contact not in config.contacts:
         faults.append(f"{source}: fit.contact = {fit.contact}: must be one of contacts ({', '.join(config.contacts)})")
-    free = [rule.name for rule in config.dem.counting_rules if not rule.peak_force_min_N + rule.duration_min_s]
+    free = [rule.name for rule in config.dem.counting_rules if not rule.has_threshold]
     for name in fit.counting_rules:
         if name not in free:
             faults.append(
