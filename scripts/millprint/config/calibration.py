@@ -1,5 +1,6 @@
 """The section `calibration`: drop test and oscillating ball, simulated and measured (thesis Sec. 3.2.2)."""
 
+import math
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -16,7 +17,6 @@ from millprint.config.section import (
     first_repeated,
 )
 
-FEWEST_DROPS = 2
 Coefficient = Annotated[float, Field(ge=1e-4, le=10)]
 Bounds = tuple[Coefficient, Coefficient]
 
@@ -26,14 +26,10 @@ class DropTestConfig(Section):
 
     ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
     heights_mm: list[Positive] = Field(
-        default=[10.0, 20.0, 40.0],
-        min_length=FEWEST_DROPS,
-        description="heights that simulated balls fall from, over the floor [mm]",
+        default=[10.0, 20.0, 40.0], min_length=2, description="heights over the floor of the simulated drops [mm]"
     )
     measured: ProjectFile | None = Field(
-        default=None,
-        description="table of measured drops (drop_height_mm, bounce_height_mm), from the project's root; none if "
-        "left out",
+        default=None, description="table of measured drops (drop_height_mm, bounce_height_mm), from the project's root"
     )
 
 
@@ -42,20 +38,17 @@ class ReleaseConfig(Section):
 
     down: Vector = Field(default=(-1.0, 0.0, 0.0), description="direction of gravity in the jar's own axes [-]")
     across: Vector = Field(
-        default=(0.0, 1.0, 0.0),
-        description="direction, square to `down`, from the jar's middle to where the ball starts [-]",
+        default=(0.0, 1.0, 0.0), description="direction from the jar's middle to the start, square to `down` [-]"
     )
-    height_fraction: Fraction = Field(
-        default=0.5, description="height of the ball's centre at the start over that of the jar as it lies [-]"
-    )
+    height_fraction: Fraction = Field(default=0.5, description="height of the start over that of the turned jar [-]")
 
     @model_validator(mode="after")
     def _directions_are_square(self) -> "ReleaseConfig":
         down, across = self.down, self.across
-        sizes = [sum(component**2 for component in vector) ** 0.5 for vector in (down, across)]
-        if min(sizes) == 0:
+        sizes = math.hypot(*down) * math.hypot(*across)
+        if sizes == 0:
             raise ValueError("down and across must not be zero")
-        if abs(sum(a * b for a, b in zip(down, across, strict=True))) > 1e-6 * sizes[0] * sizes[1]:
+        if abs(sum(a * b for a, b in zip(down, across, strict=True))) > 1e-6 * sizes:
             raise ValueError(f"across = {list(across)}: must be square to down = {list(down)}")
         return self
 
@@ -64,18 +57,12 @@ class ExperimentConfig(Section):
     """One track to which the friction pair is fitted: measured, or made by a simulation with a known pair."""
 
     name: Name = Field(description="name of the experiment")
-    contact: Name = Field(
-        description="contact set whose restitution, density and elasticity are kept; its friction pair is the one to "
-        "recover where the track is simulated"
-    )
+    contact: Name = Field(description="contact set; its friction pair is kept for a simulated track alone")
     track: ProjectFile | None = Field(
         default=None,
-        description="table of the measured track (time_s, and across_mm, height_mm or both), from the project's root; "
-        "left out, a track is simulated",
+        description="measured track (time_s; across_mm, height_mm or both); simulated if left out",
     )
-    track_mill: Name | None = Field(
-        default=None, description="mill in which a simulated track is made; the one that is fitted in if left out"
-    )
+    track_mill: Name | None = Field(default=None, description="mill of a simulated track; that of the fit if left out")
     mill: Name | None = Field(default=None, description="mill in which the pair is fitted; the run's if left out")
     ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
 
@@ -95,32 +82,26 @@ class SwingConfig(Section):
     """How a ball is let go and followed, and how the friction pair of its track is searched, in every experiment."""
 
     release: ReleaseConfig = ReleaseConfig()
-    time_step_s: Positive = Field(
-        default=5e-6, description="integration step; shortened where the Rayleigh time asks for it [s]"
-    )
+    time_step_s: Positive = Field(default=5e-6, description="integration step, or less by the Rayleigh time [s]")
     duration_s: Positive = Field(default=3.0, description="length of a simulated track [s]")
-    frames_per_second: Annotated[float, Field(ge=10, le=1000)] = Field(
-        default=60.0, description="frames of a simulated track in a second [1/s]"
-    )
+    frames_per_second: float = Field(default=60.0, ge=10, le=1000, description="frames of a simulated track [1/s]")
     noise_mm: NonNegative = Field(
-        default=0.3,
-        description="standard deviation of the error that is added to a simulated track, in both directions [mm]",
+        default=0.3, description="standard deviation of the error added to a simulated track, in each direction [mm]"
     )
     seed: Seed = Field(default=0, description="seed of that error")
     release_uncertainty_s: NonNegative = Field(
-        default=0.02, description="how far the release may lie from time 0 of a track; 0 to take it as known [s]"
+        default=0.02, description="largest time of the release, before or after time 0 of a track; 0 if it is known [s]"
     )
     static_friction: Bounds = Field(default=(0.05, 2.0), description="bounds of the static friction coefficient [-]")
     rolling_friction: Bounds = Field(default=(0.002, 0.2), description="bounds of the rolling friction coefficient [-]")
-    search_simulations: Annotated[int, Field(ge=20, le=5000)] = Field(
-        default=400,
-        description="simulations of the search, half of them in the whole range, half around what that finds [-]",
+    search_simulations: int = Field(
+        default=400, ge=20, le=5000, description="simulations of the search: half over all, half around the best [-]"
     )
-    profile_points: Annotated[int, Field(ge=2, le=50)] = Field(
-        default=4, description="values on either side of the estimate at which its profile is computed [-]"
+    profile_points: int = Field(
+        default=4, ge=2, le=50, description="points of a profile on either side of its estimate"
     )
     varied: list[tuple[Coefficient, Coefficient]] = Field(
-        default=[], description="further pairs (static, rolling) shown beside the fit, as in Fig. 3.3 [-]"
+        default=[], description="further pairs (static, rolling) to show beside the fit, as in Fig. 3.3 [-]"
     )
 
     @model_validator(mode="after")

@@ -18,15 +18,9 @@ class CountingRule(Section):
     """
 
     name: RuleName = Field(description="name of the rule")
-    gap_s: NonNegative = Field(
-        default=0.0, description="re-contacts of a pair within it are one collision; 0 counts single contacts [s]"
-    )
-    peak_force_min_N: NonNegative = Field(
-        default=0.0, description="a collision whose largest normal force is smaller does not count [N]"
-    )
-    duration_min_s: NonNegative = Field(
-        default=0.0, description="a collision that is in contact for a shorter time does not count [s]"
-    )
+    gap_s: NonNegative = Field(default=0.0, description="contacts of a pair within it are one collision, if over 0 [s]")
+    peak_force_min_N: NonNegative = Field(default=0.0, description="smallest normal force at the peak that counts [N]")
+    duration_min_s: NonNegative = Field(default=0.0, description="shortest time in contact that counts [s]")
 
     @property
     def has_threshold(self) -> bool:

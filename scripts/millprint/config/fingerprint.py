@@ -13,18 +13,16 @@ Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
 
 class LikeConfig(Section):
-    """A condition of another mill, whose descriptors are wanted."""
+    """A condition of another mill, whose descriptors are the target."""
 
-    fingerprint: ProjectFile = Field(
-        description="a fingerprint_CONTACT.json of that mill, as a path from the project's root"
-    )
+    fingerprint: ProjectFile = Field(description="fingerprint_CONTACT.json of that mill, from the project's root")
     speed_rpm: Positive = Field(description="mill speed [rpm]")
     ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
     fill_ratio: Fraction = Field(description="fill ratio [-]")
 
 
 class TargetConfig(Section):
-    """The descriptors that the inverse mode is asked to give back: numbers, or those of a condition of another mill."""
+    """The descriptors that the inverse mode looks for: numbers, or those of a condition of another mill."""
 
     name: Name = Field(description="name of the target")
     normal_energy_J: Positive | None = Field(default=None, description="mean normal energy per collision [J]")
@@ -40,7 +38,7 @@ class TargetConfig(Section):
     @model_validator(mode="after")
     def _numbers_or_a_condition(self) -> "TargetConfig":
         if bool(self.given) == (self.like is not None):
-            raise ValueError(f"either one at least of {', '.join(TARGET_DESCRIPTORS)}, or like: is wanted")
+            raise ValueError(f"either one at least of {', '.join(TARGET_DESCRIPTORS)}, or like: must be given")
         return self
 
 
@@ -53,14 +51,14 @@ class WeightsConfig(Section):
 
 
 class MatchConfig(Section):
-    """What is wanted, and what a user can change to come near it."""
+    """The targets, and what a user can change to come near them."""
 
-    targets: list[TargetConfig] = Field(min_length=1, description="wanted descriptors")
+    targets: list[TargetConfig] = Field(min_length=1, description="descriptors to come near to")
     speeds_rpm: Range = Field(description="speeds that the user can set, from and to [rpm]")
     fill_ratios: Range = Field(description="fill ratios that the user can set, from and to [-]")
     ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that the user has [mm]")
     densities_kg_m3: list[Positive] = Field(
-        default=[], description="densities of the user's balls; those of the contact set if left out [kg/m3]"
+        default=[], description="densities of the balls, if not as simulated [kg/m3]"
     )
     weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
     ranked: Count = Field(default=10, description="conditions to list for each target")
@@ -85,11 +83,11 @@ class MatchConfig(Section):
 
 
 class InverseConfig(MatchConfig):
-    """Inverse mode: which conditions give the wanted descriptors."""
+    """Inverse mode: which conditions come nearest to the descriptors of a target."""
 
-    contact: Name = Field(description="contact set of the conditions sought at a fixed fill ratio and ball")
-    fixed_fill_ratio: Fraction = Field(description="fill ratio at which only the speed is sought [-]")
-    fixed_ball_diameter_mm: Positive = Field(description="ball diameter at which only the speed is sought [mm]")
+    contact: Name = Field(description="contact set of the search for the speed alone")
+    fixed_fill_ratio: Fraction = Field(description="fill ratio of the search for the speed alone [-]")
+    fixed_ball_diameter_mm: Positive = Field(description="ball diameter of the search for the speed alone [mm]")
     contacts: list[Name] = Field(min_length=1, description="contact sets that the user can choose from")
 
 
@@ -104,16 +102,10 @@ class MapsConfig(Section):
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage. The last three serve the chapters of the thesis alone."""
 
-    counting_rule: RuleName = Field(
-        default="gap_2ms", description="what counts as one collision: the name of one of dem.counting_rules"
-    )
+    counting_rule: RuleName = Field(default="gap_2ms", description="name of the rule of dem.counting_rules that counts")
     interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
-    smooth_points: Annotated[int, Field(ge=20, le=100_000)] = Field(
-        default=200, description="points of the fitted curves between the smallest and the largest fill ratio"
-    )
-    cycle_fill_ratio: Fraction | None = Field(
-        default=None, description="fill ratio at which revolutions are compared (Table 3.5) [-]"
-    )
+    smooth_points: int = Field(default=200, ge=20, le=100_000, description="points of the fitted curves")
+    cycle_fill_ratio: Fraction | None = Field(default=None, description="fill ratio of Table 3.5, on revolutions [-]")
     maps: MapsConfig | None = Field(default=None, description="simulations shown as heat maps (Figs 3.9, 3.10)")
     inverse: InverseConfig | None = Field(default=None, description="inverse mode (Sec. 3.3.4)")
 
@@ -131,9 +123,8 @@ class ConvergenceConfig(Section):
         default=1.0, description="largest deviation of a descriptor from that at the finest step, if not chance [%]"
     )
     confidence: Fraction = Field(
-        default=0.95,
-        description="probability that, of all comparisons of a sweep, none is called a deviation by chance [-]",
+        default=0.95, description="probability that no comparison of a sweep is taken for a deviation by chance [-]"
     )
     closure_max: Fraction = Field(
-        default=0.001, description="largest energy balance error over the wall work at a step that is good enough [-]"
+        default=0.001, description="largest energy balance error over the wall work at a step that passes [-]"
     )

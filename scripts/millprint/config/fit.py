@@ -47,7 +47,7 @@ class StageConfig(Section):
     """One stage of the search: how many jars, and how long each is simulated."""
 
     jars: Count = Field(description="jars that are simulated, or kept from the stage before")
-    revolutions: Annotated[int, Field(ge=2)] = Field(description="revolutions of the mill that are recorded")
+    revolutions: int = Field(ge=2, description="revolutions of the mill that are recorded")
     seeds: Count = Field(default=1, description="starting positions of each, common to all jars: 0 and on")
 
 
@@ -55,26 +55,19 @@ class TrialConfig(Section):
     """What a jar is held against, and how it is simulated for that."""
 
     contact: Name = Field(description="contact set of the published values")
-    fitted: list[ValueName] = Field(
-        min_length=1, description="values that are fitted, at most half of each kind; all others are held back"
-    )
+    fitted: list[ValueName] = Field(min_length=1, description="fitted values, at most half of each kind")
     counting_rules: list[RuleName] = Field(
-        default=[rule.name for rule in DEFAULT_RULES],
-        min_length=1,
-        description="rules of dem.counting_rules without a threshold to choose from",
+        default=[rule.name for rule in DEFAULT_RULES], min_length=1, description="rules to choose from, of no threshold"
     )
     shape: ShapeConfig
     ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that curves average over [mm]")
-    speeds_rpm: list[Positive] = Field(
-        min_length=1, description="speeds that curves average over; fewer than the sweeps have, to be quick [rpm]"
-    )
+    speeds_rpm: list[Positive] = Field(min_length=1, description="speeds that curves average over [rpm]")
     time_step_s: Positive = Field(default=4e-6, description="integration step of the search [s]")
     settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest [s]")
-    discard_revolutions: Annotated[int, Field(ge=0)] = Field(default=6, description="first revolutions, left out")
+    discard_revolutions: int = Field(default=6, ge=0, description="first revolutions, left out")
     closure_max: Positive = Field(default=0.02, description="in place of dem.closure_max, for the coarse step [-]")
     refining: StageConfig = Field(
-        default=StageConfig(jars=5, revolutions=12),
-        description="the best jars of screening again, then steps from the best of all; also of the sensitivity",
+        default=StageConfig(jars=5, revolutions=12), description="of the best jars, of steps from there and sensitivity"
     )
 
 
@@ -83,8 +76,7 @@ class FitConfig(TrialConfig):
 
     mill: Name = Field(description="the mill that is fitted; a run of another mill fits nothing")
     screening: StageConfig = Field(
-        default=StageConfig(jars=48, revolutions=10),
-        description="jars all over the ranges, by a Sobol sequence",
+        default=StageConfig(jars=48, revolutions=10), description="jars over the whole ranges, by a Sobol sequence"
     )
     rounds: Count = Field(default=2, description="rounds of steps up and down in every parameter, while one is better")
-    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the Sobol sequence")
+    seed: int = Field(default=0, ge=0, description="seed of the Sobol sequence")

@@ -16,11 +16,13 @@ from millprint.predict.answer import trained_ranges
 from millprint.predict.archive import load_averaged, training_rows
 from millprint.predict.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, Member
 from millprint.predict.features import CHEMICAL
-from millprint.predict.structured import JITTER, MEAN_VARIANCE, Terms
+from millprint.predict.structured import JITTER, MEAN_VARIANCE
 
 # A slider reaches past what was simulated, and by this factor either way where a single value was.
 BEYOND = 1.25
 LONE = 2.0
+# What the page's search takes of the request.
+SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "weights", "ranked"}
 FOLDER = Path(__file__).parent
 SCRIPTS = ("numerics.js", "fingerprint.js", "yields.js", "search.js", "charts.js", "page.js")
 
@@ -76,12 +78,7 @@ def explorer_content(
         "chemistry": chemistry(yield_model),
         "search": {
             "grid": list(GRID),
-            "speeds_rpm": list(request.speeds_rpm),
-            "fill_ratios": list(request.fill_ratios),
-            "ball_diameters_mm": list(request.ball_diameters_mm),
-            "densities_kg_m3": list(request.densities_kg_m3),
-            "weights": request.weights.model_dump(),
-            "ranked": request.ranked,
+            **request.model_dump(include=SEARCHED),
             "targets": {target.name: target.given for target in request.targets if target.like is None},
         },
     }
@@ -108,11 +105,13 @@ def yield_content(path: str | Path, prediction: PredictionConfig, level: float) 
 
 
 def _member(member: Member, weight: float) -> dict:
+    own = member.process.terms
+    terms = zip(own.factors.astype(int).tolist(), own.linear.tolist(), strict=True)
     return {
         "weight": weight,
         "link": member.candidate.link,
         "scales": list(member.candidate.scales),
-        "terms": _terms(member.process.terms),
+        "terms": [{"factors": factors, "linear": linear} for factors, linear in terms],
         "log_parameters": member.process.logs.tolist(),
         "input_mean": member.scaling.mean.tolist(),
         "input_spread": member.scaling.spread.tolist(),
@@ -121,11 +120,6 @@ def _member(member: Member, weight: float) -> dict:
         "known": member.process.inputs.tolist(),
         "target": member.process.target.tolist(),
     }
-
-
-def _terms(terms: Terms) -> list[dict]:
-    pairs = zip(terms.factors.astype(int).tolist(), terms.linear.tolist(), strict=True)
-    return [{"factors": factors, "linear": linear} for factors, linear in pairs]
 
 
 def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
