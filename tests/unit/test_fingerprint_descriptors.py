@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from millprint.errors import ConfigError
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
+from millprint.fingerprint.condition import VARIABLES, Condition, descriptors_of, energy_scale, power_scale
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.inputs import check_summary, read_summaries
-from tests.unit.synthetic_mill import DENSITY, descriptors, summaries, summary, true_curves
+from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves
 
 
 def test_descriptors_give_back_the_curves():
@@ -17,7 +19,74 @@ def test_descriptors_give_back_the_curves():
     assert len(table) == 36
     for name, curve in zip(("Pn", "Pt", "f"), true_curves(table["fill_ratio"]), strict=True):
         np.testing.assert_allclose(table[name], curve, rtol=1e-12)
-    np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
+    normal, tangential, _ = true_curves(table["fill_ratio"])
+    np.testing.assert_allclose(table["ratio"], tangential / normal, rtol=1e-12)
+
+
+def known_run() -> dict:
+    """Eight collisions of five balls in two seconds, 16 J normal and 4 J tangential; rho omega^2 A^2 d^3 is 1 J."""
+    run = summary() | {"balls": 5, "density_kg_m3": 1000.0, "frequency_hz": 10.0, "amplitude_m": 0.1, "window_s": 2.0}
+    rule = counted("gap_3ms", 0.003, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
+    power = {"normal": 8.0, "tangential": 2.0, "rolling": 0.0, "wall": 10.0}
+    error = {"normal": 0.8, "tangential": 0.4}
+    return run | {
+        "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
+        "restitution": 0.5, "static_friction": 0.0,
+    }  # fmt: skip
+
+
+def test_known_collisions_have_a_known_answer():
+    row = tabulate_descriptors([known_run()], "gap_3ms").iloc[0]
+    known = {
+        "normal_energy_J": 2.0,  # 16 J over 8 collisions
+        "tangential_energy_J": 0.5,
+        "frequency_per_ball_hz": 0.8,  # 4 collisions a second, shared by 5 balls
+        "effective_restitution": 0.5,  # without friction, the restitution itself
+        "Pn": 0.16,  # 8 W over 5 balls of 10 W each
+        "Pt": 0.04,
+        "f": 0.08,  # 0.8 collisions of a ball in a tenth of a second
+        "ratio": 0.25,
+        "P": 0.20,
+        "En": 2.0,  # over 1 J
+        "Et": 0.5,
+        "Pn_se": 0.016,  # 10 % of the normal power
+        "Pt_se": 0.008,  # 20 % of the tangential power
+        "f_se": 0.08 / np.sqrt(8),
+        "ratio_se": 0.25 * np.hypot(0.1, 0.2),
+        "P_se": np.hypot(0.016, 0.008),
+        "En_se": 2.0 * np.hypot(0.1, 1 / np.sqrt(8)),
+        "Et_se": 0.5 * np.hypot(0.2, 1 / np.sqrt(8)),
+    }
+    assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-12)
+    assert {column.name for column in COMPUTED} <= set(known)
+
+
+def test_scaled_descriptors_do_not_see_the_size_of_the_mill_or_its_speed():
+    """The same balls in a mill of twice the length at half the speed: Eqs 3.28 and 3.29 leave nothing but shape."""
+    small = Condition(0.1, 10.0, 0.01, 7700.0, 0.017)
+    large = Condition(0.1, 5.0, 0.02, 7700.0, 0.034)
+    scaled = {"En": 3.0, "Et": 2.0, "f": 40.0}
+    few, many = descriptors_of(small, scaled), descriptors_of(large, scaled)
+    # omega^2 A^2 d^3 is 1/4 * 4 * 8, and the frequency goes with the speed.
+    assert many["normal_energy_J"] == pytest.approx(8 * few["normal_energy_J"], rel=1e-12)
+    assert many["tangential_energy_J"] / many["normal_energy_J"] == pytest.approx(2 / 3, rel=1e-12)
+    assert many["frequency_per_ball_hz"] == pytest.approx(few["frequency_per_ball_hz"] / 2, rel=1e-12)
+    assert power_scale(large) == pytest.approx(4 * power_scale(small), rel=1e-12)
+
+
+def test_conditions_can_be_arrays_with_numbers_among_them():
+    conditions = Condition(np.array([0.1, 0.2]), np.array([10.0, 20.0]), 0.01, 7700.0, 0.017)
+    table = conditions.table()
+    assert list(table.columns) == list(VARIABLES) and len(table) == 2
+    np.testing.assert_allclose(energy_scale(Condition.of_table(table)), energy_scale(conditions), rtol=1e-14)
+    assert energy_scale(conditions)[1] == pytest.approx(4 * energy_scale(conditions)[0])
+
+
+def test_every_column_is_named_once_and_explained():
+    columns = [*MEASURED, *COMPUTED]
+    assert len(DESCRIPTORS) == len(columns)
+    assert all(column.unit and column.title and column.meaning for column in columns)
+    assert set(DESCRIPTORS) <= set(descriptors().columns)
 
 
 def test_energy_per_collision_is_power_over_frequency():

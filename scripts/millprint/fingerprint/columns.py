@@ -154,3 +154,10 @@ COMPUTED = (
 # fmt: on
 
 DESCRIPTORS: dict[str, Descriptor] = {column.name: column for column in (*MEASURED, *COMPUTED)}
+
+
+def explain_columns() -> str:
+    """The page workflow/descriptors.md: every column with its unit and meaning, as Markdown."""
+    columns = DESCRIPTORS.values()
+    rows = "".join(f"| `{column.name}` | {column.unit} | {column.title}: {column.meaning} |\n" for column in columns)
+    return f"# Columns of `descriptors.tsv`\n\n| column | unit | meaning |\n|---|---|---|\n{rows}"
