@@ -6,7 +6,7 @@ import yaml
 
 from millprint.files import whole_file
 from millprint.job import job
-from millprint.provenance import package_versions
+from millprint.machine import package_versions
 
 
 def main(config: dict, output: str) -> None:

@@ -6,7 +6,7 @@ import pandas as pd
 
 from millprint.files import whole_file, write_table
 from millprint.job import job
-from millprint.provenance import provenance
+from millprint.machine import provenance
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.report.tables import Section, tables_page
 

@@ -20,9 +20,8 @@ from pathlib import Path
 
 from millprint.liveness import LIVING, runs_of
 from millprint.records import damaged_files
-from millprint.verify.decide import KEEP, MAKE_AGAIN, mend_files
-from millprint.verify.locks import mend_locks
-from millprint.verify.runner import Snakemake, say
+from millprint.verify.repair import KEEP, MAKE_AGAIN, mend_files
+from millprint.verify.runner import Snakemake, mend_locks, say
 
 
 def read_arguments(words: list[str]) -> tuple[argparse.Namespace, list[str]]:

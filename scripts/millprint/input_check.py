@@ -51,7 +51,8 @@ def check_once(
         },
         sort_keys=True,
     )
-    passed = PASSED / _digest(content, [*_tables(config), *_shapes(mills)], script)
+    shapes = [file for mill in mills.values() for file in mill.source_files]
+    passed = PASSED / _digest(content, [*(path for _, path in named_files(config)), *shapes], script)
     if passed.exists():
         return
     print("checking geometry, balls, time steps and tables", file=sys.stderr, flush=True)
@@ -59,14 +60,6 @@ def check_once(
         raise SystemExit(1)
     passed.parent.mkdir(parents=True, exist_ok=True)
     passed.touch()
-
-
-def _tables(config: WorkflowConfig) -> list[str]:
-    return [path for _, path in named_files(config)]
-
-
-def _shapes(mills: Mapping[str, MillConfig]) -> list[str]:
-    return [file for mill in mills.values() for file in mill.source_files]
 
 
 def _digest(content: str, files: list[str], script: str) -> str:

@@ -1,11 +1,17 @@
-"""Environment variables that every job inherits."""
+"""The machine: environment variables that every job inherits, and the provenance of a run."""
 
 import os
+import platform
+import subprocess
+from importlib.metadata import version
 from pathlib import Path
 
 # Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
 # can never be given more than it began with.
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+# The packages that results depend on.
+PACKAGES = ("snakemake", "numpy", "numba", "scipy", "pandas", "statsmodels", "scikit-learn", "torch", "torch-geometric")
 
 
 def prepare_environment() -> None:
@@ -22,3 +28,31 @@ def prepare_environment() -> None:
     folder = Path(__file__).parents[1]
     if folder.name != "site-packages":
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+
+
+def package_versions() -> dict[str, str]:
+    """Versions of the packages that results depend on, by name."""
+    return {name: version(name) for name in PACKAGES}
+
+
+def commit(folder: str | Path = Path(__file__).parent) -> str:
+    """The commit of a working tree, by default the library's own, marked `with changes` where files differ from it.
+
+    `unknown` outside a repository, such as for an installed library.
+    """
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty= with changes", "--abbrev=40", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def provenance() -> dict[str, str]:
+    """Commit, machine and versions as text, by name."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return {
+        "commit": commit(),
+        "Python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}, {cores} cores",
+        **package_versions(),
+    }

@@ -53,8 +53,7 @@ def check_before_running(
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
         except ConfigError as error:
             raise ConfigError(f"{source}: {error}") from None
-        check_step(config, contact, case, source)
-        check_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
+        check_step_and_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
     # Last, because it takes longest.
     for place, group in groups:
         check_room(group, mills, bodies, place)
@@ -85,13 +84,22 @@ def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]
 
 
 def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str) -> None:
-    """Check that the balls of every case fit into its mill. place: file and key that define the cases."""
-    for (name, diameter), wanted in fills_of_media(cases).items():
+    """Check that the balls of every case fit into its mill without overlap, and that there is at least one.
+
+    place: file and key that define the cases.
+    """
+    for (name, diameter), fills in fills_of_media(cases).items():
         vessel, volume = bodies[name][0].vessel, mills[name].volume_ml * 1e-6
-        enough = ball_count(max(wanted), volume, diameter / 1000)
+        share = math.pi / 6 * (diameter / 1000) ** 3 / volume
+        enough = ball_count(max(fills), volume, diameter / 1000)
         most = capacity(vessel, diameter / 1000, inserts=inserts_in_vessel(bodies[name]), enough=enough)
-        for fill in sorted(wanted):
-            check_fill(mills[name], diameter, fill, most, place)
+        for fill in sorted(fills):
+            balls = ball_count(fill, volume, diameter / 1000)
+            what = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter:g} mm"
+            if balls > most:
+                raise ConfigError(f"{what} do not fit in mill {name}; at most {most * share:.2g}")
+            if balls < 1:
+                raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
 
 
 def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
@@ -140,26 +148,30 @@ def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -
         )
 
 
-def check_fill(mill: MillConfig, diameter_mm: float, fill: float, most: int, place: str) -> None:
-    """Check that the balls of a fill ratio fit without overlap (at most `most` do), and that there is at least one."""
-    volume = mill.volume_ml * 1e-6
-    balls = ball_count(fill, volume, diameter_mm / 1000)
-    ball_volume = math.pi / 6 * (diameter_mm / 1000) ** 3
-    place = f"{place}: fill_ratios = {fill:g}: {balls} balls of {diameter_mm:g} mm"
-    if balls > most:
-        raise ConfigError(f"{place} do not fit in mill {mill.name}; at most {most * ball_volume / volume:.2g}")
-    if balls < 1:
-        raise ConfigError(f"{place} in mill {mill.name}; one ball needs at least {ball_volume / volume:.2g}")
-
-
-def check_cost(
+def check_step_and_cost(
     config: WorkflowConfig, mill: MillConfig, contact: ContactConfig, case: Case, bodies: list[Body], source: str
 ) -> None:
-    """Check that a case ends in a reasonable time and fits into the memory of a machine."""
+    """Check that a case has a small enough time step, ends in a reasonable time and fits into the memory of a machine.
+
+    contact: the set as the case runs it. The largest step is a fraction of the Rayleigh time of its balls.
+    """
     stiffness = contact.young_modulus_gpa * 1e9
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
-    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
+    largest = largest_fraction(case, config.dem)
     step = wanted_step(case, config.dem, rayleigh)
+    # With a tolerance, so that the largest fraction itself passes.
+    if step > largest * rayleigh * (1 + 1e-12):
+        if case.rayleigh_fraction is not None:
+            raise ConfigError(
+                f"{source}: sweeps: rayleigh_fraction = {case.rayleigh_fraction:g}: at most "
+                f"dem.rayleigh_fraction_max = {largest:g}"
+            )
+        key = "dem.time_step_s" if case.time_step_s is None else "sweeps: time_steps_s"
+        raise ConfigError(
+            f"{source}: {key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
+            f"at most {largest * rayleigh:.2g} s"
+        )
+    frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
     days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
     if days > MOST_DAYS:
         raise ConfigError(
@@ -180,24 +192,3 @@ def check_movie(config: WorkflowConfig, source: str) -> None:
             raise ConfigError(
                 f"{source}: sweeps.movie.snapshot_interval_s: this key is missing; an animation is made of snapshots"
             )
-
-
-def check_step(config: WorkflowConfig, contact: ContactConfig, case: Case, source: str) -> None:
-    """Check that the time step of a case is at most the allowed fraction of the Rayleigh time."""
-    stiffness = contact.young_modulus_gpa * 1e9
-    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
-    largest = largest_fraction(case, config.dem)
-    step = wanted_step(case, config.dem, rayleigh)
-    # With a tolerance, so that the largest fraction itself passes.
-    if step <= largest * rayleigh * (1 + 1e-12):
-        return
-    if case.rayleigh_fraction is not None:
-        raise ConfigError(
-            f"{source}: sweeps: rayleigh_fraction = {case.rayleigh_fraction:g}: at most "
-            f"dem.rayleigh_fraction_max = {largest:g}"
-        )
-    key = "dem.time_step_s" if case.time_step_s is None else "sweeps: time_steps_s"
-    raise ConfigError(
-        f"{source}: {key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
-        f"at most {largest * rayleigh:.2g} s"
-    )

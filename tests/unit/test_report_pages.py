@@ -9,8 +9,8 @@ from millprint.claims.evidence import Finding
 from millprint.claims.sources import source_in
 from millprint.claims.tabulate import count_verdicts
 from millprint.files import write_table
+from millprint.machine import commit, provenance
 from millprint.pages import embed_json
-from millprint.provenance import commit, provenance
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.report.summary import claims_page, largest_deviations, summary_page
 from millprint.report.tables import Section, tables_page

@@ -9,10 +9,9 @@ from millprint.files import whole_file
 from millprint.job import job
 from millprint.liveness import DEAD, LIVING, UNKNOWN, Run
 from millprint.records import damaged_files, keep
-from millprint.verify import decide
-from millprint.verify.decide import KEEP, MAKE_AGAIN, STOP, mend_files
-from millprint.verify.locks import mend_locks
-from millprint.verify.runner import Snakemake
+from millprint.verify import repair
+from millprint.verify.repair import KEEP, MAKE_AGAIN, STOP, mend_files
+from millprint.verify.runner import Snakemake, mend_locks
 
 COMMAND = ["python", "scripts/verify_results.py", "results", "--", "--cores", "2"]
 
@@ -158,7 +157,7 @@ def test_on_a_terminal_the_user_is_asked(place, monkeypatch, tmp_path, answers, 
     (tmp_path / "answers").write_text(answers)
     with open(tmp_path / "answers") as typed, monkeypatch.context() as patch:
         patch.setattr("sys.stdin", typed)
-        assert decide.ask(damaged_files("logs")) == wanted
+        assert repair.ask(damaged_files("logs")) == wanted
 
 
 def test_snakemake_works_in_the_folder_that_its_arguments_name(tmp_path, monkeypatch):

@@ -1,10 +1,8 @@
 """JSON schemas and the reference of every key, generated from the configuration models."""
 
 import json
-from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Any
 
-from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
@@ -38,7 +36,8 @@ write a configuration of your own. The column `default` says what holds where a 
 - left out: there is no value, and the meaning says what follows.
 """
 
-_BOUNDS = {Gt: (">", "gt"), Ge: (">=", "ge"), Lt: ("<", "lt"), Le: ("<=", "le")}
+# The sign of each bound, by its name in a JSON schema.
+SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
 def schema_text(name: str) -> str:
@@ -54,7 +53,8 @@ def reference_text() -> str:
         for title, section in sections(model):
             lines += [f"### `{title}`" if title else "### top level", "", _summary(section), ""]
             lines += ["| key | meaning | bounds | default |", "|---|---|---|---|"]
-            lines += [_row(key, field) for key, field in section.model_fields.items()]
+            keys = section.model_json_schema()["properties"]
+            lines += [_row(key, field, keys[field.alias or key]) for key, field in section.model_fields.items()]
             lines.append("")
     return "\n".join(lines)
 
@@ -74,10 +74,10 @@ def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[Ba
     return found
 
 
-def _row(key: str, field: FieldInfo) -> str:
+def _row(key: str, field: FieldInfo, schema: dict) -> str:
     default = "required" if field.is_required() else _default(field)
     meaning = (field.description or "a section of its own").replace("|", "\\|")
-    return f"| `{key}` | {meaning} | {_bounds(field)} | {default} |"
+    return f"| `{key}` | {meaning} | {_bounds(schema)} | {default} |"
 
 
 def _default(field: FieldInfo) -> str:
@@ -111,27 +111,11 @@ def _in_yaml(value: Any) -> str:
     return str(value)
 
 
-def _bounds(field: FieldInfo) -> str:
-    marks = _marks(field.metadata) or _marks(_inner_metadata(field.annotation))
-    choices = [f"`{value}`" for value in get_args(field.annotation) if isinstance(value, str)]
-    return " or ".join(choices) or ", ".join(marks)
-
-
-def _marks(metadata: list) -> list[str]:
-    marks = []
-    for item in metadata:
-        for kind, (sign, attribute) in _BOUNDS.items():
-            if isinstance(item, kind):
-                marks.append(f"{sign} {getattr(item, attribute):g}")
-        if isinstance(item, FieldInfo):
-            marks += _marks(item.metadata)
-    return marks
-
-
-def _inner_metadata(annotation: Any) -> list:
-    """Metadata inside `list[Annotated[...]]` and `Annotated[...] | None`."""
-    if get_origin(annotation) is Annotated:
-        return list(get_args(annotation)[1:])
-    if get_origin(annotation) in (list, Union, UnionType):
-        return [item for part in get_args(annotation) for item in _inner_metadata(part)]
-    return []
+def _bounds(schema: dict) -> str:
+    """Choices or bounds of a key, or of what its list holds, from its JSON schema."""
+    choices = [f"`{value}`" for value in schema.get("enum", [schema["const"]] if "const" in schema else [])]
+    marks = [f"{sign} {schema[name]:g}" for name, sign in SIGNS.items() if name in schema]
+    if choices or marks:
+        return " or ".join(choices) or ", ".join(marks)
+    inner = [*schema.get("anyOf", []), *([schema["items"]] if "items" in schema else [])]
+    return next(filter(None, map(_bounds, inner)), "")

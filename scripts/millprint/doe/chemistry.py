@@ -24,10 +24,10 @@ def molar_mass(formula: str) -> float:
     return 1e-3 * Formula(formula).mass
 
 
-def check_formulas(chemistry: ChemistryConfig, place: str) -> None:
+def check_formulas(reaction: ChemistryConfig, place: str) -> None:
     """Raise ConfigError, in one line, for the first reactant without a valid formula; place: file and section."""
     for key in ("limiting", "reductant"):
-        text = getattr(chemistry, key)
+        text = getattr(reaction, key)
         try:
             mass, why = molar_mass(text), "it has no mass"
         except FormulaError as error:
@@ -46,20 +46,20 @@ def ball_mass(balls: Quantity, diameter: Quantity, density: Quantity) -> Quantit
     return balls * density * np.pi / 6 * np.asarray(diameter) ** 3
 
 
-def reactant_masses(powder: Quantity, molar_ratio: Quantity, chemistry: ChemistryConfig) -> tuple[Quantity, Quantity]:
+def reactant_masses(powder: Quantity, molar_ratio: Quantity, reaction: ChemistryConfig) -> tuple[Quantity, Quantity]:
     """Masses of the limiting reactant and of the reductant to weigh in, together `powder` [kg]: a pair [kg].
 
     molar_ratio: mol of pure reductant for a mol of pure limiting reactant. A powder with a purity below 1 holds less
     of its reactant, so more of it is weighed in.
     """
-    limiting = molar_mass(chemistry.limiting) / chemistry.limiting_purity
-    reductant = molar_ratio * molar_mass(chemistry.reductant) / chemistry.reductant_purity
+    limiting = molar_mass(reaction.limiting) / reaction.limiting_purity
+    reductant = molar_ratio * molar_mass(reaction.reductant) / reaction.reductant_purity
     return powder * limiting / (limiting + reductant), powder * reductant / (limiting + reductant)
 
 
-def excess(molar_ratio: Quantity, chemistry: ChemistryConfig) -> Quantity:
+def excess(molar_ratio: Quantity, reaction: ChemistryConfig) -> Quantity:
     """Excess of the reductant over what the reaction needs: 10 over 6 gives 0.667, printed as 66 % [-]."""
-    return molar_ratio / chemistry.stoichiometric_ratio - 1
+    return molar_ratio / reaction.stoichiometric_ratio - 1
 
 
 def half_life(ph: Quantity, temperature: Quantity) -> Quantity:
@@ -122,28 +122,28 @@ def gas_amount(volume: Quantity, conditions: GasConditions) -> np.ndarray:
     return conditions.dry_pressure * volume / (gas_constant * np.asarray(conditions.temperature))
 
 
-def full_amount(limiting_mass: Quantity, chemistry: ChemistryConfig) -> np.ndarray:
+def full_amount(limiting_mass: Quantity, reaction: ChemistryConfig) -> np.ndarray:
     """Gas from a full conversion of `limiting_mass` [kg] of the limiting reactant's powder [mol]."""
-    pure = np.asarray(limiting_mass) * chemistry.limiting_purity
-    return chemistry.gas_per_mole * pure / molar_mass(chemistry.limiting)
+    pure = np.asarray(limiting_mass) * reaction.limiting_purity
+    return reaction.gas_per_mole * pure / molar_mass(reaction.limiting)
 
 
 def gas_yield(
-    volume: Quantity, conditions: GasConditions, limiting_mass: Quantity, chemistry: ChemistryConfig
+    volume: Quantity, conditions: GasConditions, limiting_mass: Quantity, reaction: ChemistryConfig
 ) -> np.ndarray:
     """Conversion yield: gas collected over the gas of a full conversion, 4 mol for each mol of NaBO2.4H2O [-].
 
     volume [m3] and limiting_mass [kg] broadcast with the conditions (thesis Sec. 2.2.4). Raises ValueError as
     `gas_amount`.
     """
-    return gas_amount(volume, conditions) / full_amount(limiting_mass, chemistry)
+    return gas_amount(volume, conditions) / full_amount(limiting_mass, reaction)
 
 
 def gas_volume(
-    conversion: Quantity, conditions: GasConditions, limiting_mass: Quantity, chemistry: ChemistryConfig
+    conversion: Quantity, conditions: GasConditions, limiting_mass: Quantity, reaction: ChemistryConfig
 ) -> np.ndarray:
     """Volume of gas collected at a yield `conversion` [-], the inverse of `gas_yield` [m3]."""
-    return conversion / gas_yield(1.0, conditions, limiting_mass, chemistry)
+    return conversion / gas_yield(1.0, conditions, limiting_mass, reaction)
 
 
 def yield_error(
@@ -151,7 +151,7 @@ def yield_error(
     volume: Quantity,
     conditions: GasConditions,
     limiting_mass: Quantity,
-    chemistry: ChemistryConfig,
+    reaction: ChemistryConfig,
 ) -> np.ndarray:
     """Standard deviation of a gas yield Y from independent errors of the readings, to first order [-].
 
@@ -164,7 +164,7 @@ def yield_error(
     slope = 0.0
     if conditions.saturated:
         slope = (vapour_pressure(temperature + step) - vapour_pressure(temperature)) / step
-    for_a_volume = gas_yield(1.0, conditions, limiting_mass, chemistry)
+    for_a_volume = gas_yield(1.0, conditions, limiting_mass, reaction)
     relative = (
         (errors.get("limiting_mass", 0.0) / np.asarray(limiting_mass)) ** 2
         + (errors.get("pressure", 0.0) / dry) ** 2

@@ -59,26 +59,17 @@ def interaction_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFram
     All other factors are averaged out over the runs as they were done, so that a mean over few runs also carries
     whatever else differs between them.
     """
-    rows = []
+    tables = []
     for figure in config.interactions:
         for axis, curve in figure.panels:
-            grouped = runs.groupby([curve, axis], sort=True)[YIELD]
-            for (curve_code, axis_code), yields in grouped:
-                rows.append(
-                    {
-                        "figure": figure.name,
-                        "axis": axis,
-                        "axis_code": axis_code,
-                        "axis_level": config.factor(axis).levels[axis_code],
-                        "curve": curve,
-                        "curve_code": curve_code,
-                        "curve_level": config.factor(curve).levels[curve_code],
-                        "runs": len(yields),
-                        "mean_yield_percent": yields.mean(),
-                        "lowest_yield_percent": yields.min(),
-                        "highest_yield_percent": yields.max(),
-                    }
-                )
+            table = runs.groupby([curve, axis])[YIELD].agg(
+                runs="size", mean_yield_percent="mean", lowest_yield_percent="min", highest_yield_percent="max"
+            )
+            table = table.reset_index(names=["curve_code", "axis_code"]).assign(figure=figure.name)
+            for side, symbol in (("axis", axis), ("curve", curve)):
+                table[side] = symbol
+                table[f"{side}_level"] = [config.factor(symbol).levels[code] for code in table[f"{side}_code"]]
+            tables.append(table)
     columns = ["figure", "axis", "axis_code", "axis_level", "curve", "curve_code", "curve_level", "runs"]
     columns += ["mean_yield_percent", "lowest_yield_percent", "highest_yield_percent"]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.concat(tables)[columns] if tables else pd.DataFrame(columns=columns)

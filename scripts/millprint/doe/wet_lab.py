@@ -7,21 +7,7 @@ import pandas as pd
 from scipy.constants import g as GRAVITY
 
 from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
-from millprint.doe.chemistry import (
-    GasConditions,
-    ball_mass,
-    excess,
-    full_amount,
-    gas_amount,
-    gas_volume,
-    gas_yield,
-    half_life,
-    powder_mass,
-    reactant_masses,
-    share_lost,
-    vapour_pressure,
-    yield_error,
-)
+from millprint.doe import chemistry
 from millprint.doe.runs import YIELD
 from millprint.files import read_table
 from millprint.tables import CASE, Number, Text, read_measured, refuse_rows
@@ -69,7 +55,7 @@ def _read_readings(path: str, columns: Sequence[Number]) -> pd.DataFrame:
     return read_measured(path, [Text(CASE, unique=True), *columns])
 
 
-def yield_table(path: str, chemistry: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
+def yield_table(path: str, reaction: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
     """Yields from gas volumes: hydrogen_mmol, full_mmol, yield_percent, and the effect of the vapour and of errors.
 
     The table at `path` has case, gas_volume_ml, temperature_k, pressure_pa and limiting_mass_g. If there is a
@@ -82,7 +68,7 @@ def yield_table(path: str, chemistry: ChemistryConfig, gas: GasConfig) -> pd.Dat
     temperature, pressure = frame["temperature_k"], frame["pressure_pa"]
     if WATER_HEAD.name in frame:
         pressure = pressure - WATER_DENSITY * GRAVITY * frame[WATER_HEAD.name] * MILLIMETRE
-    vapour = vapour_pressure(temperature) if gas.saturated else 0.0 * temperature
+    vapour = chemistry.vapour_pressure(temperature) if gas.saturated else 0.0 * temperature
     refuse_rows(
         frame.assign(vapour=vapour, gas=pressure),
         path,
@@ -90,15 +76,15 @@ def yield_table(path: str, chemistry: ChemistryConfig, gas: GasConfig) -> pd.Dat
         pressure <= vapour,
         lambda row: f"the vapour of water alone has {row['vapour']:.0f} Pa, the gas {row['gas']:.0f}; must be cooler",
     )
-    conditions = GasConditions(temperature, pressure, gas.saturated)
-    amount = gas_amount(volume, conditions)
-    table = frame.assign(hydrogen_mmol=1e3 * amount, full_mmol=1e3 * full_amount(mass, chemistry))
-    table[YIELD] = 100 * gas_yield(volume, conditions, mass, chemistry)
+    conditions = chemistry.GasConditions(temperature, pressure, gas.saturated)
+    amount = chemistry.gas_amount(volume, conditions)
+    table = frame.assign(hydrogen_mmol=1e3 * amount, full_mmol=1e3 * chemistry.full_amount(mass, reaction))
+    table[YIELD] = 100 * chemistry.gas_yield(volume, conditions, mass, reaction)
     dry = replace(conditions, saturated=False)
-    table["yield_if_vapour_ignored_percent"] = 100 * gas_yield(volume, dry, mass, chemistry)
+    table["yield_if_vapour_ignored_percent"] = 100 * chemistry.gas_yield(volume, dry, mass, reaction)
     errors = {name: frame[own.name] * unit for name, (own, unit) in READING_ERRORS.items() if own.name in frame}
     if errors:
-        table["yield_error_percent"] = 100 * yield_error(errors, volume, conditions, mass, chemistry)
+        table["yield_error_percent"] = 100 * chemistry.yield_error(errors, volume, conditions, mass, reaction)
     refuse_rows(
         table,
         path,
@@ -118,26 +104,26 @@ def solution_table(path: str) -> pd.DataFrame:
     The table at `path` has case, ph and temperature_k. Raises ConfigError as `read_measured`.
     """
     frame = _read_readings(path, SOLUTION_READINGS)
-    half = half_life(frame["ph"], frame["temperature_k"])
-    table = frame.assign(half_life_h=half / HOUR, lost_in_an_hour_percent=100 * share_lost(HOUR, half))
+    half = chemistry.half_life(frame["ph"], frame["temperature_k"])
+    table = frame.assign(half_life_h=half / HOUR, lost_in_an_hour_percent=100 * chemistry.share_lost(HOUR, half))
     if "wait_h" in frame:
-        table["lost_percent"] = 100 * share_lost(frame["wait_h"] * HOUR, half)
+        table["lost_percent"] = 100 * chemistry.share_lost(frame["wait_h"] * HOUR, half)
     return table
 
 
-def _charge(powder: pd.Series, molar_ratio: pd.Series, chemistry: ChemistryConfig) -> dict[str, pd.Series]:
+def _charge(powder: pd.Series, molar_ratio: pd.Series, reaction: ChemistryConfig) -> dict[str, pd.Series]:
     """Columns of a charge of `powder` [kg]: excess, masses of powder and reactants, gas of a full conversion."""
-    limiting, reductant = reactant_masses(powder, molar_ratio, chemistry)
+    limiting, reductant = chemistry.reactant_masses(powder, molar_ratio, reaction)
     return {
-        "excess_percent": 100 * excess(molar_ratio, chemistry),
+        "excess_percent": 100 * chemistry.excess(molar_ratio, reaction),
         "powder_mass_g": powder / GRAM,
         "limiting_mass_g": limiting / GRAM,
         "reductant_mass_g": reductant / GRAM,
-        "full_gas_mmol": 1e3 * full_amount(limiting, chemistry),
+        "full_gas_mmol": 1e3 * chemistry.full_amount(limiting, reaction),
     }
 
 
-def charge_table(path: str, chemistry: ChemistryConfig) -> pd.DataFrame:
+def charge_table(path: str, reaction: ChemistryConfig) -> pd.DataFrame:
     """Masses to weigh in for a ball-to-powder ratio and a molar ratio.
 
     The table at `path` has case, bpr, molar_ratio and either ball_mass_g, all balls together, or balls,
@@ -149,9 +135,9 @@ def charge_table(path: str, chemistry: ChemistryConfig) -> pd.DataFrame:
     else:
         counted = _positive("balls", "ball_diameter_mm", "ball_density_kg_m3")
         frame = _read_readings(path, [*CHARGE_READINGS, *counted])
-        media = ball_mass(frame["balls"], frame["ball_diameter_mm"] * MILLIMETRE, frame["ball_density_kg_m3"])
+        media = chemistry.ball_mass(frame["balls"], frame["ball_diameter_mm"] * MILLIMETRE, frame["ball_density_kg_m3"])
         frame = frame.assign(ball_mass_g=media / GRAM)
-    return frame.assign(**_charge(powder_mass(media, frame["bpr"]), frame["molar_ratio"], chemistry))
+    return frame.assign(**_charge(chemistry.powder_mass(media, frame["bpr"]), frame["molar_ratio"], reaction))
 
 
 def half_life_table(solution: HalfLifeConfig) -> pd.DataFrame:
@@ -164,32 +150,32 @@ def half_life_table(solution: HalfLifeConfig) -> pd.DataFrame:
         (ph, GAS_COLLECTION_K, "80 degC, at which the gas is collected; without catalyst"),
     ]
     table = pd.DataFrame(conditions, columns=["ph", "temperature_k", "note"])
-    half = half_life(table["ph"], table["temperature_k"])
+    half = chemistry.half_life(table["ph"], table["temperature_k"])
     table.insert(2, "half_life_h", half / HOUR)
-    table.insert(3, "lost_in_an_hour_percent", 100 * share_lost(HOUR, half))
+    table.insert(3, "lost_in_an_hour_percent", 100 * chemistry.share_lost(HOUR, half))
     return table
 
 
-def powder_table(runs: pd.DataFrame, jar: PowderConfig, chemistry: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
+def powder_table(runs: pd.DataFrame, jar: PowderConfig, reaction: ChemistryConfig, gas: GasConfig) -> pd.DataFrame:
     """Masses weighed in for each run, and the gas volume of its yield at the configured conditions.
 
     The runs have the columns case, bpr, molar_ratio and yield_percent. yield_if_vapour_ignored_percent is the yield if
     the moist gas is taken for pure hydrogen. yield_per_ml_percent is the yield of 1 mL of gas, the resolution of the
     method: finest where there is much powder, at a low ball-to-powder ratio.
     """
-    conditions = GasConditions(gas.temperature_k, gas.pressure_pa, gas.saturated)
+    conditions = chemistry.GasConditions(gas.temperature_k, gas.pressure_pa, gas.saturated)
     dry = replace(conditions, saturated=False)
-    charge = _charge(powder_mass(jar.ball_mass_g * GRAM, runs["bpr"]), runs["molar_ratio"], chemistry)
+    charge = _charge(chemistry.powder_mass(jar.ball_mass_g * GRAM, runs["bpr"]), runs["molar_ratio"], reaction)
     limiting = charge["limiting_mass_g"] * GRAM
-    full = gas_volume(1.0, conditions, limiting, chemistry)
+    full = chemistry.gas_volume(1.0, conditions, limiting, reaction)
     volume = runs[YIELD] / 100 * full
     return runs[[CASE, "bpr", "molar_ratio"]].assign(
         **charge,
         gas_volume_full_ml=full / MILLILITRE,
         gas_volume_ml=volume / MILLILITRE,
         **{YIELD: runs[YIELD]},
-        yield_if_vapour_ignored_percent=100 * gas_yield(volume, dry, limiting, chemistry),
-        yield_per_ml_percent=100 * gas_yield(MILLILITRE, conditions, limiting, chemistry),
+        yield_if_vapour_ignored_percent=100 * chemistry.gas_yield(volume, dry, limiting, reaction),
+        yield_per_ml_percent=100 * chemistry.gas_yield(MILLILITRE, conditions, limiting, reaction),
     )
 
 
@@ -227,7 +213,7 @@ def wear_table(weighings: pd.DataFrame) -> pd.DataFrame:
     unused = weighings["unused_mass_g"]
     difference = unused - weighings["used_mass_g"]
     wear = weighings.get("wear_g", difference)
-    powder = powder_mass(unused, weighings["bpr"])
+    powder = chemistry.powder_mass(unused, weighings["bpr"])
     return weighings[[column.name for column in WEIGHINGS]].assign(
         wear_g=wear,
         mass_difference_g=difference,

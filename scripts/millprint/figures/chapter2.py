@@ -14,10 +14,6 @@ GREY = "#999999"
 MARKERS = "os^Dv"
 
 
-def _without_unit(label: str) -> str:
-    return label.rsplit(" (", 1)[0]
-
-
 def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
     """F of each term, largest first, with the F that would be significant (thesis Fig. 2.3).
 
@@ -35,7 +31,7 @@ def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
         label = "significant at 0.05" if row == 0 else None
         axes.plot([critical, critical], [row - 0.45, row + 0.45], color=COLOURS[1], label=label)
     ticks = [
-        textwrap.fill(f"{_without_unit(names[source])} ({source})", 18) if source in names else source
+        textwrap.fill(f"{names[source].rsplit(' (', 1)[0]} ({source})", 18) if source in names else source
         for source in ranked["source"]
     ]
     axes.set_yticks(place, ticks, fontsize=7)
@@ -55,21 +51,13 @@ def _interaction_panel(axes: Axes, means: pd.DataFrame, factors: dict[str, Facto
         group = group.sort_values("axis_code")
         where = places[group["axis_code"]] + shift * (code - (count - 1) / 2)
         colour = COLOURS[code % len(COLOURS)]
-        axes.vlines(
-            where,
-            group["lowest_yield_percent"],
-            group["highest_yield_percent"],
-            color=colour,
-            alpha=0.35,
-            linewidth=2.5,
-        )
+        lowest, highest = group["lowest_yield_percent"], group["highest_yield_percent"]
+        axes.vlines(where, lowest, highest, color=colour, alpha=0.35, linewidth=2.5)
         marker = MARKERS[code % len(MARKERS)]
         axes.plot(where, group["mean_yield_percent"], marker=marker, color=colour, label=curve.text(code))
     axes.set_xticks(places, [axis.text(code) for code in range(len(places))])
     margin = 0.12 * np.ptp(places)
-    axes.set_xlim(places[0] - margin, places[-1] + margin)
-    axes.set_xlabel(axis.label)
-    axes.set_ylim(0, 100)
+    axes.set(xlim=(places[0] - margin, places[-1] + margin), xlabel=axis.label, ylim=(0, 100))
     axes.legend(
         title=curve.label, fontsize=7, title_fontsize=7, ncols=count, loc="lower center", bbox_to_anchor=(0.5, 1.0)
     )
@@ -102,15 +90,12 @@ def residuals(table: pd.DataFrame) -> Figure:
     spread = table["residual_percent"].std()
     ends = np.array([table["normal_quantile"].min(), table["normal_quantile"].max()])
     left.plot(ends, spread * ends, color=COLOURS[1], label="normal, same spread")
-    left.set_xlabel("Normal quantile (-)")
-    left.set_ylabel("Residual yield (%)")
+    left.set(xlabel="Normal quantile (-)", ylabel="Residual yield (%)")
     left.legend(loc="lower right", fontsize=7, handlelength=1)
     middle.plot(table["fitted_percent"], table["residual_percent"], "o")
-    middle.set_xlabel("Fitted yield (%)")
-    middle.set_ylabel("Residual yield (%)")
+    middle.set(xlabel="Fitted yield (%)", ylabel="Residual yield (%)")
     right.plot(table["leverage"], table["studentised"], "o")
-    right.set_xlabel("Leverage (-)")
-    right.set_ylabel("Studentised residual (-)")
+    right.set(xlabel="Leverage (-)", ylabel="Studentised residual (-)")
     for axes, column, across in ((middle, "residual_percent", "fitted_percent"), (right, "studentised", "leverage")):
         axes.axhline(0, color=GREY, linewidth=0.6, zorder=0)
         axes.margins(x=0.12, y=0.12)
@@ -134,9 +119,9 @@ def literature(studies: pd.DataFrame, yields: pd.DataFrame) -> Figure:
         1, 2, figsize=(COLUMN_WIDTH_IN, 0.75 * COLUMN_WIDTH_IN), sharey=True, width_ratios=(4, 1)
     )
     speeds = studies.set_index("reference")["speed_rpm"]
-    known = studies["speed_rpm"].notna()
-    axes.plot(studies["speed_rpm"][known], studies["yield_percent"][known], "o", label="Table 2.2")
-    side.plot(np.zeros((~known).sum()), studies["yield_percent"][~known], "s", color=COLOURS[1])
+    unknown = studies["yield_percent"][studies["speed_rpm"].isna()]
+    axes.plot(*studies[["speed_rpm", "yield_percent"]].dropna().to_numpy().T, "o", label="Table 2.2")
+    side.plot(np.zeros(len(unknown)), unknown, "s", color=COLOURS[1])
     printed = set(zip(studies["reference"], studies["yield_percent"], strict=True))
     other = [
         (speeds.get(row.reference, np.nan), row.yield_percent)
@@ -148,8 +133,7 @@ def literature(studies: pd.DataFrame, yields: pd.DataFrame) -> Figure:
     for _, study in studies.iterrows():
         place, where = (side, 0.0) if np.isnan(study["speed_rpm"]) else (axes, study["speed_rpm"])
         place.annotate(f"[{study['reference']}]", (where, study["yield_percent"]), (5, 2), textcoords="offset points")
-    axes.set_xlabel("Rotational speed (rpm)")
-    axes.set_ylabel("Reported yield (%)")
+    axes.set(xlabel="Rotational speed (rpm)", ylabel="Reported yield (%)")
     axes.margins(x=0.12, y=0.1)
     axes.legend(loc="lower center", bbox_to_anchor=(0.6, 1.0), ncols=2, fontsize=7, columnspacing=1, handletextpad=0.2)
     side.set_xticks([0], ["not\nreported"])
@@ -181,21 +165,13 @@ def missingness(table: pd.DataFrame) -> Figure:
     figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.95 * COLUMN_WIDTH_IN))
     rows, places = np.indices(reported.shape)
     axes.scatter(places[reported], rows[reported], marker="s", s=48, color=COLOURS[0], label="reported")
-    axes.scatter(
-        places[~reported],
-        rows[~reported],
-        marker="s",
-        s=44,
-        facecolors="none",
-        edgecolors=COLOURS[1],
-        label="not reported",
-    )
+    left_out = places[~reported], rows[~reported]
+    axes.scatter(*left_out, marker="s", s=44, facecolors="none", edgecolors=COLOURS[1], label="not reported")
     axes.set_xticks(range(len(columns)), [f"[{name.removeprefix('reference_')}]" for name in columns])
     axes.set_yticks(range(len(table)), [PARAMETER_NAMES.get(name, name) for name in table["parameter"]], fontsize=7)
     axes.invert_yaxis()
     axes.set_xlabel("Study (reference)")
     axes.tick_params(length=0)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
     axes.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.4, 1.0), fontsize=7, handletextpad=0.1)
     return figure
