@@ -13,7 +13,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
 from millprint.job import job
 
-COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
+CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 
 
 def main(
@@ -33,7 +33,7 @@ def main(
     write_table(average_curves(descriptors), output.means)
     fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval)
     fills = fill_grid(descriptors["fill_ratio"].unique(), smooth_points)
-    write_table(fingerprint.curve(fills)[COLUMNS], output.curves)
+    write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)
     write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), interval), output.exponents)

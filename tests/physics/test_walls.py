@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millprint.kernel import kernel
-from millprint.mill.motion import build_motion
+from millprint.mill.motion import motion_from_law
 from millprint.mill.walls import build_walls, touch
 from tests.physics.setups import CALIBRATED, World, box, prism
 
@@ -87,7 +87,7 @@ def test_a_ball_bounces_off_a_convex_edge_as_off_a_sphere_of_no_radius():
 
 @pytest.mark.parametrize("name", ["emax", "emax_motion1", "emax_motion2", "emax_post"])
 def test_wall_velocity_is_the_rate_of_change_of_position(name, mills):
-    motion = build_motion(mills[name], 300)
+    motion = motion_from_law(mills[name].motion, 300)
     time_s, h = np.linspace(0.001, 0.4, 97), 1e-6
     rate = (motion.position(time_s + h) - motion.position(time_s - h)) / (2 * h)
     assert motion.velocity(time_s) == pytest.approx(rate, abs=1e-7)

@@ -8,14 +8,14 @@ import pytest
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.kernel import kernel
-from millprint.mill.motion import build_motion, stack_motions, write_poses
+from millprint.mill.motion import motion_from_law, stack_motions, write_poses
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 TIME = np.linspace(0, 0.4, 201)
 
 
 def motion(name: str, speed: float = 300):
-    return build_motion(load_named(MILLS, name, MillConfig, "mill"), speed)
+    return motion_from_law(load_named(MILLS, name, MillConfig, "mill").motion, speed)
 
 
 def test_circle():

@@ -66,7 +66,7 @@ class _View:
 
 
 class Animation:
-    """A figure with a panel for each view to one scale, of which only balls, jar and clock are drawn anew."""
+    """A figure with a panel for each view to one scale, of which only balls, jar and clock are redrawn."""
 
     def __init__(self, movie: Movie) -> None:
         self._movie = movie
@@ -131,7 +131,7 @@ def _glint(colours: np.ndarray) -> np.ndarray:
 
 
 def _palette() -> Image.Image:
-    """What is drawn, and what lies between it and the ink; the same for every frame, so that nothing flickers."""
+    """The colours that are drawn and their blends with the ink, the same for every frame so that nothing flickers."""
     ink, balls = np.array([*to_rgb(INK), 1]), SPEEDS(np.arange(SPEEDS.N))
     # Not closer: Pillow looks colours up on a lattice of four levels and would take paper for a light grey.
     greys = np.repeat(np.linspace(0, 1, 33)[:, None], 4, axis=1)

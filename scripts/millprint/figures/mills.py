@@ -61,7 +61,7 @@ def draw_strip(axes: list[Axes], picture: MillPicture) -> None:
 
 
 def plot_motion(picture: MillPicture) -> Figure:
-    """Eight moments of one turn of the mill, seen from where its motion shows most."""
+    """Eight moments of one turn of the mill, in the view that shows most of its motion."""
     size = np.ptp(picture.strip_limits_mm, axis=0)
     height = min(6.5, 0.8 + 2 * (COLUMN_WIDTH_IN - 0.6) / 4 * size[1] / size[0])
     figure, axes = plt.subplots(2, 4, figsize=(COLUMN_WIDTH_IN, max(height, 1.6)))
@@ -134,9 +134,9 @@ def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFr
     draw_strip(list(strip.subplots(2, 4).flat), picture)
     left, right = _lines_of(sheet)
     text = middle.subplots(1, 2)
-    for axis, words in zip(text, (left, right), strict=True):
+    for axis, column in zip(text, (left, right), strict=True):
         axis.axis("off")
-        axis.text(0, 1, words, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+        axis.text(0, 1, column, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, PANELS, strict=True):
         _draw_conditions(axis, quantity, descriptors, curves)

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from millprint.config.mill import InsertConfig, MillConfig
+from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
-from millprint.mill.motion import Motion, build_motion, motion_from_law
+from millprint.mill.motion import Motion, motion_from_law
 from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_facets
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72
 # Samples along an edge in that check: a body may cross another without a vertex inside it.
 EDGE_SAMPLES = 9
-# Bodies that move as one may overlap by this share of the vessel's size; others must be apart by as much.
+# Bodies that move together may overlap by this share of the vessel's size; others must be apart by as much.
 TOUCH = 1e-6
 # A bound on the poses that the check looks at, for bodies whose speeds are far apart.
 POSES_MAX = 2000
@@ -42,21 +42,18 @@ class Body:
 
 
 def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
-    """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a shape that does not hold.
+    """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a refused shape.
 
     An insert without a motion of its own moves with the vessel.
     """
-    motion = build_motion(mill, speed_rpm)
+    motion = motion_from_law(mill.motion, speed_rpm)
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
+        place = f"{_place(mill)}: inserts.{index}.geometry"
+        solid = Vessel(shape_facets(insert.geometry, place, solid=True), place, solid=True)
         own = motion if insert.motion is None else motion_from_law(insert.motion, speed_rpm)
-        bodies.append(Body(insert.name, build_insert(insert, f"{_place(mill)}: inserts.{index}.geometry"), own))
+        bodies.append(Body(insert.name, solid, own))
     return bodies
-
-
-def build_insert(insert: InsertConfig, place: str) -> Vessel:
-    """The solid of an insert in its body frame; place: file and key for refusals. Raises ConfigError."""
-    return Vessel(shape_facets(insert.geometry, place, solid=True), place, solid=True)
 
 
 def _place(mill: MillConfig) -> str:
@@ -114,20 +111,20 @@ def _samples(vessel: Vessel) -> np.ndarray:
 def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     """Raise ConfigError where an insert leaves the vessel or meets a wall at any time of a turn of the mill.
 
-    bodies: those of the mill at CHECK_RPM. Points on the edges of each body are held against every other body; bodies
-    that move as one may touch.
+    bodies: those of the mill at CHECK_RPM. Points on the edges of each body are checked against every other body.
+    Bodies that move together may touch.
     """
     laws = {"vessel": mill.motion, **{insert.name: insert.motion or mill.motion for insert in mill.inserts}}
     times = _check_times(mill)
     for body, other in itertools.permutations(bodies, 2):
-        as_one = laws[body.name] == laws[other.name]
+        together = laws[body.name] == laws[other.name]
         # Where balls can be the distance is negative; so it must be at the points of another body.
-        allowed = (TOUCH if as_one else -TOUCH) * bodies[0].vessel.size
-        met = _first_meeting(body, other, times[:1] if as_one else times, allowed)
+        allowed = (TOUCH if together else -TOUCH) * bodies[0].vessel.size
+        met = _first_meeting(body, other, times[:1] if together else times, allowed)
         if met:
             turns, at = met
             first, second = (other, body) if body is bodies[0] else (body, other)
-            when = "" if as_one else f" after {turns:.3g} turns"
+            when = "" if together else f" after {turns:.3g} turns"
             raise ConfigError(
                 f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
                 f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm{when}; inserts must lie inside the "
@@ -138,7 +135,7 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
 def _first_meeting(body: Body, other: Body, times: np.ndarray, allowed: float) -> tuple[float, np.ndarray] | None:
     """The first of some times [s] at which a point of `body` comes as far as `allowed` into `other`, and the point.
 
-    A distance changes by no more than its point moves, so it is computed anew only where that could matter.
+    A distance changes by no more than its point moves, so it is computed again only where that could matter.
     """
     points, distance_of = _samples(body.vessel), signed_distance(other.vessel)
     seen, distance = np.zeros_like(points), np.full(len(points), np.inf)

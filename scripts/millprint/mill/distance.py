@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.kernel import array_maker, inlined
-from millprint.mill.vectors import add_scaled, dot, row, subtract
+from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel
 
 
@@ -15,11 +15,11 @@ class _Surface(NamedTuple):
 
     normal: np.ndarray  # (f, 3) inward
     offset: np.ndarray  # (f,)
+    axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,)
     start: np.ndarray  # (s, 3)
     along: np.ndarray  # (s, 3) unit vectors
     length: np.ndarray  # (s,)
-    axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     flat: np.ndarray  # (s, 4) start u, v and end u, v along the axes
     side_normal: np.ndarray  # (s, 3) sum of the two facets' normals
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
@@ -45,19 +45,10 @@ def _surface(vessel: Vessel) -> _Surface:
                 corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
                 rows.append((point, along[k], length[k], flat[k], side_normal, key))
         first.append(len(rows))
-    starts, sides, lengths, flats, side_normals, keys = zip(*rows, strict=True)
-    return _Surface(
-        np.array([facet.normal for facet in vessel.facets]),
-        np.array([facet.offset for facet in vessel.facets]),
-        np.array(first),
-        np.array(starts),
-        np.array(sides),
-        np.array(lengths),
-        np.array([facet.axes for facet in vessel.facets]),
-        np.array(flats),
-        np.array(side_normals),
-        np.array([corner_sum[key] for key in keys]),
-    )
+    *sides, keys = zip(*rows, strict=True)
+    planes = zip(*((facet.normal, facet.offset, facet.axes) for facet in vessel.facets), strict=True)
+    columns = (*planes, first, *sides, [corner_sum[key] for key in keys])
+    return _Surface(*map(np.array, columns))
 
 
 @inlined()
@@ -113,7 +104,7 @@ def _signed_distance(surface, points):
             if _over_facet(surface, facet, point):
                 best = height * height
                 normal = row(surface.normal, facet)
-                away = (height * normal[0], height * normal[1], height * normal[2])
+                away = scale(height, normal)
                 sign = -1.0 if height >= 0 else 1.0
                 if height == 0.0:
                     away = normal
@@ -134,7 +125,7 @@ def _signed_distance(surface, points):
 class SignedDistance:
     """Signed distance to the walls of a body, in its frame: zero on the wall, negative where the balls are.
 
-    That is inside a vessel, and outside a solid.
+    Balls are inside a vessel, and outside a solid.
     """
 
     def __init__(self, vessel: Vessel) -> None:
@@ -149,5 +140,5 @@ class SignedDistance:
 
 @lru_cache(maxsize=32)
 def signed_distance(vessel: Vessel) -> SignedDistance:
-    """The signed distance of a body, made once for as long as it is in use."""
+    """The signed distance of a body, kept for the bodies used last."""
     return SignedDistance(vessel)

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.config.mill import MillConfig
 from millprint.config.motion import MotionSection, motion_kind
 from millprint.kernel import inlined
 from millprint.mill.path import (
@@ -162,11 +161,6 @@ def motion_from_law(law: MotionSection, speed_rpm: float) -> Motion:
         pivot = np.array(drive.pivot_mm, dtype=float) / 1e3
         motion = Motion(harmonics, frequency, axis / np.linalg.norm(axis), pivot, drive.turns * w, swing)
     return motion if frequency > 0 else motion.at_rest()
-
-
-def build_motion(mill: MillConfig, speed_rpm: float) -> Motion:
-    """The motion of a mill's vessel at a speed [rpm]."""
-    return motion_from_law(mill.motion, speed_rpm)
 
 
 class Motions(NamedTuple):

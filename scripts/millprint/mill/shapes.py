@@ -19,6 +19,9 @@ from millprint.config.geometry import (
     StlGeometry,
 )
 
+# Which ends of a profile have a fillet: the top, the bottom.
+_ROUNDED = {"none": (False, False), "bottom": (False, True), "both": (True, True)}
+
 # The outlines (k, 3) of one facet [m]: the outer one first, then holes.
 Loops = list[np.ndarray]
 
@@ -39,13 +42,13 @@ def fillet_profile(height: float, fillet: float, facets: int, ends: str) -> list
     """Insets from the side and levels of the rings, from the top at `height` down to 0, all in one unit.
 
     ends: "none", "bottom" or "both", the ends whose edge is rounded with the radius `fillet` in `facets` steps. The
-    rings lie on the smooth fillet.
+    rings lie on the smooth fillet. Raises KeyError for other ends.
     """
     angle = np.linspace(0, np.pi / 2, facets + 1)
     rounded = [(fillet * (1 - np.cos(a)), fillet * (1 - np.sin(a))) for a in angle]
-    lower = rounded if fillet and ends in ("bottom", "both") else [(0.0, 0.0)]
-    upper = [(inset, height - level) for inset, level in rounded[::-1]] if fillet and ends == "both" else []
-    levels = [*upper, *lower] if upper else [(0.0, height), *lower]
+    top, bottom = _ROUNDED[ends]
+    upper = [(inset, height - level) for inset, level in rounded[::-1]] if fillet and top else [(0.0, height)]
+    levels = [*upper, *(rounded if fillet and bottom else [(0.0, 0.0)])]
     # A sphere, or a cup as deep as its fillet, has no straight part between the rounded ones.
     return [levels[0], *(low for high, low in itertools.pairwise(levels) if high[1] - low[1] > 1e-12 * height)]
 
@@ -59,13 +62,13 @@ def loft(rings: list[np.ndarray]) -> list[list[np.ndarray]]:
     facets = []
     for upper, lower in itertools.pairwise(rings):
         for k in range(max(len(upper), len(lower))):
-            following = (k + 1) % max(len(upper), len(lower))
+            # A ring of a single point is its own next point.
+            following = [ring[(k + 1) % len(ring)] for ring in (upper, lower)]
+            corners = [upper[k % len(upper)], following[0], following[1], lower[k % len(lower)]]
+            if len(upper) == 1:
+                del corners[1]
             if len(lower) == 1:
-                corners = [upper[k], upper[following], lower[0]]
-            elif len(upper) == 1:
-                corners = [upper[0], lower[following], lower[k]]
-            else:
-                corners = [upper[k], upper[following], lower[following], lower[k]]
+                del corners[-1]
             facets.append([np.array(corners)])
     if len(rings[-1]) > 1:
         facets.append([rings[-1]])

@@ -44,7 +44,7 @@ class Walls(NamedTuple):
 
 
 def _reach(edge: Edge, radius: float, overlap: float) -> float:
-    """How far a facet goes on behind a seam: to where the other facet's overlap is at its bound [m]."""
+    """How far a facet extends behind a seam [m]: to where the overlap with the other facet is at its bound."""
     turn = abs(edge.turn)
     if edge.turn > 1e-9:
         return 0.0
@@ -54,8 +54,8 @@ def _reach(edge: Edge, radius: float, overlap: float) -> float:
 
 
 def _sides(vessel: Vessel, radius: float, overlap: float) -> tuple[np.ndarray, np.ndarray]:
-    """First side of each facet, and the sides in the facets' own axes."""
-    first, sides = [0], []
+    """Number of sides of each facet (f,), and the sides (s, 8) in the facets' own axes (see `Walls.side`)."""
+    counts, sides = [], []
     for facet in vessel.facets:
         axes = np.array(facet.axes).T
         for loop in facet.loops:
@@ -64,8 +64,8 @@ def _sides(vessel: Vessel, radius: float, overlap: float) -> tuple[np.ndarray, n
                 length = float(np.linalg.norm(end - start))
                 reach = _reach(vessel.edge_between(loop[k], loop[(k + 1) % len(loop)]), radius, overlap)
                 sides.append([*start, *(end - start) / length, length, reach, *end])
-        first.append(len(sides))
-    return np.array(first), np.array(sides)
+        counts.append(sum(map(len, facet.loops)))
+    return np.array(counts), np.array(sides)
 
 
 def _edge_rows(vessel: Vessel) -> np.ndarray:
@@ -100,12 +100,11 @@ def _body_numbers(bodies: Sequence[Vessel]) -> np.ndarray:
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
     """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
-    margin: how far a ball may move before the lists are made anew [m]; overlap: bound on any overlap [m];
+    margin: how far a ball may move before the lists are rebuilt [m]; overlap: bound on any overlap [m];
     pitch: size of the grids' cells [m].
     """
-    parts = [_sides(body, radius, overlap) for body in bodies]
-    side = np.concatenate([sides for _, sides in parts])
-    first_side = np.cumsum(np.concatenate([[0], *(np.diff(first) for first, _ in parts)]))
+    counts, sides = zip(*(_sides(body, radius, overlap) for body in bodies), strict=True)
+    side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
     corners = [corner for body in bodies for corner in body.corners]
     origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
@@ -181,8 +180,7 @@ def beyond_side(axes, first_side, side, facet, point, margin):
 
     The reach is that of the nearest side, or the smallest of all sides that could become the nearest within `margin`.
     """
-    u = axes[facet, 0, 0] * point[0] + axes[facet, 0, 1] * point[1] + axes[facet, 0, 2] * point[2]
-    v = axes[facet, 1, 0] * point[0] + axes[facet, 1, 1] * point[1] + axes[facet, 1, 2] * point[2]
+    u, v = dot(row(axes[facet], 0), point), dot(row(axes[facet], 1), point)
     nearest = 1e300
     reach = 0.0
     inside = False
@@ -281,13 +279,16 @@ def near(walls, feature, point, radius, margin):
 @inlined()
 def cell_of(walls, body, point):
     """Index of the cell of a body's grid that holds `point` (body frame); -1 outside the grid."""
-    x = math.floor((point[0] - walls.grid_origin[body, 0]) / walls.grid_pitch)
-    y = math.floor((point[1] - walls.grid_origin[body, 1]) / walls.grid_pitch)
-    z = math.floor((point[2] - walls.grid_origin[body, 2]) / walls.grid_pitch)
-    shape = walls.grid_shape
-    if x < 0 or y < 0 or z < 0 or x >= shape[body, 0] or y >= shape[body, 1] or z >= shape[body, 2]:
+    shape = row(walls.grid_shape, body)
+    away = subtract(point, row(walls.grid_origin, body))
+    x, y, z = (
+        math.floor(away[0] / walls.grid_pitch),
+        math.floor(away[1] / walls.grid_pitch),
+        math.floor(away[2] / walls.grid_pitch),
+    )
+    if x < 0 or y < 0 or z < 0 or x >= shape[0] or y >= shape[1] or z >= shape[2]:
         return -1
-    return walls.grid_first[body] + int((x * shape[body, 1] + y) * shape[body, 2] + z)
+    return walls.grid_first[body] + int((x * shape[1] + y) * shape[2] + z)
 
 
 @array_maker()
@@ -301,11 +302,8 @@ def fill_cells(walls, radius, margin):
         features = np.flatnonzero(walls.body == body)
         shape = (walls.grid_shape[body, 0], walls.grid_shape[body, 1], walls.grid_shape[body, 2])
         for place in np.ndindex(shape):
-            middle = (
-                walls.grid_origin[body, 0] + (place[0] + 0.5) * pitch,
-                walls.grid_origin[body, 1] + (place[1] + 0.5) * pitch,
-                walls.grid_origin[body, 2] + (place[2] + 0.5) * pitch,
-            )
+            half = (place[0] + 0.5, place[1] + 0.5, place[2] + 0.5)
+            middle = add_scaled(row(walls.grid_origin, body), pitch, half)
             for feature in features:
                 closeness = near(walls, feature, middle, radius, margin)
                 if closeness:

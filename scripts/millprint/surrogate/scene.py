@@ -9,7 +9,7 @@ import numpy as np
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
-from millprint.mill.motion import build_motion
+from millprint.mill.motion import motion_from_law
 from millprint.mill.vessel import build_vessel
 from millprint.surrogate.trajectory import read_attributes
 
@@ -76,7 +76,7 @@ def read_scene(run: str | Path) -> Scene:
     attributes = read_attributes(run)
     mill, case, contact = attributes["mill"], attributes["case"], attributes["contact"]
     config = MillConfig(**mill)
-    motion = build_motion(config, case["speed_rpm"])
+    motion = motion_from_law(config.motion, case["speed_rpm"])
     if motion.turns:
         raise ConfigError(f"{run}: mill {config.name} turns; the surrogate knows vessels that only translate")
     if config.inserts:

@@ -53,21 +53,26 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Picture:
-    """One view at one time, everything from the back to the front.
+class Drawing:
+    """The bodies in one view at one time, from the back to the front.
 
     wall_mm (t, 3, 2) triangles that face the eye, with how squarely they do, wall_shade (t,), 1 for head on;
-    outline_mm (k, 2, 2); centre_mm (balls, 2) and speed_m_s (balls,); jar_mm (2,) the jar's middle; insert_mm
-    (j, 2, 2) lines of the inserts, which show through the balls.
+    outline_mm (k, 2, 2) lines of the vessel and insert_mm (j, 2, 2) of the inserts, which show through the balls.
     """
 
     wall_mm: np.ndarray
     wall_shade: np.ndarray
     outline_mm: np.ndarray
+    insert_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Picture(Drawing):
+    """The bodies and the balls in one view: centre_mm (balls, 2), speed_m_s (balls,), jar_mm (2,) the jar's middle."""
+
     centre_mm: np.ndarray
     speed_m_s: np.ndarray
     jar_mm: np.ndarray
-    insert_mm: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -224,15 +229,12 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
     return Snapshots(file, stride, first, max(last, first + 1))
 
 
-def draw_bodies(
-    view: View, shapes: list[Shape], vertices: list[np.ndarray], rotations: list[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What a view shows of the vessel and of the inserts in it: triangles, how squarely they face the eye, the lines
-    of the vessel, and those of the inserts. vertices (v, 3) [m] in the laboratory and rotations (3, 3), one a body."""
+def draw_bodies(view: View, shapes: list[Shape], vertices: list[np.ndarray], rotations: list[np.ndarray]) -> Drawing:
+    """The vessel and its inserts in a view; vertices (v, 3) [m] in the laboratory and a rotation for each body."""
     seen = [shape.seen(view, *pose) for shape, *pose in zip(shapes, vertices, rotations, strict=True)]
-    wall, shade = (np.concatenate([part[k] for part in seen]) for k in (0, 1))
-    inserts = np.concatenate([np.empty((0, 2, 2)), *(part[2] for part in seen[1:])])
-    return wall, shade, seen[0][2], inserts
+    walls, shades, lines = zip(*seen, strict=True)
+    inserts = np.concatenate([np.empty((0, 2, 2)), *lines[1:]])
+    return Drawing(np.concatenate(walls), np.concatenate(shades), lines[0], inserts)
 
 
 def _picture(
@@ -247,5 +249,7 @@ def _picture(
     vertices = [shape.vertices_m @ turn.T + place for shape, turn, place in zip(shapes, turns, places, strict=True)]
     middle = turns[0] @ shapes[0].middle_m + places[0]
     order = np.argsort(view.nearness(position))
-    wall, shade, outline, inserts = draw_bodies(view, shapes, vertices, turns)
-    return Picture(wall, shade, outline, view.flat(position[order]), speed[order], view.flat(middle), inserts)
+    drawing = draw_bodies(view, shapes, vertices, turns)
+    return Picture(
+        **vars(drawing), centre_mm=view.flat(position[order]), speed_m_s=speed[order], jar_mm=view.flat(middle)
+    )

@@ -6,7 +6,7 @@ import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies
-from millprint.view.frames import VIEWS, Shape, View, draw_bodies
+from millprint.view.frames import VIEWS, Drawing, Shape, View, draw_bodies
 
 FRAMES = 8
 PATH_POINTS = 361
@@ -15,13 +15,9 @@ MARGIN = 0.06
 
 
 @dataclass(frozen=True)
-class Look:
-    """A mill in one view at one moment: walls (t, 3, 2), shade (t,), outlines (k, 2, 2) of vessel and inserts [mm]."""
+class Look(Drawing):
+    """A mill in one view at one moment, with the marked point mark_mm (2,)."""
 
-    wall_mm: np.ndarray
-    wall_shade: np.ndarray
-    outline_mm: np.ndarray
-    insert_mm: np.ndarray
     mark_mm: np.ndarray
 
 
@@ -45,9 +41,9 @@ class MillPicture:
 
 def _look(view: View, bodies: list[Body], shapes: list[Shape], mark: tuple[int, np.ndarray], turn: float) -> Look:
     vertices = [body.to_laboratory(shape.vertices_m, turn) for body, shape in zip(bodies, shapes, strict=True)]
-    wall, shade, outline, inserts = draw_bodies(view, shapes, vertices, [b.motion.rotation(turn) for b in bodies])
+    drawing = draw_bodies(view, shapes, vertices, [body.motion.rotation(turn) for body in bodies])
     body, point = mark
-    return Look(wall, shade, outline, inserts, view.flat(bodies[body].to_laboratory(point[None], turn))[0])
+    return Look(**vars(drawing), mark_mm=view.flat(bodies[body].to_laboratory(point[None], turn))[0])
 
 
 def _limits(view: View, points: np.ndarray) -> np.ndarray:
