@@ -115,7 +115,7 @@ def test_cases_must_be_simulated_when_they_are_read(content):
     check_surrogate_cases(alone, swept(config, window_s=longest, snapshot_interval_s=1e-4), "config.yaml")
     with pytest.raises(ConfigError, match="at least"):
         check_surrogate_cases(alone, swept(config, window_s=longest - 0.1, snapshot_interval_s=1e-4), "config.yaml")
-    with pytest.raises(ConfigError, match=r"snapshots from 0\.6 s .* wanted from 0 s"):
+    with pytest.raises(ConfigError, match=r"snapshots from 0\.6 s .* needed from 0 s"):
         late = swept(config, discard_s=0.6, window_s=longest, snapshot_interval_s=1e-4)
         check_surrogate_cases(alone, late, "config.yaml")
     with pytest.raises(ConfigError, match="snapshot_interval_s"):

@@ -18,7 +18,9 @@ TRUTH = "truth_value"
 class Section(BaseModel):
     """A mapping in a YAML file: unknown keys, NaN, infinity, and truth values for numbers or texts are refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=True, use_attribute_docstrings=True
+    )
 
     @model_validator(mode="before")
     @classmethod

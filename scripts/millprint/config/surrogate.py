@@ -18,11 +18,12 @@ FIRST_STATES_S = 0.1
 class SnapshotConfig(Section):
     """Which simulations are learned from. Every row of a case before `train_until_s` is for training."""
 
-    cases: list[str] = Field(min_length=1, description="DEM cases with snapshots, as MILL/CONTACT/NAME")
-    train_until_s: Positive = Field(description="time since the start of motion up to which snapshots train [s]")
-    validation_until_s: Positive = Field(
-        description="snapshots from train_until_s to here give the validation loss and nothing else [s]"
-    )
+    cases: list[str] = Field(min_length=1)
+    """DEM cases with snapshots, as MILL/CONTACT/NAME"""
+    train_until_s: Positive
+    """time since the start of motion up to which snapshots train [s]"""
+    validation_until_s: Positive
+    """snapshots from train_until_s to here give the validation loss and nothing else [s]"""
 
     @model_validator(mode="after")
     def _validation_follows(self) -> "SnapshotConfig":
@@ -36,77 +37,78 @@ class SnapshotConfig(Section):
 class GraphConfig(Section):
     """What the network is given and asked for (thesis Table 6.2)."""
 
-    window: Count = Field(default=7, description="snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]")
-    acceleration: Literal["finite_difference", "net_force"] = Field(
-        default="finite_difference",
-        description="target: (v[n+1] - v[n]) / dt, or the net force of the instant over the mass",
-    )
+    window: Count = 7
+    """snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]"""
+    acceleration: Literal["finite_difference", "net_force"] = "finite_difference"
+    """target: (v[n+1] - v[n]) / dt, or the net force of the instant over the mass"""
 
 
 class EdgeConfig(Section):
     """Which balls are joined by edges, and to the wall (thesis Sec. 6.2.2)."""
 
-    training: Literal["contacts", "thresholds"] = Field(
-        default="contacts",
-        description="edges while training: the contacts that the DEM reports, or the thresholds of the roll-out",
-    )
-    wall_threshold_m: float = Field(lt=0, description="phi_pw: a signed distance above it makes a wall edge [m]")
-    ball_threshold_m: Positive = Field(description="r_c: two balls nearer than this are joined [m]")
-    ball_threshold_reading: Literal["surface_gap", "centre_distance"] = Field(
-        default="surface_gap",
-        description="what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)",
-    )
+    training: Literal["contacts", "thresholds"] = "contacts"
+    """edges while training: the contacts that the DEM reports, or the thresholds of the roll-out"""
+    wall_threshold_m: float = Field(lt=0)
+    """phi_pw: a signed distance above it makes a wall edge [m]"""
+    ball_threshold_m: Positive
+    """r_c: two balls nearer than this are joined [m]"""
+    ball_threshold_reading: Literal["surface_gap", "centre_distance"] = "surface_gap"
+    """what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)"""
 
 
 class NetworkConfig(Section):
     """Size of the network (thesis Table 6.3)."""
 
-    width: Count = Field(default=256, description="neurons of each hidden layer and of the embeddings [-]")
-    mlp_layers: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        default=4, description="linear layers of each multi-layer perceptron [-]"
-    )
-    interaction_layers: Count = Field(default=1, description="rounds of message passing L_p [-]")
+    width: Count = 256
+    """neurons of each hidden layer and of the embeddings [-]"""
+    mlp_layers: Annotated[int, Field(ge=2, le=100_000)] = 4
+    """linear layers of each multi-layer perceptron [-]"""
+    interaction_layers: Count = 1
+    """rounds of message passing L_p [-]"""
 
 
 class TrainingConfig(Section):
     """Loss, optimiser and budget (thesis Eqs 6.28 to 6.30 and Sec. 6.2.2)."""
 
-    huber_delta: Positive = Field(default=2.0, description="threshold delta of the Huber loss, Eq. 6.30 [-]")
-    acceleration_weight: NonNegative = Field(
-        default=3.0, description="alpha, weight of the acceleration loss, Eq. 6.28 [-]"
-    )
-    dissipation_weight: NonNegative = Field(
-        default=1.0, description="weight of the dissipation loss, 1 in Eq. 6.28 [-]"
-    )
-    velocity_noise: NonNegative = Field(
-        default=0.005, description="standard deviation of noise on normalised velocities [-]"
-    )
-    epochs: Count = Field(default=40, description="epochs over which the learning rate decays [-]")
-    snapshots_per_epoch: Count = Field(
-        default=4500, description="snapshots drawn in an epoch; all of them where there are fewer [-]"
-    )
-    batch_size: Count = Field(default=32, description="snapshots in a batch [-]")
-    learning_rate: Positive = Field(default=1e-3, description="of Adam at the first step [-]")
-    final_learning_rate: Positive = Field(
-        default=1e-5, description="of Adam at the last step, reached exponentially [-]"
-    )
-    wall_time_max_s: Positive = Field(default=1500.0, description="training stops here even if epochs are left [s]")
-    threads: Count = Field(default=1, description="threads of the job, as far as there are cores [-]")
-    checkpoint_every_s: Positive = Field(
-        default=30.0, description="time between checkpoints, from which a killed job goes on [s]"
-    )
-    validation_snapshots: Count = Field(default=512, description="snapshots in the validation loss [-]")
-    seed: Seed = Field(default=0, description="of the weights, the order of snapshots and the noise")
+    huber_delta: Positive = 2.0
+    """threshold delta of the Huber loss, Eq. 6.30 [-]"""
+    acceleration_weight: NonNegative = 3.0
+    """alpha, weight of the acceleration loss, Eq. 6.28 [-]"""
+    dissipation_weight: NonNegative = 1.0
+    """weight of the dissipation loss, 1 in Eq. 6.28 [-]"""
+    velocity_noise: NonNegative = 0.005
+    """standard deviation of noise on normalised velocities [-]"""
+    epochs: Count = 40
+    """epochs over which the learning rate decays [-]"""
+    snapshots_per_epoch: Count = 4500
+    """snapshots drawn in an epoch; all of them where there are fewer [-]"""
+    batch_size: Count = 32
+    """snapshots in a batch [-]"""
+    learning_rate: Positive = 1e-3
+    """of Adam at the first step [-]"""
+    final_learning_rate: Positive = 1e-5
+    """of Adam at the last step, reached exponentially [-]"""
+    wall_time_max_s: Positive = 1500.0
+    """training stops here even if epochs are left [s]"""
+    threads: Count = 1
+    """threads of the job, as far as there are cores [-]"""
+    checkpoint_every_s: Positive = 30.0
+    """time between checkpoints, from which a killed job goes on [s]"""
+    validation_snapshots: Count = 512
+    """snapshots in the validation loss [-]"""
+    seed: Seed = 0
+    """of the weights, the order of snapshots and the noise"""
 
 
 class RollOutConfig(Section):
     """The recursive stage (thesis Sec. 6.2.2)."""
 
-    snap_back_m: Annotated[float, Field(lt=0)] | None = Field(
-        description="phi_sb: a ball with a signed distance above it is put back to it; never, if null [m]"
-    )
-    length_s: Positive = Field(default=15.0, description="physical time of a roll-out [s]")
-    frame_interval_s: Positive = Field(default=0.001, description="time between the states that are kept [s]")
+    snap_back_m: Annotated[float, Field(lt=0)] | None
+    """phi_sb: a ball with a signed distance above it is put back to it; never, if null [m]"""
+    length_s: Positive = 15.0
+    """physical time of a roll-out [s]"""
+    frame_interval_s: Positive = 0.001
+    """time between the states that are kept [s]"""
 
 
 class ScenarioConfig(Section):
@@ -116,22 +118,20 @@ class ScenarioConfig(Section):
         description="DEM case that gives the first states, as MILL/CONTACT/NAME, with snapshots as far apart as those "
         "of the training; also the truth, if `truth` is left out"
     )
-    truth: str | None = Field(default=None, description="the same run at and after the first start, with more time")
-    twin: str | None = Field(
-        default=None, description="the truth with a disturbance at the first start: how fast two DEM runs part"
-    )
-    other_seed: str = Field(description="the same case with another seed: how far two DEM runs differ")
-    original: str | None = Field(
-        default=None, description="DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"
-    )
-    driven: str | None = Field(
-        default=None,
-        description="makes this a test of a jar at rest: the DEM case in motion whose dissipation is the measure",
-    )
-    starts_s: list[NonNegative] = Field(
-        min_length=1, description="times that roll-outs start from, rolled out as one batch [s]"
-    )
-    length_s: Positive | None = Field(default=None, description="longest roll-out of this test [s]")
+    truth: str | None = None
+    """the same run at and after the first start, with more time"""
+    twin: str | None = None
+    """the truth with a disturbance at the first start: how fast two DEM runs part"""
+    other_seed: str
+    """the same case with another seed: how far two DEM runs differ"""
+    original: str | None = None
+    """DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"""
+    driven: str | None = None
+    """makes this a test of a jar at rest: the DEM case in motion whose dissipation is the measure"""
+    starts_s: list[NonNegative] = Field(min_length=1)
+    """times that roll-outs start from, rolled out as one batch [s]"""
+    length_s: Positive | None = None
+    """longest roll-out of this test [s]"""
 
     def runs(self) -> dict[str, str]:
         """The DEM cases that a roll-out is measured against, by what they are to it."""
@@ -143,40 +143,46 @@ class ScenarioConfig(Section):
 class TimingConfig(Section):
     """How the wall clock of a roll-out is measured, and that of our DEM beside it in the same job."""
 
-    cases: list[str] = Field(min_length=1, description="DEM cases with snapshots to start from, as MILL/CONTACT/NAME")
-    start_s: NonNegative = Field(default=0.2, description="time of motion that the timed roll-outs start from [s]")
-    steps: Count = Field(
-        default=10_000, description="steps that are timed, after as many again up to 50 to warm up [-]"
-    )
-    batches: list[Count] = Field(default=[1, 32], min_length=1, description="numbers of trajectories in a batch [-]")
-    dem_s: Positive = Field(default=1.0, description="time of motion over which our DEM is timed [s]")
+    cases: list[str] = Field(min_length=1)
+    """DEM cases with snapshots to start from, as MILL/CONTACT/NAME"""
+    start_s: NonNegative = 0.2
+    """time of motion that the timed roll-outs start from [s]"""
+    steps: Count = 10_000
+    """steps that are timed, after as many again up to 50 to warm up [-]"""
+    batches: list[Count] = Field([1, 32], min_length=1)
+    """numbers of trajectories in a batch [-]"""
+    dem_s: Positive = 1.0
+    """time of motion over which our DEM is timed [s]"""
 
 
 class MovieConfig(Section):
     """Animations of a roll-out beside the simulation, from its start."""
 
-    length_s: Positive = Field(default=0.4, description="time of motion that is shown, as far as the roll-out goes [s]")
-    frame_interval_s: Positive = Field(default=0.008, description="time of motion between two frames [s]")
-    frames_per_second: Annotated[int, Field(ge=1, le=50)] = Field(
-        default=15, description="frames shown in a second [1/s]"
-    )
+    length_s: Positive = 0.4
+    """time of motion that is shown, as far as the roll-out goes [s]"""
+    frame_interval_s: Positive = 0.008
+    """time of motion between two frames [s]"""
+    frames_per_second: Annotated[int, Field(ge=1, le=50)] = 15
+    """frames shown in a second [1/s]"""
 
 
 class VariantConfig(Section):
     """A surrogate: what tells it from the sections of the same names, key by key."""
 
-    kind: Literal["graph", "contact"] = Field(
-        default="graph", description="graph network on balls, or pairs solved and their coupling learned (`contact`)"
-    )
-    weights_of: Name | None = Field(
-        default=None,
-        description="variant (or, for an ablation, ablation) whose weights are rolled out; its own if left out",
-    )
-    graph: dict[str, Value] = Field(default={}, description="keys of `graph` to override")
-    edges: dict[str, Value] = Field(default={}, description="keys of `edges` to override")
-    network: dict[str, Value] = Field(default={}, description="keys of `network` to override")
-    training: dict[str, Value] = Field(default={}, description="keys of `training` to override")
-    rollout: dict[str, Value] = Field(default={}, description="keys of `rollout` to override")
+    kind: Literal["graph", "contact"] = "graph"
+    """graph network on balls, or pairs solved and their coupling learned (`contact`)"""
+    weights_of: Name | None = None
+    """variant (or, for an ablation, ablation) whose weights are rolled out; its own if left out"""
+    graph: dict[str, Value] = Field({})
+    """keys of `graph` to override"""
+    edges: dict[str, Value] = Field({})
+    """keys of `edges` to override"""
+    network: dict[str, Value] = Field({})
+    """keys of `network` to override"""
+    training: dict[str, Value] = Field({})
+    """keys of `training` to override"""
+    rollout: dict[str, Value] = Field({})
+    """keys of `rollout` to override"""
 
 
 class Recipe(Section):
@@ -185,7 +191,8 @@ class Recipe(Section):
     graph: GraphConfig
     network: NetworkConfig
     training: TrainingConfig
-    edges: EdgeConfig | None = Field(default=None, description="thresholds; None where DEM contacts are the edges")
+    edges: EdgeConfig | None = None
+    """thresholds; None where DEM contacts are the edges"""
 
 
 class Variant(Section):
@@ -220,19 +227,16 @@ class SurrogateConfig(Section):
     training: TrainingConfig = TrainingConfig()
     rollout: RollOutConfig
     contact: ContactSurrogateConfig
-    variants: dict[Name, VariantConfig] = Field(
-        min_length=1, description="surrogates that `all` trains, by name; null leaves one out"
-    )
-    ablations: dict[Name, VariantConfig] = Field(
-        default={}, description="surrogates of the target `ablations`, by name"
-    )
-    ablation_budget: VariantConfig = Field(
-        default_factory=VariantConfig, description="overrides for every ablation, below its own"
-    )
-    tests: dict[Name, ScenarioConfig] = Field(
-        min_length=1, description="motions and geometries to roll out, by name; null leaves one out"
-    )
-    trained_test: Name = Field(description="the test on the motion of the training: what ablations and timings use")
+    variants: dict[Name, VariantConfig] = Field(min_length=1)
+    """surrogates that `all` trains, by name; null leaves one out"""
+    ablations: dict[Name, VariantConfig] = Field({})
+    """surrogates of the target `ablations`, by name"""
+    ablation_budget: VariantConfig = Field(default_factory=VariantConfig)
+    """overrides for every ablation, below its own"""
+    tests: dict[Name, ScenarioConfig] = Field(min_length=1)
+    """motions and geometries to roll out, by name; null leaves one out"""
+    trained_test: Name
+    """the test on the motion of the training: what ablations and timings use"""
     timing: TimingConfig
     movie: MovieConfig = MovieConfig()
 
@@ -330,6 +334,21 @@ class SurrogateConfig(Section):
         return needed
 
 
+def _fault_of(case: Case | None, from_s: float, until_s: float) -> str | None:
+    """What keeps a case from having snapshots from `from_s` to `until_s` [s] of motion; None where nothing does."""
+    if case is None:
+        return "is in no sweep; add a sweep with snapshot_interval_s"
+    if case.snapshot_interval_s is None:
+        return "records no snapshots: its sweep needs snapshot_interval_s"
+    if case.discard_s > from_s + 1e-9:
+        begin = f"{case.discard_s:g} s of motion on: they are needed from {from_s:g} s"
+        return f"has snapshots from {begin} (its sweep's discard_s)"
+    duration_s = case.discard_s + case.window_s
+    if duration_s < until_s - 1e-9:
+        return f"moves for {duration_s:g} s: it needs at least {until_s:g} s (its sweep's discard_s + window_s)"
+    return None
+
+
 def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], source: str) -> None:
     """Check that the sweeps simulate what the surrogate reads.
 
@@ -337,28 +356,13 @@ def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], sourc
     early, and for a twin that has no disturbance at the start.
     """
     for path, (from_s, until_s) in config.simulated_cases().items():
-        if path not in cases:
-            raise ConfigError(f"{source}: surrogate: case {path} is in no sweep; add a sweep with snapshot_interval_s")
-        case = cases[path]
-        if case.snapshot_interval_s is None:
-            raise ConfigError(
-                f"{source}: surrogate: case {path} records no snapshots: its sweep wants snapshot_interval_s"
-            )
-        if case.discard_s > from_s + 1e-9:
-            raise ConfigError(
-                f"{source}: surrogate: case {path} has snapshots from {case.discard_s:g} s of motion on: they are "
-                f"wanted from {from_s:g} s (its sweep's discard_s)"
-            )
-        duration_s = case.discard_s + case.window_s
-        if duration_s < until_s - 1e-9:
-            raise ConfigError(
-                f"{source}: surrogate: case {path} moves for {duration_s:g} s: at least {until_s:g} s are wanted "
-                "(its sweep's discard_s + window_s)"
-            )
+        fault = _fault_of(cases.get(path), from_s, until_s)
+        if fault:
+            raise ConfigError(f"{source}: surrogate: case {path} {fault}")
     for name, test in config.tests.items():
         twin = cases[test.twin] if test.twin else None
         if twin and not (twin.disturbance_m and abs(twin.discard_s - test.starts_s[0]) < 1e-9):
             raise ConfigError(
                 f"{source}: surrogate.tests.{name}.twin: {test.twin} is not disturbed at {test.starts_s[0]:g} s: its "
-                "sweep wants disturbances_m above 0, and that time as discard_s"
+                "sweep needs disturbances_m above 0, and that time as discard_s"
             )
