@@ -11,6 +11,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.simulation import Simulation
 from millprint.mill.vessel import build_vessel
+from tests.poses import angular_velocity
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
 
@@ -45,7 +46,7 @@ def seen_from_the_drum(simulation) -> np.ndarray:
     """Velocities (n, 3) of the balls relative to the drum's wall where they are [m/s]."""
     body = simulation.bodies[0]
     now = simulation.counters[0] * simulation.step
-    omega = body.motion.angular_velocity(now)
+    omega = angular_velocity(body.motion, now)
     return simulation.balls.velocity - np.cross(omega, simulation.balls.position - body.motion.position(now))
 
 

@@ -14,6 +14,7 @@ from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import build_bodies
 from millprint.view.frames import read_movie
 from millprint.view.paraview import export_run
+from tests import poses
 
 DEM = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.3)
 GRAVITY = 9.81
@@ -40,8 +41,8 @@ def accelerations(body, point: np.ndarray, times: np.ndarray, step: float = 1e-6
     """Accelerations (n, 3) of a point of a body by differences of the wall's velocity."""
 
     def velocity(now):
-        spin, place = body.motion.angular_velocity(now), body.motion.rotation(now) @ point
-        return body.motion.velocity(now) + np.cross(spin, place)
+        spin, place = poses.angular_velocity(body.motion, now), body.motion.rotation(now) @ point
+        return poses.velocity(body.motion, now) + np.cross(spin, place)
 
     return (velocity(times + step) - velocity(times - step)) / (2 * step)
 
@@ -146,7 +147,7 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
         simulation, power = simulate(mills["drum"], contacts["calibrated"], share * critical, fill_ratio=0.15,
                                      settle_s=0.15, discard_s=0.6, window_s=0.4)  # fmt: skip
         body, now = simulation.bodies[0], simulation.counters[0] * simulation.step
-        wall = np.cross(body.motion.angular_velocity(now), simulation.balls.position - body.motion.position(now))
+        wall = np.cross(poses.angular_velocity(body.motion, now), simulation.balls.position - body.motion.position(now))
         speed = share * critical * math.pi / 30 * 0.05
         slips[share] = np.linalg.norm(simulation.balls.velocity - wall, axis=1).mean() / speed
         assert power > 0

@@ -7,6 +7,7 @@ from millprint.kernel import kernel
 from millprint.mill.motion import motion_from_law
 from millprint.mill.walls import build_walls, touch
 from tests.physics.setups import CALIBRATED, World, box, prism
+from tests.poses import velocity
 
 RADIUS = 5e-3
 # A box with a square notch: the wall juts in along the vertical line x = y = 0.
@@ -90,4 +91,4 @@ def test_wall_velocity_is_the_rate_of_change_of_position(name, mills):
     motion = motion_from_law(mills[name].motion, 300)
     time_s, h = np.linspace(0.001, 0.4, 97), 1e-6
     rate = (motion.position(time_s + h) - motion.position(time_s - h)) / (2 * h)
-    assert motion.velocity(time_s) == pytest.approx(rate, abs=1e-7)
+    assert velocity(motion, time_s) == pytest.approx(rate, abs=1e-7)

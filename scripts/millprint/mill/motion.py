@@ -1,4 +1,4 @@
-"""Rigid motion of a body: where it is, how it is turned and how fast it moves at a time t.
+"""Rigid motion of a body: its place and rotation at a time t, and how fast it moves.
 
 The body turns by an angle about a fixed unit axis a through a pivot p, and a translation is added. Both are sums of
 harmonics of the mill's angular frequency w, and the angle may grow steadily too:
@@ -20,7 +20,6 @@ import numpy as np
 from millprint.config.motion import MotionSection, motion_kind
 from millprint.kernel import inlined
 from millprint.mill.path import (
-    angular_velocity_of,
     find_piece,
     path_values,
     rotation_matrices,
@@ -31,19 +30,17 @@ from millprint.mill.pose import ANGULAR_VELOCITY, POSE, ROTATION, VELOCITY, writ
 from millprint.mill.vectors import add, add_scaled, cross, put, rotate, row, scale
 
 
-def _waves(waves: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A sum of waves (k, 1 + 2 d) at times (...): its value and its rate of change, (..., d) each."""
+def _waves(waves: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """A sum of waves (k, 1 + 2 d) at times (...): its values (..., d)."""
     size = (waves.shape[1] - 1) // 2
     w, cosine, sine = waves[:, :1], waves[:, 1 : 1 + size], waves[:, 1 + size :]
     phase = w * time_s[..., None, None]
-    value = cosine * np.cos(phase) + sine * np.sin(phase)
-    rate = w * (sine * np.cos(phase) - cosine * np.sin(phase))
-    return value.sum(axis=-2), rate.sum(axis=-2)
+    return (cosine * np.cos(phase) + sine * np.sin(phase)).sum(axis=-2)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A rigid motion; what `stack_motions` hands to the kernels.
+    """A rigid motion, which `stack_motions` hands to the kernels; they alone compute its velocities.
 
     harmonics: (k, 7) angular frequency [rad/s], cosine amplitudes x, y, z and sine amplitudes x, y, z [m];
     axis: (3,) unit vector; pivot: (3,) [m]; rate: steady angular velocity about the axis [rad/s];
@@ -62,55 +59,35 @@ class Motion:
     pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 7)))
     moves: bool = True
 
-    def _along(self, time_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Place and quaternion (..., 7) of a table of points, and their rates [1/s], at times (...) [s]."""
-        return path_values(self.breaks, self.pieces, self.frequency_hz * self._running(time_s), self.frequency_hz)
+    def _along(self, time_s: float | np.ndarray) -> np.ndarray:
+        """Place and quaternion (..., 7) of a table of points at times (...) [s]."""
+        return path_values(self.breaks, self.pieces, self.frequency_hz * self._running(time_s))
 
     def position(self, time_s: float | np.ndarray) -> np.ndarray:
         """Position of the body frame's origin (..., 3) [m] at times (...) [s]; for t < 0 that of t = 0."""
         if len(self.pieces):
-            return self._along(time_s)[0][..., :3]
+            return self._along(time_s)[..., :3]
         time_s = self._running(time_s)
-        return self.pivot - self.rotation(time_s) @ self.pivot + _waves(self.harmonics, time_s)[0]
-
-    def velocity(self, time_s: float | np.ndarray) -> np.ndarray:
-        """Velocity of the body frame's origin (..., 3) [m/s] at times (...) [s]; zero for t < 0."""
-        if len(self.pieces):
-            return np.where(self._stands(time_s), 0.0, self._along(time_s)[1][..., :3])
-        arm = -(self.rotation(time_s) @ self.pivot)
-        moving = _waves(self.harmonics, self._running(time_s))[1]
-        return np.cross(self.angular_velocity(time_s), arm) + np.where(self._stands(time_s), 0.0, moving)
+        return self.pivot - self.rotation(time_s) @ self.pivot + _waves(self.harmonics, time_s)
 
     def angle(self, time_s: float | np.ndarray) -> np.ndarray:
         """Angle theta about the axis (...) [rad] at times (...) [s]; for t < 0 that of t = 0."""
         time_s = self._running(time_s)
-        return self.rate * time_s + _waves(self.swing, time_s)[0][..., 0]
+        return self.rate * time_s + _waves(self.swing, time_s)[..., 0]
 
     def rotation(self, time_s: float | np.ndarray) -> np.ndarray:
         """Rotation matrices (..., 3, 3) from the body frame to the laboratory at times (...) [s]."""
         if len(self.pieces):
-            return rotation_matrices(self._along(time_s)[0][..., 3:])
+            return rotation_matrices(self._along(time_s)[..., 3:])
         angle = self.angle(time_s)[..., None, None]
         x, y, z = self.axis
         skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         turned = (1 - np.cos(angle)) * np.outer(self.axis, self.axis) + np.sin(angle) * skew
         return np.cos(angle) * np.eye(3) + turned
 
-    def angular_velocity(self, time_s: float | np.ndarray) -> np.ndarray:
-        """Angular velocity (..., 3) [rad/s] at times (...) [s]; zero for t < 0."""
-        if len(self.pieces):
-            quaternion, rate = (values[..., 3:] for values in self._along(time_s))
-            return np.where(self._stands(time_s), 0.0, angular_velocity_of(quaternion, rate))
-        turning = self.rate + _waves(self.swing, self._running(time_s))[1]
-        return np.where(self._stands(time_s), 0.0, turning) * self.axis
-
     def _running(self, time_s: float | np.ndarray) -> np.ndarray:
         """The time [s] since the mill has started; 0 before, and for what never moves."""
         return np.maximum(np.asarray(time_s, dtype=float), 0.0) * self.moves
-
-    def _stands(self, time_s: float | np.ndarray) -> np.ndarray:
-        """Where (..., 1) the body stands still: before the start, and at rest."""
-        return (np.asarray(time_s, dtype=float) < 0)[..., None] | (not self.moves)
 
     @property
     def turns(self) -> bool:
@@ -123,10 +100,10 @@ class Motion:
         if len(self.pieces):
             # One piece that never changes: where the table begins.
             still = np.zeros((1, 4, 7))
-            still[0, 3] = self._along(start)[0]
+            still[0, 3] = self._along(start)
             return replace(self, moves=False, frequency_hz=0.0, breaks=np.array([0.0, 1.0]), pieces=still)
         harmonics, swing = np.zeros((1, 7)), np.zeros((1, 3))
-        harmonics[0, 1:4] = _waves(self.harmonics, start)[0]
+        harmonics[0, 1:4] = _waves(self.harmonics, start)
         swing[0, 1] = self.angle(start)
         return replace(self, moves=False, harmonics=harmonics, frequency_hz=0.0, rate=0.0, swing=swing)
 

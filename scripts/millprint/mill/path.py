@@ -3,7 +3,7 @@
 Place: a periodic cubic spline X(u) of the turn u = t f. Rotation: a periodic cubic spline q(u) of quaternions (w, x, y,
 z), normalised when it is used, so that
     R = R(q / |q|),  omega = 2 Im(dq/dt q*) / |q|^2
-holds exactly: a change of the length of q turns nothing.
+is exact: a change of the length of q does not turn the body.
 """
 
 import numpy as np
@@ -13,15 +13,12 @@ from millprint.mill.pose import ANGULAR_VELOCITY, POSITION, VELOCITY, write_rota
 from millprint.mill.vectors import cross, put, scale, subtract
 
 
-def path_values(
-    breaks: np.ndarray, pieces: np.ndarray, turns: np.ndarray, frequency_hz: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """The curve (..., 7) and its rate of change [1/s] at turns (...) since the start."""
+def path_values(breaks: np.ndarray, pieces: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """The curve (..., 7), place [m] and quaternion, at turns (...) since the start."""
     # Takes long to import, and few mills need it.
     from scipy.interpolate import CubicSpline
 
-    spline = CubicSpline.construct_fast(np.moveaxis(pieces, 0, 1), breaks, extrapolate="periodic")
-    return spline(turns), frequency_hz * spline(turns, 1)
+    return CubicSpline.construct_fast(np.moveaxis(pieces, 0, 1), breaks, extrapolate="periodic")(turns)
 
 
 def rotation_matrices(quaternion: np.ndarray) -> np.ndarray:
@@ -30,12 +27,6 @@ def rotation_matrices(quaternion: np.ndarray) -> np.ndarray:
 
     scalar_last = np.roll(quaternion, -1, axis=-1).reshape(-1, 4)
     return Rotation.from_quat(scalar_last).as_matrix().reshape(*quaternion.shape[:-1], 3, 3)
-
-
-def angular_velocity_of(quaternion: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Angular velocity (..., 3) [rad/s] of quaternions (..., 4) that change at a rate (..., 4) [1/s]."""
-    w, v, dw, dv = quaternion[..., :1], quaternion[..., 1:], rate[..., :1], rate[..., 1:]
-    return 2 * (w * dv - dw * v - np.cross(dv, v)) / (quaternion**2).sum(axis=-1, keepdims=True)
 
 
 @inlined()
