@@ -21,7 +21,7 @@ def main(
     found = audit_table(settings, runs)
     write_table(found, audit)
     departures = found[found["departs"] == "yes"]
-    return [f"{row.check}, {row.subject}: {row.found}, wanted {row.wanted}" for row in departures.itertuples()]
+    return [f"{row.check}, {row.subject}: {row.found}, planned {row.wanted}" for row in departures.itertuples()]
 
 
 if "snakemake" in globals():

@@ -83,7 +83,7 @@ def test_steps_are_in_the_names_of_their_cases_and_bounds_go_with_them():
 
 
 @pytest.mark.parametrize("content", [None, [1], "text", 3])
-def test_a_mapping_is_wanted(content):
+def test_anything_but_a_mapping_is_refused(content):
     assert "mapping" in fault(content, DemConfig)
 
 

@@ -41,10 +41,10 @@ def component(config: DoeConfig, a: int, b: int) -> np.ndarray:
 
 def test_an_interaction_in_the_aliased_component_is_all_claimable_and_in_the_clear_one_not(config):
     # AB = CD2 in the fraction, AB2 has no alias among the two-factor interactions.
-    for powers, wanted in (((1, 1), 1.0), ((1, 2), 0.0)):
+    for powers, claimable in (((1, 1), 1.0), ((1, 2), 0.0)):
         table = contested_table(config, planted(config, component(config, *powers), scatter=1e-3))
         row = table[(table["term"] == "A:B") & (table["rival"] == "C:D")].iloc[0]
-        assert row["fraction_claimable"] == pytest.approx(wanted, abs=1e-3)
+        assert row["fraction_claimable"] == pytest.approx(claimable, abs=1e-3)
         assert (row["degrees_of_freedom"], row["degrees_of_freedom_if_rival_first"]) == (4, 2)
 
 

@@ -254,5 +254,5 @@ def test_bad_settings_are_refused_in_one_line(changes, words):
 def test_levels_must_rise():
     changed = thesis_settings()["factors"]
     changed[0]["levels"] = [30, 10, 50]
-    with pytest.raises(ConfigError, match="values that rise"):
+    with pytest.raises(ConfigError, match="values must rise"):
         settings(factors=changed)

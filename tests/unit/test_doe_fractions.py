@@ -182,7 +182,7 @@ def test_contrasts_follow_the_distances_of_the_levels_and_only_span_the_names():
     [
         ([True, False], "quote them"),
         ([10, "high"], "all numbers or all names"),
-        (["a", "a"], "names that differ"),
+        (["a", "a"], "names must differ"),
         (["a", " b"], "odd blanks"),
         (list(range(11)), "at most 10"),
         ([5], "at least 2"),

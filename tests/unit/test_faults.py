@@ -60,8 +60,8 @@ def test_a_truncated_hdf5_file_is_named(tmp_path):
         file["x"] = np.random.default_rng(0).random(50_000)
     for length in (path.stat().st_size - 1000, 100, 0):
         os.truncate(path, length)
-        wanted = r"a.h5: truncated or damaged .* delete it"
-        with pytest.raises(ConfigError, match=wanted) as caught, open_hdf5(path) as file:
+        message = r"a.h5: truncated or damaged .* delete it"
+        with pytest.raises(ConfigError, match=message) as caught, open_hdf5(path) as file:
             file["x"][:]
         assert "\n" not in str(caught.value)
 

@@ -152,12 +152,12 @@ def test_kept_files_are_results(place):
     assert damaged_files("logs") == []
 
 
-@pytest.mark.parametrize(("answers", "wanted"), [("x\nm\n", MAKE_AGAIN), ("K\n", KEEP), ("s\n", STOP), ("", STOP)])
-def test_on_a_terminal_the_user_is_asked(place, monkeypatch, tmp_path, answers, wanted):
+@pytest.mark.parametrize(("answers", "choice"), [("x\nm\n", MAKE_AGAIN), ("K\n", KEEP), ("s\n", STOP), ("", STOP)])
+def test_on_a_terminal_the_user_is_asked(place, monkeypatch, tmp_path, answers, choice):
     (tmp_path / "answers").write_text(answers)
     with open(tmp_path / "answers") as typed, monkeypatch.context() as patch:
         patch.setattr("sys.stdin", typed)
-        assert repair.ask(damaged_files("logs")) == wanted
+        assert repair.ask(damaged_files("logs")) == choice
 
 
 def test_snakemake_works_in_the_folder_that_its_arguments_name(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""A design of experiments as it is asked for: factors with their levels, generators, replicates, order of the runs."""
+"""The settings of a design of experiments: factors with their levels, generators, replicates, order of the runs."""
 
 import re
 from itertools import pairwise
@@ -33,13 +33,11 @@ class Factor(Section):
         numbers = [level for level in self.levels if isinstance(level, float)]
         names = [level for level in self.levels if isinstance(level, str)]
         if numbers and names:
-            raise ValueError(f"levels of {self.symbol} = {self.levels}: all numbers or all names are wanted")
+            raise ValueError(f"levels of {self.symbol} = {self.levels}: must be all numbers or all names")
         if any(low >= high for low, high in pairwise(numbers)):
-            raise ValueError(f"levels of {self.symbol} = {self.levels}: values that rise are wanted")
+            raise ValueError(f"levels of {self.symbol} = {self.levels}: values must rise")
         if first_repeated(names) or any(name != " ".join(name.split()) or not name for name in names):
-            raise ValueError(
-                f"levels of {self.symbol} = {self.levels}: names that differ, without odd blanks, are wanted"
-            )
+            raise ValueError(f"levels of {self.symbol} = {self.levels}: names must differ and have no odd blanks")
         return self
 
     @property
@@ -81,7 +79,7 @@ def parse_generator(text: str) -> Generator:
         found = [re.fullmatch(r"(\d*)\*?([A-Z])", part) for part in parts if not part.isdecimal()]
         terms = [(match[1], match[2]) for match in found if match] if all(found) else []
     if not equals or not re.fullmatch("[A-Z]", left) or not terms or len(constants) > 1:
-        raise ValueError(f"generator {text!r}: a sum such as 'D = A + B + C' or 'D = A + 2B' is wanted")
+        raise ValueError(f"generator {text!r}: must be a sum such as 'D = A + B + C' or 'D = A + 2B'")
     coefficients = {symbol: int(number or 1) for number, symbol in terms}
     if len(coefficients) < len(terms) or left in coefficients or 0 in coefficients.values():
         raise ValueError(f"generator {text!r}: each factor may appear once, with a coefficient that is not zero")
@@ -143,7 +141,7 @@ class DesignConfig(Section):
             involved = [self.factor(symbol) for symbol in (generator.factor, *generator.coefficients)]
             number = len(involved[0].levels)
             if any(len(factor.levels) != number for factor in involved) or number not in PRIMES:
-                raise ValueError(f"{place}: 2, 3, 5 or 7 levels, the same number for every factor in it, are wanted")
+                raise ValueError(f"{place}: every factor in it must have the same number of levels, 2, 3, 5 or 7")
             if any(coefficient % number == 0 for coefficient in generator.coefficients.values()):
                 raise ValueError(f"{place}: a coefficient is zero modulo {number}")
         return self
@@ -152,7 +150,5 @@ class DesignConfig(Section):
     def _runs_are_few_enough(self) -> "DesignConfig":
         runs = prod(len(factor.levels) for factor in self.base_factors) * self.replicates
         if runs > MOST_RUNS:
-            raise ValueError(
-                f"factors: {runs} runs; at most {MOST_RUNS} are wanted: add generators or take levels away"
-            )
+            raise ValueError(f"factors: {runs} runs; must be at most {MOST_RUNS}: add generators or take levels away")
         return self

@@ -15,8 +15,8 @@ def alias_table(config: DesignConfig) -> pd.DataFrame:
     """Aliases of every main effect and two-factor interaction (component) modulo the defining relation.
 
     The first row, I, is the defining relation itself. An effect is clear if it has no alias of one or two letters.
-    Interactions of factors that no fraction touches stand as a whole. Signs are left out of the aliases: an estimate of
-    A in a fraction with I = -ABD is that of A - BD.
+    Interactions of factors without a fraction are not split into components. The aliases have no signs: in a fraction
+    with I = -ABD, an estimate of A is one of A - BD.
     """
     fraction = Fraction(config)
     rows = [("I", 0, 1, "", " = ".join(defining_relation(config)), "")]
@@ -53,7 +53,7 @@ def contrasts(values: ArrayLike) -> np.ndarray:
 
 
 def level_contrasts(factor: Factor) -> np.ndarray:
-    """The contrasts of a factor's levels (levels, levels - 1); those of names span the differences between them."""
+    """The contrasts of a factor's levels: (levels, levels - 1). Those of names have no order, but span the levels."""
     return contrasts(factor.levels if factor.numeric else range(len(factor.levels)))
 
 

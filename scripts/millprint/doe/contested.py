@@ -1,4 +1,4 @@
-"""Which sums of squares an effect outside the model could claim, and how well its place in the model is earned."""
+"""How much of a term's sum of squares an effect outside the model could claim, and models with that effect instead."""
 
 from itertools import combinations, product
 from math import log
@@ -48,10 +48,10 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
 
     sum_of_squares is type II: SS(term | the terms that do not hold it); with the rival entered before the term it is
     sum_if_rival_first, on degrees_of_freedom_if_rival_first. fraction_claimable = 1 - sum_if_rival_first /
-    sum_of_squares: 1 where the data cannot tell the two apart, 0 where the rival takes nothing, below 0 where the term
-    shows more clearly beside the rival (runs are not orthogonal). F_if_rival_first and
-    its p-value are against the residual of the whole model with the rival, empty where nothing is left for it.
-    Rivals that take no part of any degree of freedom are left out.
+    sum_of_squares: 1 if the data cannot tell the two apart, 0 if the rival takes nothing, below 0 if the term is
+    clearer beside the rival (in runs that are not orthogonal). F_if_rival_first and its p-value are against the
+    residual of the whole model with the rival; they are empty if the rival leaves no degree of freedom.
+    Rivals that share no degree of freedom with the term are left out.
     """
     models = _Projector(config, runs)
     possible = [*config.symbols, *(":".join(pair) for pair in combinations(config.symbols, 2))]
@@ -101,11 +101,11 @@ def _choices(config: AnalysisConfig) -> list[list[str]]:
 
 
 def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
-    """The model of the analysis, and each in which an interaction gives way to one that it is confounded with.
+    """The model of the analysis, and those with a confounded interaction in place of one of its interactions.
 
     AICc = N ln(RSS / N) + 2 k + 2 k (k + 1) / (N - k - 1), k parameters and a variance; r2_leave_one_out predicts each
-    run from the others, and is not a number where a single run fixes a parameter. Models that the runs cannot tell
-    apart from others of their own terms are left out, and so are all but the first MOST_MODELS.
+    run from the others, and is not a number if a single run fixes a parameter. Models with terms that the runs cannot
+    tell apart are left out, and so are all but the first MOST_MODELS.
     """
     models, count = _Projector(config, runs), len(runs)
     rows = []
@@ -116,7 +116,7 @@ def rival_models_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFra
             continue
         fit = OLS(models.response, columns).fit()
         influence = fit.get_influence()
-        # A run that its model fits whatever its yield is cannot be predicted from the others.
+        # A run of full leverage cannot be predicted from the others.
         predictable = (1 - influence.hat_matrix_diag).min() > LEAST_SPARE_LEVERAGE
         parameters, spare = rank + 1, count - rank - 2
         rows.append(

@@ -10,7 +10,7 @@ from millprint.config.design import PRIMES, DesignConfig
 from millprint.doe.fraction import Fraction, length
 from millprint.errors import ConfigError
 
-# Sets of generators that are compared in a few seconds.
+# So many sets of generators are compared in a few seconds.
 MOST_SETS = 20_000
 
 
@@ -86,7 +86,7 @@ def design_table(config: DesignConfig) -> pd.DataFrame:
 
 
 def describe(config: DesignConfig) -> dict:
-    """The fraction in words and numbers: runs, generators, defining relation, resolution, lengths of its words."""
+    """The fraction as plain values: runs, generators, defining relation, resolution, lengths of its words."""
     fraction = Fraction(config)
     return {
         "factors": len(config.factors),
@@ -129,17 +129,17 @@ def best_generators(config: DesignConfig, made: list[str]) -> list[str]:
     unknown factor, levels of which no regular fraction can be made, too few base factors, or too many sets.
     """
     if unknown := [symbol for symbol in made if symbol not in config.symbols]:
-        raise ConfigError(f"factor {unknown[0]}: no such factor; one of {', '.join(config.symbols)} is wanted")
+        raise ConfigError(f"factor {unknown[0]}: no such factor; must be one of {', '.join(config.symbols)}")
     numbers = {len(config.factor(symbol).levels) for symbol in made}
     levels = numbers.pop()
     if numbers or levels not in PRIMES:
-        raise ConfigError(f"factors {', '.join(made)}: the same number of levels, 2, 3, 5 or 7, is wanted")
+        raise ConfigError(f"factors {', '.join(made)}: must have the same number of levels, 2, 3, 5 or 7")
     base = [factor.symbol for factor in config.factors if len(factor.levels) == levels and factor.symbol not in made]
     candidates = _candidates(len(base), levels)
     if len(candidates) < len(made):
         raise ConfigError(
             f"factors {', '.join(made)}: {len(base)} base factors of {levels} levels make {len(candidates)} of them; "
-            "fewer generated factors are wanted"
+            "generate fewer factors"
         )
     if comb(len(candidates), len(made)) > MOST_SETS:
         raise ConfigError(f"factors {', '.join(made)}: too many sets of generators to compare; write them yourself")

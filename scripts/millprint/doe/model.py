@@ -11,7 +11,7 @@ from millprint.doe.aliases import level_contrasts
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
 
-# Below it a residual mean square, of yields as fractions, is rounding.
+# A smaller residual mean square, of yields as fractions, is rounding.
 SMALLEST_VARIANCE = 1e-20
 
 
@@ -29,8 +29,8 @@ def _frame(runs: pd.DataFrame, symbols: list[str]) -> pd.DataFrame:
 def fit_factors(config: AnalysisConfig, runs: pd.DataFrame) -> RegressionResultsWrapper:
     """Fit the yield, as a fraction, to the terms of `config.model`.
 
-    Raises ConfigError if the runs cannot tell the terms apart, leave no degree of freedom for the residual,
-    or have none of their own.
+    Raises ConfigError if a level has no run, if the runs cannot tell the terms apart or leave no degree of freedom for
+    the residual, and if the yields have no scatter.
     """
     for symbol in {symbol for term in config.model for symbol in term.split(":")}:
         if missing := set(range(len(config.factor(symbol).levels))) - set(runs[symbol]):
@@ -42,18 +42,18 @@ def fit_factors(config: AnalysisConfig, runs: pd.DataFrame) -> RegressionResults
     if rank < columns:
         raise ConfigError(
             f"doe.model = {config.model}: its {columns} parameters are aliased in these runs, which tell {rank} apart: "
-            "fewer interactions or another fraction is wanted"
+            "leave out interactions or take another fraction"
         )
     if len(runs) <= columns:
         raise ConfigError(
             f"doe.model = {config.model}: {columns} parameters for {len(runs)} runs leave nothing for the residual: "
-            "fewer terms are wanted"
+            "leave out terms"
         )
     fit = model.fit()
     if fit.mse_resid < SMALLEST_VARIANCE:
         raise ConfigError(
             f"column {YIELD}: doe.model goes through every run and leaves no scatter to test against: "
-            "measured yields are wanted"
+            "it needs measured yields"
         )
     return fit
 

@@ -18,15 +18,15 @@ from millprint.doe.model import sums_of_squares
 from millprint.doe.runs import RUN_ORDER, YIELD
 from millprint.job import progress
 
-# A model goes through a run of this leverage, whatever the yield of the run is.
+# A run of at least this leverage fixes a parameter: the model goes through it.
 FULL_LEVERAGE = 1 - 1e-9
 
 
 def residual_table(runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.DataFrame:
     """Each run with its fitted yield, residual, leverage, studentised residuals, Cook's distance, normal quantile.
 
-    Residuals are in per cent of yield. Studentised values are empty where the leverage is 1, that is where the model
-    goes through the run whatever its yield. The column run_order is there where the runs have one.
+    Residuals are in per cent of yield. Studentised values are empty if the leverage is 1: the model then goes through
+    the run, for any yield. The table has a column run_order if the runs have one.
     """
     influence = fit.get_influence()
     leverage = influence.hat_matrix_diag
@@ -62,10 +62,10 @@ def pure_error(config: AnalysisConfig, runs: pd.DataFrame) -> tuple[float, int]:
 def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.DataFrame:
     """Each term, and the residual, against what is known of repeated runs.
 
-    The first row is the classical test, F = (SS_residual - SS_pure) / df over the mean square of pure error, where some
-    treatment was run twice. The others are SS / s2 against chi-squared, s the configured repeatability: its residual
-    row asks whether the model leaves something out, its other rows (type II sums) whether a term would stand out from
-    repeated runs alone, which is not whether it stands out from what the model leaves out.
+    The first row is the classical test, F = (SS_residual - SS_pure) / df over the mean square of pure error, if some
+    treatment was run twice. The others are SS / s2 against chi-squared, s the configured repeatability. The row of the
+    residual tests whether the model leaves something out. The other rows (type II sums) test whether a term exceeds
+    the scatter of repeated runs; they do not test it against what the model leaves out.
     """
     table = sums_of_squares(config, fit, 2)[["degrees_of_freedom", "sum_of_squares"]]
     rest = table.loc["Residual"]
@@ -97,7 +97,7 @@ def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: Regressio
 class Check:
     """A statistic of the residuals (runs,), large where the errors are not as assumed.
 
-    p_textbook: its p-value for independent errors. shown: the statistic as tables of it have it.
+    p_textbook: its p-value for independent errors. shown: the statistic in the form in which it is tabulated.
     """
 
     name: str
@@ -192,10 +192,11 @@ def residual_checks(
 ) -> pd.DataFrame:
     """Checks of the residuals, each with the p-value of its textbook and one that holds for this model.
 
-    The textbook's p-values are for independent observations, and the residuals of a model with nearly as many
-    parameters as runs are far from that. p_simulated is the share of `simulations` sets of normal errors, put through
-    the same model, whose statistic is at least as large. durbin_watson is the distance of that statistic from 2. The
-    leverage has no p-value: it is the design's. Without a column run_order in the runs, the checks of it are empty.
+    The textbook's p-values hold for independent observations. The residuals of a model with nearly as many parameters
+    as runs are far from independent. p_simulated is the share of `simulations` sets of normal errors, fitted by the
+    same model, whose statistic is at least as large. durbin_watson is the distance of that statistic from 2. The
+    leverage has no p-value, because it depends on the design alone. Without a column run_order in the runs, the checks
+    of the order are empty.
     """
     hat = fit.model.exog @ np.linalg.pinv(fit.model.exog)
     leverage, rest = np.diag(hat), fit.resid.to_numpy()

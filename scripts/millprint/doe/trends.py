@@ -56,8 +56,8 @@ def trend_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
 def interaction_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """For each panel and pair of levels: number of runs, mean, lowest and highest yield [%].
 
-    All other factors are averaged out over the runs as they were done, so that a mean over few runs also carries
-    whatever else differs between them.
+    A mean is over the runs as they were done, for all levels of the other factors. A mean over few runs also contains
+    the effects of the other factors.
     """
     tables = []
     for figure in config.interactions:

@@ -45,7 +45,7 @@ def degrees_of_freedom_of_source(config: AnalysisConfig, term: str) -> int:
 
 
 def as_designed(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
-    """The runs with the generated factors at the level that their generators want."""
+    """The runs with the generated factors at the levels that their generators give."""
     return runs.assign(**complete(config, runs[config.symbols]).to_dict("series"))
 
 
@@ -154,7 +154,7 @@ def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, total: flo
     The intervals follow from the noncentrality lambda that puts F at the two tails of its distribution (Steiger,
     Psychological Methods 9, 164, 2004): lambda / (lambda + df_residual) for partial eta2, the convention of R's
     effectsize, and the share of variance lambda / (lambda + N) for partial omega2. Eta squared is biased upwards,
-    strongly so with few residual degrees of freedom, where its interval leans to one side of it.
+    strongly so with few residual degrees of freedom, and its interval is then not symmetric.
     """
     own, f_value = terms["degrees_of_freedom"], terms["F"]
     rest = residual["degrees_of_freedom"]
