@@ -14,10 +14,10 @@ from millprint.job import job
 
 
 def main(
-    published_path: str, output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig
+    published_paths: list[str], output, mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: FitConfig
 ) -> dict[str, float]:
     """Write every jar that was tried, and the geometry of the best one as YAML; return its parameters."""
-    search = Search(settings, trial_of(mill, contact, dem, settings, published_path))
+    search = Search(settings, trial_of(mill, contact, dem, settings, published_paths))
     best = search.run(parameters_of(mill.geometry))
     write_table(search.table(), output.search)
     geometry = shaped(mill, best).geometry.model_dump(mode="json", exclude_none=True)

@@ -29,11 +29,11 @@ def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse:
     return pd.concat(tables, ignore_index=True)
 
 
-def main(fingerprints: dict[str, str], published_path: str, output, inverse: InverseConfig) -> None:
+def main(fingerprints: dict[str, str], published_paths: list[str], output, inverse: InverseConfig) -> None:
     """Solve and rank with our curves, and solve with the published curves for the contact sets that have them."""
     read = {contact: Fingerprint.read(path) for contact, path in fingerprints.items()}
     own, fill = read[inverse.contact], inverse.fixed_fill_ratio
-    printed = published_point(read_published(published_path), inverse.contact, fill)
+    printed = published_point(read_published(*published_paths), inverse.contact, fill)
     scaled = own.at(fill)
     points = {"ours": {name: scaled[name].value for name in BASIC}}
     points |= {"published": printed} if printed else {}

@@ -17,7 +17,7 @@ def main(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> N
         & cycles["contact"].isin(contacts)
         & cycles["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)
     )
-    published = published_cycles(read_published(inputs.published))
+    published = published_cycles(read_published(*inputs.published))
     published = published[published["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)]
     kept = densities[(densities["mill"] == mill) & densities["contact"].isin(contacts)]
     save(plot_cycle_densities(kept), output.densities_svg, output.densities_png)

@@ -12,7 +12,7 @@ from millprint.job import job
 def main(inputs, output, mill: str, contact: str) -> None:
     """Draw the conditions, means and smooth curves with their zones, and the values that the thesis prints."""
     descriptors = as_built(conditions_of(read_table(inputs.descriptors), mill, contact))
-    published = published_curves(read_published(inputs.published), contact)
+    published = published_curves(read_published(*inputs.published), contact)
     zones = read_table(inputs.zones)
     figure = plot_master_curves(
         descriptors,

@@ -9,11 +9,11 @@ from millprint.job import job
 
 
 def main(
-    summary_paths: list[str], published_path: str, output, mill: str, counting_rule: str, fill_ratio: float
+    summary_paths: list[str], published_paths: list[str], output, mill: str, counting_rule: str, fill_ratio: float
 ) -> None:
     """Read all summaries and write the five tables; revolutions are compared at one fill ratio."""
     summaries = read_summaries(summary_paths)
-    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(published_path))
+    cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*published_paths))
     write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
     write_table(tabulate_counting_rules(summaries), output.counting_rules)
     write_table(cycles, output.cycles)

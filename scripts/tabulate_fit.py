@@ -15,7 +15,7 @@ TEXT = ["mill", "contact", "varied"]
 
 def main(files, output_path: str, mill: MillConfig, contact: str, fitted: list[str], rule: str) -> pd.DataFrame:
     """Write the table from the descriptors and revolutions of the sweeps, and from the table of the sensitivity."""
-    values = with_roles(published_values(read_published(files.published), contact), fitted)
+    values = with_roles(published_values(read_published(*files.published), contact), fitted)
     descriptors, cycles = (read_table(path, text=TEXT) for path in (files.descriptors, files.cycles))
     values = computed_values(values, descriptors, cycles, mill.name, contact).assign(counting_rule=rule)
     parameters = parameter_rows(parameters_of(mill.geometry), mill.geometry.end_radius_mm, rule)

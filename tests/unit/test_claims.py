@@ -14,7 +14,8 @@ from millprint.claims.tabulate import CLAIM_COLUMNS, collect_findings, read_clai
 from millprint.digest import library_files
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
-from tests.conftest import ROOT
+from millprint.fingerprint.published import read_published
+from tests.conftest import PRINTED, ROOT
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"
 CODE = ROOT / "scripts/millprint/claims"
@@ -162,3 +163,36 @@ def test_a_claim_names_its_source_before_anything_has_run(tmp_path):
             assert any(fnmatch(path, pattern) for pattern in ORIGINS)
     values = table[table["verdict"] != "not run"]["id"]
     assert all(name.startswith(("3.balls", "3.eps", "6.timestep")) for name in values)
+
+
+PUBLISHED = "quantity\tcontact\tfill_ratio\tball_diameter_mm\tspeed_rpm\tvalue\tunit\tlocus"
+POINT = "\nPn\tcalibrated\t0.06\t\t\t{value}\t-\tTable 1"
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        (PUBLISHED + POINT.format(value=5), 5.0),
+        (PUBLISHED + "\tclaim" + POINT.format(value="") + "\t3.curve.0.06.Pn", float(PRINTED["3.curve.0.06.Pn"])),
+    ],
+)
+def test_a_published_value_is_in_its_table_or_that_of_a_claim(tmp_path, text, value):
+    (tmp_path / "published.tsv").write_text(text + "\n")
+    assert read_published(tmp_path / "published.tsv", CLAIMS_TSV)["value"].tolist() == [value]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (PUBLISHED + POINT.format(value=""), "column value, row 1 = nan: must be a number, or that of the row's claim"),
+        (
+            PUBLISHED + "\tclaim" + POINT.format(value="") + "\t3.curve",
+            "column claim, row 1 = '3.curve': no known claim",
+        ),
+        (PUBLISHED + "\tclaim" + POINT.format(value="") + "\t2.pareto.first", "column value, row 1 = nan"),
+    ],
+)
+def test_a_published_value_that_no_table_has_is_refused(tmp_path, text, said):
+    (tmp_path / "published.tsv").write_text(text + "\n")
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        read_published(tmp_path / "published.tsv", CLAIMS_TSV)

@@ -20,6 +20,7 @@ from millprint.fingerprint.occupancy import DATASETS, read_occupancy
 from millprint.fingerprint.published import published_curves, published_cycles, read_published
 from millprint.fingerprint.regimes import design_cases, read_regimes
 from millprint.fingerprint.zones import find_zones
+from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 
 DATA = Path(__file__).parents[2] / "config/data"
@@ -33,7 +34,7 @@ def close_figures():
 
 @pytest.fixture(scope="module")
 def published() -> pd.DataFrame:
-    return read_published(DATA / "published.tsv")
+    return read_published(DATA / "published.tsv", DATA / "claims.tsv")
 
 
 def assert_units(figure) -> None:
@@ -53,7 +54,10 @@ def test_master_curves_show_the_published_values(published):
     curves, zones = fingerprint().curve(np.geomspace(0.04, 0.40, 30)), find_zones(fingerprint())
     figure = chapter3.plot_master_curves(descriptors(), average_curves(descriptors()), curves, marks, zones)
     assert_units(figure)
-    np.testing.assert_allclose(points(figure.axes[0], "published"), [[0.06, 23], [0.10, 39.7], [0.17, 43]])
+    np.testing.assert_allclose(
+        points(figure.axes[0], "published"),
+        [[float(fill), float(PRINTED[f"3.curve.{fill}.Pn"])] for fill in ("0.06", "0.10", "0.17")],
+    )
     assert len(points(figure.axes[2], "smooth curve")) == len(curves)
     elbow = zones.set_index("zone").loc["elbow", "value"]
     np.testing.assert_allclose(points(figure.axes[3], "elbow")[:, 0], elbow)
@@ -80,7 +84,7 @@ def test_energies_have_a_line_for_each_condition():
 def test_cycles_show_the_means_that_table_3_5_implies(published):
     marks = published_cycles(published)
     wanted = marks[(marks["ball_diameter_mm"] == 10) & (marks["speed_rpm"] == 600)].iloc[0]
-    assert wanted["normal_mean_J"] == pytest.approx(0.162, abs=5e-4)
+    assert wanted["normal_mean_J"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
     runs = summaries(fills=(0.08,), contacts=("calibrated", "steel"))
     means = chapter3.plot_cycle_means(tabulate_cycles(runs), marks)
     assert_units(means)

@@ -17,9 +17,11 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inverse import invert_speed, nearest_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, rank_conditions
+from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
-PRINTED = {"Pn": 39.7, "Pt": 90.0, "f": 40.0}  # Table 4.2, fill 0.10
+CURVES = {name: float(PRINTED[f"3.curve.0.10.{name}"]) for name in ("Pn", "Pt", "f")}
+PRINTED_SPEED = float(PRINTED["3.inverse.speed"])
 TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "frequency_per_ball_hz": 400.0}
 
 
@@ -50,9 +52,9 @@ def target_at(mill: Fingerprint, **condition: float) -> dict[str, float]:
 
 
 def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
-    table = invert_speed(TARGET, PRINTED, at(0.005), VOLUME).set_index("kept")
-    assert round(table.loc["normal energy", "speed_rpm"]) == 1698
-    assert table.loc["both energies", "speed_rpm"] == pytest.approx(1698, rel=2e-3)
+    table = invert_speed(TARGET, CURVES, at(0.005), VOLUME).set_index("kept")
+    assert round(table.loc["normal energy", "speed_rpm"]) == PRINTED_SPEED
+    assert table.loc["both energies", "speed_rpm"] == pytest.approx(PRINTED_SPEED, rel=2e-3)
     assert table.loc["both energies", "balls"] == 191
     assert abs(table.loc["both energies", "normal_energy_J_residual_percent"]) < 0.2
     # The frequency per ball is that of 600 rpm times 2 sqrt 2: not kept, against the text of Sec. 3.3.4.
@@ -62,15 +64,15 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
 
 @pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"])
 def test_a_descriptor_kept_alone_is_met_exactly(kept):
-    nearest = nearest_speed(TARGET, PRINTED, at(0.007), {kept: 1.0})
+    nearest = nearest_speed(TARGET, CURVES, at(0.007), {kept: 1.0})
     assert nearest.ball_diameter_m == 0.007
-    found = descriptors_of(nearest, scaled_quantities(PRINTED))
+    found = descriptors_of(nearest, scaled_quantities(CURVES))
     assert found[kept] == pytest.approx(TARGET[kept], rel=1e-12)
 
 
 def test_no_weight_at_all_is_refused():
     with pytest.raises(ValueError, match="weight"):
-        nearest_speed(TARGET, PRINTED, at(0.01), {})
+        nearest_speed(TARGET, CURVES, at(0.01), {})
 
 
 @pytest.mark.parametrize(("speed", "diameter", "fill"), [(10.0, 0.01, 0.10), (18.0, 0.005, 0.17), (12.5, 0.008, 0.06)])

@@ -17,7 +17,7 @@ if FIT_MILL:
     rule fit_jar:
         input:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-            published=CONFIG.data.published,
+            published=PUBLISHED,
         output:
             search=f"{FIT}/fit_search.tsv",
             geometry=f"{FIT}/fit_geometry.yaml",
@@ -37,7 +37,7 @@ if FIT_MILL:
     rule measure_fit_sensitivity:
         input:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-            published=CONFIG.data.published,
+            published=PUBLISHED,
         output:
             sensitivity=f"{FIT}/fit_sensitivity.tsv",
         log:
@@ -57,7 +57,7 @@ if FIT_MILL:
         input:
             descriptors=rules.tabulate_descriptors.output.descriptors,
             cycles=rules.tabulate_descriptors.output.cycles,
-            published=CONFIG.data.published,
+            published=PUBLISHED,
             sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
         output:
             fit=f"{FIT}/fit.tsv",

@@ -109,7 +109,7 @@ def _target_faults(chapters: ChapterSections, source: str) -> Iterator[str]:
 def _data_faults(config: WorkflowConfig, chapters: ChapterSections, cases: dict[str, Case]) -> Iterator[str]:
     contact, path = chapters.partition.contact, chapters.data.regimes
     try:
-        read_published(chapters.data.published)
+        read_published(chapters.data.published, chapters.data.claims)
     except ConfigError as error:
         yield str(error)
     try:

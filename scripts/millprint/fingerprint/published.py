@@ -7,11 +7,24 @@ import pandas as pd
 from millprint.errors import ConfigError
 from millprint.files import read_table
 from millprint.fingerprint.condition import BASIC
+from millprint.tables import refuse_rows
 
 
-def read_published(path: str | Path) -> pd.DataFrame:
-    """The published values; raises ConfigError for a missing column or a text in place of a value."""
-    table = read_table(path, numeric=["fill_ratio", "value"], text=["quantity", "contact", "unit", "locus"])
+def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
+    """The published values: quantity, contact, fill_ratio, ball_diameter_mm, speed_rpm, value, unit, locus.
+
+    path: their table, which may have a column `claim`: the id of a claim whose value is in the table `claims_path`.
+    Raises ConfigError for a missing column, for a claim that is unknown, and for a value that is no number.
+    """
+    text = ["quantity", "contact", "unit", "locus"]
+    table = read_table(path, numeric=["fill_ratio", "value"], text=text, may_be_blank=["value"])
+    if "claim" in table:
+        claims = read_table(claims_path, text=["id", "value"]).set_index("id")["value"]
+        refuse_rows(table, path, "claim", table["claim"].notna() & ~table["claim"].isin(claims.index), "no known claim")
+        printed = pd.to_numeric(table["claim"].map(claims), errors="coerce")
+        table["value"] = table["value"].fillna(printed)
+    missing = table["value"].isna()
+    refuse_rows(table, path, "value", missing, "must be a number, or that of the row's claim in claims.tsv")
     for column in ("ball_diameter_mm", "speed_rpm"):
         if column not in table.columns:
             raise ConfigError(f"{path}: column {column} is missing; the table has {', '.join(table.columns)}")

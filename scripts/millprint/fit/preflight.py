@@ -23,7 +23,7 @@ def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str
                 f"({', '.join(free)})"
             )
     try:
-        with_roles(published_values(read_published(data.published), fit.contact), fit.fitted)
+        with_roles(published_values(read_published(data.published, data.claims), fit.contact), fit.fitted)
     except ConfigError as error:
         faults.append(f"{source}: {error}")
     return faults

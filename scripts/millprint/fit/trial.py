@@ -58,14 +58,14 @@ def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
 
 
 def trial_of(
-    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_path: str
+    mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_paths: list[str]
 ) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
     """What simulates a jar of given parameters, in a stage of the search, in place of the mill's.
 
     It returns the published values with those of the jar under the counting rule that fits best, whose name is in the
     column counting_rule. Raises ConfigError for a jar that cannot be built.
     """
-    values = with_roles(published_values(read_published(published_path), settings.contact), settings.fitted)
+    values = with_roles(published_values(read_published(*published_paths), settings.contact), settings.fitted)
 
     def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
         jar = shaped(mill, parameters)
