@@ -11,7 +11,7 @@ from millprint.config.sweep import Case
 from millprint.errors import ConfigError
 
 Value = bool | int | float | str | None
-# Snapshots of a case that gives first states, after the start: single steps are judged on them [s].
+# Snapshots of a case that gives first states, after the start: single steps are measured on them [s].
 FIRST_STATES_S = 0.1
 
 

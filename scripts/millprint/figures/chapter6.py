@@ -152,15 +152,21 @@ def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
     return figure, named
 
 
+def _draw_curves(panel: Axes, part: pd.DataFrame, names: tuple[str, ...], unit: str) -> None:
+    """Curves over time of the columns NAME_UNIT that the table has."""
+    for name in names:
+        column = f"{name}_{unit}"
+        if column in part and part[column].notna().any():
+            label, look = LABELS[name]
+            panel.plot(part["time_s"], part[column], label=label, **look)
+
+
 def plot_error_growth(errors: pd.DataFrame) -> Figure:
     """Position error over time beside those of two other DEM runs and of the centre of mass (Figs 6.7, 6.11)."""
     figure, panels = _grid(list(errors["test"].unique()))
     for test, panel in panels.items():
         part = errors[(errors["test"] == test) & (errors["time_s"] > 0)]
-        for name in ("surrogate", "twin", "other_seed", "centroid"):
-            if f"{name}_m2" in part and part[f"{name}_m2"].notna().any():
-                label, look = LABELS[name]
-                panel.plot(part["time_s"], part[f"{name}_m2"], label=label, **look)
+        _draw_curves(panel, part, ("surrogate", "twin", "other_seed", "centroid"), "m2")
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
@@ -177,11 +183,7 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
     errors = metrics[metrics["measure"] == "dissipation_error_percent"].set_index("test")
     for test, panel in panels.items():
         part = dissipation[dissipation["test"] == test]
-        for name in ("dem", "other_seed", "original", "surrogate"):
-            column = f"{name}_J"
-            if column in part and part[column].notna().any():
-                label, look = LABELS[name]
-                panel.plot(part["time_s"], part[column], label=label, **look)
+        _draw_curves(panel, part, ("dem", "other_seed", "original", "surrogate"), "J")
         if "spread_J" in part and part["spread_J"].notna().any():
             low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
             panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")

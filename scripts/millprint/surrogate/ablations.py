@@ -25,9 +25,9 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Statement:
-    """What the thesis says: in words, what of it can be checked (see `holds`), and the error that it prints [%]."""
+    """What the thesis says: its text, what of it can be checked (see `holds`), and the error that it prints [%]."""
 
-    words: str
+    text: str
     checked: str = ""
     error_percent: float | None = None
 
@@ -69,7 +69,7 @@ def ablation_table(
 ) -> pd.DataFrame:
     """A row an ablation: its change, its budget, its measures on the trained motion, and the thesis's statement.
 
-    metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: in words;
+    metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: texts;
     length_s: of the roll-outs. Column `holds` is yes, no, OPEN, or empty where there is no statement or no baseline.
     """
     rows = []
@@ -82,14 +82,14 @@ def ablation_table(
         row["dem_power_W"] = part["value"]["dem_power_W"]
         said = STATEMENTS.get(variant, OURS)
         row |= {"dem_seeds_percent": part["dem_reference"][DISSIPATION], "thesis_percent": said.error_percent}
-        rows.append(row | {"thesis_statement": said.words, DISSIPATION: error})
+        rows.append(row | {"thesis_statement": said.text, DISSIPATION: error})
     table = pd.DataFrame(rows)
     known = table.set_index("variant")
-    table["holds"] = [_word(row, known) for _, row in table.iterrows()]
+    table["holds"] = [_verdict(row, known) for _, row in table.iterrows()]
     return table
 
 
-def _word(row: pd.Series, known: pd.DataFrame) -> str:
+def _verdict(row: pd.Series, known: pd.DataFrame) -> str:
     checked = STATEMENTS.get(row["variant"], OURS).checked
     if not checked or BASELINE not in known.index:
         return ""

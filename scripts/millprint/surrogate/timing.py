@@ -43,7 +43,7 @@ def seconds_per_step(surrogate: Surrogate, start_s: float, batch: int, steps: in
 def time_rollouts(surrogate: Surrogate, start_s: float, batches: list[int], steps: int, machine: str) -> pd.DataFrame:
     """A row a batch size: balls, batch, seconds for 15 s of physical time, and from how long they are extrapolated.
 
-    One trajectory's share is the batch's time over its size. machine: what it was timed on, in words.
+    One trajectory's share is the batch's time over its size. machine: what it was timed on, as a text.
     """
     rows = []
     for batch in batches:
@@ -62,7 +62,7 @@ def time_rollouts(surrogate: Surrogate, start_s: float, batches: list[int], step
 
 
 def simulation_seconds(run: str | Path, duration_s: float) -> float:
-    """Wall clock of our DEM for 15 s of the case of a run [s], from `duration_s` of its motion simulated anew."""
+    """Wall clock of our DEM for 15 s of the case of a run [s], from simulating `duration_s` of its motion again."""
     parts = read_attributes(run)
     case = Case(**parts["case"]).model_copy(
         update={"discard_s": 0.0, "window_s": duration_s, "snapshot_interval_s": None, "disturbance_m": None}

@@ -4,23 +4,20 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from millprint.errors import ConfigError
 from millprint.hdf5 import open_hdf5
 
-DATASETS = (
-    "time_s",
-    "position_m",
-    "velocity_m_s",
-    "contact_force_N",
-    "normal_J",
-    "tangential_J",
-    "body_position_m",
-    "contact_offset",
-    "contact_first",
-    "contact_second",
-)
+# Arrays of Trajectory with a row a snapshot, and their data sets.
+OF_SNAPSHOTS = {
+    "time_s": "time_s",
+    "position_m": "position_m",
+    "velocity_m_s": "velocity_m_s",
+    "force_N": "contact_force_N",
+    "wall_position_m": "body_position_m",
+}
 
 
 @dataclass(frozen=True)
@@ -70,29 +67,20 @@ def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.i
     """
     with open_hdf5(path) as file:
         if "snapshots" not in file:
-            raise ConfigError(f"{path}: no snapshots: the sweep of this case wants snapshot_interval_s")
-        group = file["snapshots"]
-        for name in DATASETS:
-            if name not in group:
-                raise ConfigError(f"{path}: snapshots/{name} is missing")
-        time_s = group["time_s"][:]
+            raise ConfigError(f"{path}: no snapshots: the sweep of this case needs snapshot_interval_s")
+        time_s, offset = (_dataset(file, name, path)[:] for name in ("time_s", "contact_offset"))
         # Times are sums of steps: half a microsecond decides which snapshot belongs to a bound.
         rows = slice(*np.searchsorted(time_s, [from_s - 5e-7, until_s + 5e-7]))
         if rows.stop - rows.start < 2:
             raise ConfigError(f"{path}: fewer than two snapshots from {from_s:g} s to {until_s:g} s of motion")
-        offset = group["contact_offset"][rows.start : rows.stop + 1]
-        contacts = slice(int(offset[0]), int(offset[-1]))
-        return Trajectory(
-            time_s=time_s[rows],
-            position_m=group["position_m"][rows],
-            velocity_m_s=group["velocity_m_s"][rows],
-            force_N=group["contact_force_N"][rows],
-            dissipated_J=group["normal_J"][rows] + group["tangential_J"][rows],
-            wall_position_m=group["body_position_m"][rows],
-            contact_offset=offset - offset[0],
-            first=group["contact_first"][contacts],
-            second=group["contact_second"][contacts],
+        offset = offset[rows.start : rows.stop + 1]
+        first, second = (
+            _dataset(file, name, path)[int(offset[0]) : int(offset[-1])] for name in ("contact_first", "contact_second")
         )
+        arrays = {name: _dataset(file, dataset, path)[rows] for name, dataset in OF_SNAPSHOTS.items()}
+        dissipated_J = _dataset(file, "normal_J", path)[rows] + _dataset(file, "tangential_J", path)[rows]
+    offset = offset - offset[0]
+    return Trajectory(**arrays, dissipated_J=dissipated_J, contact_offset=offset, first=first, second=second)
 
 
 def read_attributes(path: str | Path) -> dict:
@@ -104,7 +92,11 @@ def read_attributes(path: str | Path) -> dict:
 def read_rows(path: str | Path, names: tuple[str, ...], rows: slice) -> list[np.ndarray]:
     """Some rows of data sets of the snapshots of a run; raises ConfigError for one that is missing."""
     with open_hdf5(path) as file:
-        for name in names:
-            if name not in file.get("snapshots", {}):
-                raise ConfigError(f"{path}: snapshots/{name} is missing")
-        return [file["snapshots"][name][rows] for name in names]
+        return [_dataset(file, name, path)[rows] for name in names]
+
+
+def _dataset(file: h5py.File, name: str, path: str | Path) -> h5py.Dataset:
+    """A data set of the snapshots; raises ConfigError where it is missing."""
+    if name not in file.get("snapshots", {}):
+        raise ConfigError(f"{path}: snapshots/{name} is missing")
+    return file["snapshots"][name]

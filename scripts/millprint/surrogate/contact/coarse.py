@@ -120,11 +120,11 @@ class CoarseSimulation:
         chunk = chunk or frames
         while at < frames:
             part = Frames(*(array[: min(at + chunk, frames)] for array in kept))
-            wanted = len(part.position) - at
+            missing = len(part.position) - at
             written = run_frames(*self.groups, self.scratch, per_frame, part, at)
             if bar is not None:
-                bar.update(wanted * per_frame)
-            if written < wanted:
+                bar.update(missing * per_frame)
+            if written < missing:
                 break
             at += written
         return kept

@@ -35,11 +35,6 @@ class Samples:
     rows: np.ndarray
     sizes: np.ndarray
 
-    @property
-    def begins(self) -> np.ndarray:
-        """The first row of every state, and the end of the last (states + 1,)."""
-        return np.concatenate([[0], np.cumsum(self.sizes)])
-
     @classmethod
     def joined(cls, parts: list[tuple[np.ndarray, np.ndarray]]) -> "Samples":
         """Of several (rows, sizes), one after the other."""
@@ -55,15 +50,6 @@ class Truth:
     position_m: np.ndarray
 
 
-def case_of(trace: TraceConfig, dem: DemConfig) -> Case:
-    """The case that a trace runs."""
-    return Case(
-        mill=trace.mill, contact=trace.contact, ball_diameter_mm=trace.ball_diameter_mm, fill_ratio=trace.fill_ratio,
-        speed_rpm=trace.speed_rpm, seed=trace.seed, settle_s=dem.settle_s, discard_s=trace.from_s,
-        window_s=trace.until_s - trace.from_s,
-    )  # fmt: skip
-
-
 def open_tracer(trace: TraceConfig, models: TracedModels, coarse: CoarseConfig, interval_s: float) -> Tracer:
     """The simulation of a trace, at the start of its motion; a whole number of coarse steps makes `interval_s` [s].
 
@@ -71,7 +57,12 @@ def open_tracer(trace: TraceConfig, models: TracedModels, coarse: CoarseConfig, 
     """
     mill, contact, dem = models.mills[trace.mill], models.contacts[trace.contact], models.dem
     step = coarse_step(contact, trace.ball_diameter_mm / 2e3, coarse.rayleigh_multiple, interval_s)
-    return Tracer(case_of(trace, dem), mill, contact, dem, step, coarse.substeps)
+    case = Case(
+        mill=trace.mill, contact=trace.contact, ball_diameter_mm=trace.ball_diameter_mm, fill_ratio=trace.fill_ratio,
+        speed_rpm=trace.speed_rpm, seed=trace.seed, settle_s=dem.settle_s, discard_s=trace.from_s,
+        window_s=trace.until_s - trace.from_s,
+    )  # fmt: skip
+    return Tracer(case, mill, contact, dem, step, coarse.substeps)
 
 
 def follow(tracer: Tracer, trace: TraceConfig, bar: tqdm | None = None) -> Samples:
@@ -98,7 +89,7 @@ def truths(tracer: Tracer, settings: ValidationConfig) -> list[Truth]:
     return found
 
 
-def write_dataset(parts: list[Samples], judged: list[Truth], path: str | Path) -> None:
+def write_dataset(parts: list[Samples], true_states: list[Truth], path: str | Path) -> None:
     """Write samples as groups `samples/0`, ... and truths as groups `truths/0`, ... of an HDF5 file."""
     options = {"compression": "gzip", "compression_opts": 2, "shuffle": True}
     with whole_hdf5(path) as file:
@@ -106,7 +97,7 @@ def write_dataset(parts: list[Samples], judged: list[Truth], path: str | Path) -
             group = file.create_group(f"samples/{number}")
             group.create_dataset("rows", data=part.rows, **options)
             group["sizes"] = part.sizes
-        for number, truth in enumerate(judged):
+        for number, truth in enumerate(true_states):
             group = file.create_group(f"truths/{number}")
             group["works_J"], group["position_m"] = truth.works_J, truth.position_m
             group.attrs["step"] = truth.begin.step
@@ -119,14 +110,14 @@ def read_dataset(path: str | Path) -> tuple[list[Samples], list[Truth]]:
     """Read what `write_dataset` wrote."""
     with open_hdf5(path) as file:
         parts = [Samples(group["rows"][:], group["sizes"][:]) for group in _groups(file, "samples")]
-        judged = []
+        true_states = []
         for group in _groups(file, "truths"):
             arrays = {
                 field.name: group[f"begin/{field.name}"][:] for field in fields(SavedState) if field.name != "step"
             }
             begin = SavedState(**arrays, step=int(group.attrs["step"]))
-            judged.append(Truth(begin, group["works_J"][:], group["position_m"][:]))
-    return parts, judged
+            true_states.append(Truth(begin, group["works_J"][:], group["position_m"][:]))
+    return parts, true_states
 
 
 def _groups(file: h5py.File, name: str) -> list[h5py.Group]:

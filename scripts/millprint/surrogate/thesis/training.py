@@ -28,14 +28,14 @@ def huber(error: Tensor, delta: float) -> Tensor:
 
 
 def losses(
-    predicted: tuple[Tensor, Tensor], wanted: tuple[Tensor, Tensor], settings: TrainingConfig
+    predicted: tuple[Tensor, Tensor], targets: tuple[Tensor, Tensor], settings: TrainingConfig
 ) -> dict[str, Tensor]:
     """Loss of accelerations (Eq. 6.29a), of dissipation (Eq. 6.29b) and their weighted sum `total` (Eq. 6.28).
 
     Both pairs hold normalised accelerations (n, 3) and normalised dissipation (graphs,).
     """
-    acceleration = huber(predicted[0] - wanted[0], settings.huber_delta).mean()
-    dissipation = huber(predicted[1] - wanted[1], settings.huber_delta).mean()
+    acceleration = huber(predicted[0] - targets[0], settings.huber_delta).mean()
+    dissipation = huber(predicted[1] - targets[1], settings.huber_delta).mean()
     total = settings.acceleration_weight * acceleration + settings.dissipation_weight * dissipation
     return {"total": total, "acceleration": acceleration, "dissipation": dissipation}
 
@@ -133,14 +133,14 @@ class Trainer:
     ) -> tuple[dict[str, Tensor], Tensor]:
         """Losses of a batch, and the mean squared error of its normalised accelerations."""
         graphs = graphs_at(snapshots, rows, self.recipe.graph.window, self.recipe.edges)
-        wanted_acceleration = target(snapshots, self.recipe.graph)[rows].reshape(-1, 3)
-        wanted = (
-            self.model.normalised(wanted_acceleration, "acceleration"),
+        acceleration = target(snapshots, self.recipe.graph)[rows].reshape(-1, 3)
+        targets = (
+            self.model.normalised(acceleration, "acceleration"),
             self.model.normalised(snapshots.dissipation[rows, None], "dissipation").squeeze(1),
         )
         predicted = self.model.network(self.model.normalise(graphs, noise))
-        mean_square = (predicted[0] - wanted[0]).square().mean()
-        return losses(predicted, wanted, self.recipe.training), mean_square
+        mean_square = (predicted[0] - targets[0]).square().mean()
+        return losses(predicted, targets, self.recipe.training), mean_square
 
     def _end_epoch(self, batches: int) -> None:
         row = {f"training_{name}": value / batches for name, value in self.sums.items()}
