@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from millprint.config.contact_surrogate import ContactRecipe, ValidationConfig
 from millprint.dem import lanes, state
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
-from millprint.surrogate.checkpoint import read_checkpoint, write_tensors
+from millprint.surrogate.checkpoint import write_tensors
 from millprint.surrogate.contact import pair, samples
 from millprint.surrogate.contact.coarse import CoarseSimulation, coarse_step
 from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
@@ -234,7 +234,7 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(tracer, followed, tmp_p
     # Killed in the second epoch, after states of its own have been added.
     assert not halves.train(tmp_path / "half.pt", max_steps=9)
     resumed = fresh()
-    resumed.resume(read_checkpoint(tmp_path / "half.pt", "same", torch.device("cpu")))
+    assert resumed.resume(tmp_path / "half.pt", torch.device("cpu"))
     assert resumed.own is not None
     assert resumed.train()
     for one, other in zip(whole.model.parameters(), resumed.model.parameters(), strict=True):

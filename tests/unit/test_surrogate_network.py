@@ -141,7 +141,7 @@ def test_resumed_training_is_the_uninterrupted_one(tmp_path):
     part.save(tmp_path / "checkpoint.pt")
     again = Trainer([RUN], small_recipe(velocity_noise=0.1), CPU)
     torch.rand(100)  # the global generator must not matter
-    assert again.resume(tmp_path / "checkpoint.pt") and again.cursor == 3 and again.epoch == 1
+    assert again.resume(tmp_path / "checkpoint.pt", CPU) and again.cursor == 3 and again.epoch == 1
     assert again.train()
     for name, value in whole.model.state_dict().items():
         assert torch.equal(value, again.model.state_dict()[name]), name
@@ -151,9 +151,9 @@ def test_resumed_training_is_the_uninterrupted_one(tmp_path):
 
 def test_checkpoint_of_another_recipe_is_not_resumed(tmp_path):
     trained(steps=2).save(tmp_path / "checkpoint.pt")
-    assert not Trainer([RUN], small_recipe(seed=4), CPU).resume(tmp_path / "checkpoint.pt")
-    assert Trainer([RUN], small_recipe(wall_time_max_s=200), CPU).resume(tmp_path / "checkpoint.pt")
-    assert not Trainer([RUN], small_recipe(), CPU).resume(tmp_path / "absent.pt")
+    assert not Trainer([RUN], small_recipe(seed=4), CPU).resume(tmp_path / "checkpoint.pt", CPU)
+    assert Trainer([RUN], small_recipe(wall_time_max_s=200), CPU).resume(tmp_path / "checkpoint.pt", CPU)
+    assert not Trainer([RUN], small_recipe(), CPU).resume(tmp_path / "absent.pt", CPU)
 
 
 def test_wall_time_ends_a_training():

@@ -10,23 +10,15 @@ from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.surrogate.scene import Scene
 from millprint.surrogate.trajectory import Trajectory
 
-# Data sets of a file: the array of RollOut that each holds, and its unit.
-REQUIRED_DATASETS = {
-    "time_s": ("time_s", "s"),
-    "position_m": ("position_m", "m"),
-    "velocity_m_s": ("velocity_m_s", "m/s"),
-    "dissipated_J": ("dissipated_J", "J"),
-    "crossed_s": ("crossed_s", "s"),
-    "start_s": ("start_s", "s"),
-}
-OPTIONAL_DATASETS = {
-    "spin_rad_s": ("angular_velocity_rad_s", "rad/s"),
-    "normal_J": ("normal_J", "J"),
-    "tangential_J": ("tangential_J", "J"),
-    "collisions": ("collisions", "1"),
-    "member_dissipated_J": ("member_dissipated_J", "J"),
-    "doubt": ("force_disagreement", "1"),
-}
+# Units of the arrays that a file holds, each in the data set of its name but for those of DATASETS.
+REQUIRED_UNITS = {
+    "time_s": "s", "position_m": "m", "velocity_m_s": "m/s", "dissipated_J": "J", "crossed_s": "s", "start_s": "s",
+}  # fmt: skip
+OPTIONAL_UNITS = {
+    "angular_velocity_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1",
+    "member_dissipated_J": "J", "force_disagreement": "1",
+}  # fmt: skip
+DATASETS = {"angular_velocity_rad_s": "spin_rad_s", "force_disagreement": "doubt"}
 EDGES = ("wall", "pair")
 # Rule of dem.counting_rules by which a surrogate counts collisions that names no other: contacts that ended.
 LIFETIMES = "lifetimes"
@@ -122,20 +114,20 @@ class RollOut:
                 file.attrs[f"mean_{kind}_edges"] = number
             if self.counting_rule != LIFETIMES:
                 file.attrs["counting_rule"] = self.counting_rule
-            for dataset, (name, unit) in (REQUIRED_DATASETS | OPTIONAL_DATASETS).items():
+            for name, unit in (REQUIRED_UNITS | OPTIONAL_UNITS).items():
                 if (values := getattr(self, name)) is not None:
-                    file[dataset] = values
-                    file[dataset].attrs["units"] = unit
+                    dataset = file.create_dataset(DATASETS.get(name, name), data=values)
+                    dataset.attrs["units"] = unit
 
     @classmethod
     def read(cls, path: str | Path) -> "RollOut":
         """Read a file, in double precision. Raises ConfigError where a data set that every roll-out has is missing."""
         with open_hdf5(path) as file:
-            for dataset in REQUIRED_DATASETS:
-                if dataset not in file:
-                    raise ConfigError(f"{path}: {dataset} is missing: not a roll-out, or one of another version")
-            known = REQUIRED_DATASETS | {key: entry for key, entry in OPTIONAL_DATASETS.items() if key in file}
-            arrays = {name: file[dataset][:].astype(float) for dataset, (name, _) in known.items()}
+            for name in REQUIRED_UNITS:
+                if name not in file:
+                    raise ConfigError(f"{path}: {name} is missing: not a roll-out, or one of another version")
+            datasets = {name: DATASETS.get(name, name) for name in REQUIRED_UNITS | OPTIONAL_UNITS}
+            arrays = {name: file[dataset][:].astype(float) for name, dataset in datasets.items() if dataset in file}
             edges = {kind: float(file.attrs[key]) for kind in EDGES if (key := f"mean_{kind}_edges") in file.attrs}
             return cls(**arrays, mean_edges=edges, counting_rule=file.attrs.get("counting_rule", LIFETIMES))
 

@@ -17,7 +17,7 @@ from millprint.config.contact_surrogate import (
 from millprint.config.section import Section
 from millprint.dem import state
 from millprint.dem.advance import all_works
-from millprint.surrogate.checkpoint import identity, read_checkpoint, read_tensors
+from millprint.surrogate.checkpoint import identity, read_tensors
 from millprint.surrogate.contact.coarse import CoarseSimulation
 from millprint.surrogate.contact.dataset import CHANNELS, Samples, TracedModels, Truth, open_tracer, read_dataset
 from millprint.surrogate.contact.network import Predictor
@@ -81,18 +81,15 @@ def reached_states(tracers: list[Tracer], weights: Weights, settings: ContactTra
     return Samples.joined([tracer.push_forward(weights, steps, steps, share) for tracer in tracers])
 
 
-def train_ensemble(
-    parts: list[Samples],
-    truths: list[Truth],
-    tracers: list[Tracer],
-    settings: ContactSurrogateConfig,
-    checkpoint: Path,
-    device: torch.device,
-) -> tuple[list[dict], pd.DataFrame]:
-    """Train every member from its own seed: weights of the best epochs, and the histories one below the other.
+def train(dataset: str, checkpoint: Path, job: ContactTrainingJob, device: torch.device) -> tuple[dict, pd.DataFrame]:
+    """Train every member of an ensemble from its own seed, on a data set.
 
-    Each member has a checkpoint of its own; one that was finished is read and not trained again.
+    Returns the content of the weights file, with the best epochs, and a row of losses an epoch and member. Each member
+    has a checkpoint of its own; one that was finished is read and not trained again.
     """
+    settings = job.settings
+    parts, truths = read_dataset(dataset)
+    tracers = [open_tracer(trace, job.models, settings.coarse, settings.judge.position_s) for trace in settings.traces]
     validate = partial(roll_out_errors, tracers[0].coarse, truths=truths, settings=settings.judge)
     logger.info("without a network: %s", validate(no_weights()))
     members, tables = [], []
@@ -102,9 +99,8 @@ def train_ensemble(
         reach = partial(reached_states, tracers, settings=training)
         trainer = ContactTrainer(parts, settings.network, training, validate, reach, own, device)
         path = checkpoint.with_suffix(f".{number}.pt")
-        if content := read_checkpoint(path, own, device):
-            trainer.resume(content)
-            logger.info("member %d goes on from step %d", number, trainer.step)
+        if trainer.resume(path, device):
+            logger.info("member %d goes on from epoch %d, step %d", number, trainer.epoch, trainer.cursor)
         finished = trainer.train(path)
         logger.info(
             "member %d: %s after %d epochs, %.0f s; best roll-out %.3g %% in epoch %d", number,
@@ -113,19 +109,8 @@ def train_ensemble(
         )  # fmt: skip
         members.append(trainer.best_model)
         tables.append(trainer.history_table().assign(member=number))
-    return members, pd.concat(tables, ignore_index=True)
-
-
-def train(dataset: str, checkpoint: Path, job: ContactTrainingJob, device: torch.device) -> tuple[dict, pd.DataFrame]:
-    """Train an ensemble on a data set: the content of its weights file, and a row of losses an epoch and member."""
-    settings = job.settings
-    parts, truths = read_dataset(dataset)
-    tracers = [open_tracer(trace, job.models, settings.coarse, settings.judge.position_s) for trace in settings.traces]
-    members, table = train_ensemble(parts, truths, tracers, settings, checkpoint, device)
-    recipe = ContactRecipe(
-        coarse=settings.coarse, network=settings.network, training=settings.training, members=settings.members
-    )
-    return ensemble_content(members, recipe), table
+    recipe = ContactRecipe(**{name: getattr(settings, name) for name in ContactRecipe.model_fields})
+    return ensemble_content(members, recipe), pd.concat(tables, ignore_index=True)
 
 
 def ensemble_content(members: list[dict], recipe: ContactRecipe) -> dict:

@@ -1,22 +1,18 @@
 """Training of one network of the ensemble: on states of the DEM, then also on states that it reaches itself."""
 
 import logging
-import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import torch
 from torch import Tensor
 
 from millprint.config.contact_surrogate import ContactTrainingConfig, PredictorConfig
-from millprint.job import progress
-from millprint.surrogate.checkpoint import write_checkpoint
 from millprint.surrogate.contact import samples as columns
 from millprint.surrogate.contact.dataset import Samples
 from millprint.surrogate.contact.network import Graph, Predictor, targets
 from millprint.surrogate.contact.scratch import Weights, make_weights
+from millprint.surrogate.training import ResumableTraining
 
 logger = logging.getLogger("millprint")
 
@@ -27,9 +23,6 @@ STRIDE = 4096
 ABSOLUTE, ROUNDED = 0.05, 0.01
 # Weight of the rounds before the last.
 EARLIER = 0.3
-
-Validate = Callable[[Weights], dict[str, float]]
-PushForward = Callable[[Weights], Samples]
 
 
 def batch_of(parts: list[Tensor]) -> tuple[Tensor, Graph]:
@@ -58,14 +51,20 @@ def loss_of(rows: Tensor, graph: Graph, predicted: list[tuple[Tensor, Tensor]]) 
     }
 
 
-class ContactTrainer:
+class ContactTrainer(ResumableTraining):
     """One member. What a step does depends on the seed and its number alone, so that a killed training goes on."""
+
+    headline = "roll_out_score"
+    settings: ContactTrainingConfig
+    model: Predictor
 
     def __init__(
         self, parts: list[Samples], network: PredictorConfig, settings: ContactTrainingConfig,
-        validate: Validate, push_forward: PushForward, identity: str, device: torch.device,
+        roll_out_errors: Callable[[Weights], dict[str, float]], push_forward: Callable[[Weights], Samples],
+        identity: str, device: torch.device,
     ):  # fmt: skip
-        self.settings, self.validate, self.push_forward = settings, validate, push_forward
+        super().__init__()
+        self.settings, self.roll_out_errors, self.push_forward = settings, roll_out_errors, push_forward
         self.identity, self.device, seed = identity, device, settings.seed
         states = [state for part in parts for state in self._states(part)]
         order = np.random.default_rng(seed).permutation(len(states))
@@ -76,9 +75,6 @@ class ContactTrainer:
         torch.manual_seed(seed)
         self.model = Predictor(network.width, network.rounds).to(device)
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate)
-        self.step, self.elapsed_s = 0, 0.0
-        self.sums: dict[str, float] = {}
-        self.history: list[dict] = []
         self.best = {"score": float("inf"), "epoch": 0}
         self.best_model = {name: value.clone() for name, value in self.model.state_dict().items()}
 
@@ -87,100 +83,62 @@ class ContactTrainer:
         return [state for state in rows.split(part.sizes.tolist()) if len(state)]
 
     @property
-    def epoch(self) -> int:
-        """How many epochs are over."""
-        return self.step // self.settings.steps_per_epoch
-
-    @property
     def finished(self) -> bool:
         """Whether every epoch is done, or no roll-out has become better for long."""
         settled = self.epoch > self.settings.push_forward_after + self.settings.patience
         stale = settled and self.epoch - self.best["epoch"] > self.settings.patience
         return self.epoch >= self.settings.epochs or stale
 
-    def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
-        """Train until it is finished, the wall-time limit or `max_steps` more steps; True if it is finished."""
-        settings = self.settings
-        started, saved, done_s = time.perf_counter(), time.perf_counter(), self.elapsed_s
-        last = self.step + max_steps if max_steps is not None else np.inf
-        with progress(settings.epochs * settings.steps_per_epoch, "train", "step", initial=self.step) as bar:
-            while not self.finished and self.step < last and self.elapsed_s < settings.wall_time_max_s:
-                self._step()
-                bar.update()
-                if self.step % settings.steps_per_epoch == 0:
-                    self._end_epoch(done_s + time.perf_counter() - started)
-                    bar.set_postfix(refresh=False, roll_out=f"{self.best['score']:.3g} %")
-                self.elapsed_s = done_s + time.perf_counter() - started
-                if checkpoint and time.perf_counter() - saved > settings.checkpoint_every_s:
-                    self.save(checkpoint)
-                    saved = time.perf_counter()
-        if checkpoint:
-            self.save(checkpoint)
-        return self.finished
+    def epoch_steps(self) -> int:
+        """Steps of every epoch."""
+        return self.settings.steps_per_epoch
 
-    def _step(self) -> None:
+    def step(self) -> dict[str, Tensor]:
+        """One batch of states, at a learning rate that falls exponentially."""
         settings = self.settings
-        total = settings.epochs * settings.steps_per_epoch
-        if self.step == settings.push_forward_after * settings.steps_per_epoch:
+        number, total = self.epoch * settings.steps_per_epoch + self.cursor, settings.epochs * settings.steps_per_epoch
+        if number == settings.push_forward_after * settings.steps_per_epoch:
             self._add_own(self.push_forward(self.weights()))
-        rate = settings.learning_rate * (settings.final_learning_rate / settings.learning_rate) ** (self.step / total)
+        rate = settings.learning_rate * (settings.final_learning_rate / settings.learning_rate) ** (number / total)
         for group in self.optimiser.param_groups:
             group["lr"] = rate
-        chosen = np.random.default_rng([settings.seed, self.step]).integers(len(self.states), size=settings.batch_size)
+        chosen = np.random.default_rng([settings.seed, number]).integers(len(self.states), size=settings.batch_size)
         rows, graph = batch_of([self.states[place] for place in chosen])
         terms = loss_of(rows, graph, self.model(graph))
         self.optimiser.zero_grad()
         terms["total"].backward()
         torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
         self.optimiser.step()
-        for name, value in terms.items():
-            self.sums[name] = self.sums.get(name, 0.0) + value.item()
-        self.step += 1
+        return terms
 
     def _add_own(self, own: Samples) -> None:
         self.own = own
         self.states = self.states + self._states(own)
         logger.info("%d states that the surrogate has reached itself join the training", len(own.sizes))
 
-    def _end_epoch(self, elapsed_s: float) -> None:
-        """Validation and a roll-out; the best network so far is kept."""
+    def validate(self) -> dict[str, float]:
+        """Losses on states that were held out, and errors of roll-outs; the best network so far is kept."""
         with torch.no_grad():
             rows, graph = batch_of(self.validation[:512])
             found = loss_of(rows, graph, self.model(graph))
-        row = {f"training_{name}": value / self.settings.steps_per_epoch for name, value in self.sums.items()}
-        row |= {f"validation_{name}": value.item() for name, value in found.items()}
-        row |= self.validate(self.weights())
-        self.sums = {}
-        self.history.append({"epoch": self.epoch, "elapsed_s": elapsed_s, **row})
+        row = {f"validation_{name}": value.item() for name, value in found.items()}
+        row |= self.roll_out_errors(self.weights())
         if row["roll_out_score"] < self.best["score"]:
             self.best = {"score": row["roll_out_score"], "epoch": self.epoch}
             self.best_model = {name: value.clone() for name, value in self.model.state_dict().items()}
-        logger.info("epoch %d: %s", self.epoch, ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
+        return row
 
     def weights(self) -> Weights:
         """The present network as the kernels take it."""
         return make_weights(self.model.arrays())
 
-    def history_table(self) -> pd.DataFrame:
-        """A row an epoch: losses, roll-outs and seconds since the start."""
-        return pd.DataFrame(self.history)
-
-    def save(self, path: str | Path) -> None:
-        """Write everything that the next step depends on."""
+    def further_state(self) -> dict:
+        """The best network so far, and the states that the surrogate has reached itself."""
         own = {} if self.own is None else {"rows": torch.from_numpy(self.own.rows), "sizes": self.own.sizes.tolist()}
-        content = {
-            "identity": self.identity, "model": self.model.state_dict(), "optimiser": self.optimiser.state_dict(),
-            "step": self.step, "elapsed_s": self.elapsed_s, "sums": self.sums, "history": self.history,
-            "best": self.best, "best_model": self.best_model, "own": own,
-        }  # fmt: skip
-        write_checkpoint(path, content)
+        return {"best": self.best, "best_model": self.best_model, "own": own}
 
-    def resume(self, content: dict) -> None:
-        """Go on from what `save` wrote."""
-        self.model.load_state_dict(content["model"])
-        self.optimiser.load_state_dict(content["optimiser"])
-        self.step, self.elapsed_s = content["step"], content["elapsed_s"]
-        self.sums, self.history = content["sums"], content["history"]
+    def restore(self, content: dict) -> None:
+        """Take over the best network so far, and the states that the surrogate has reached itself."""
         self.best, self.best_model = content["best"], content["best_model"]
         if content["own"]:
             self._add_own(Samples(content["own"]["rows"].cpu().numpy(), np.array(content["own"]["sizes"])))

@@ -1,7 +1,6 @@
 """Training of the network on snapshots of simulations (thesis Sec. 6.2.2)."""
 
 import logging
-import time
 from pathlib import Path
 
 import pandas as pd
@@ -10,11 +9,11 @@ from torch import Tensor
 
 from millprint.config.surrogate import Recipe, TrainingConfig
 from millprint.errors import ConfigError
-from millprint.job import progress
-from millprint.surrogate.checkpoint import identity, read_checkpoint, write_checkpoint
+from millprint.surrogate.checkpoint import identity
 from millprint.surrogate.thesis.dataset import Snapshots, TrainingRun, on_device, read_dataset
 from millprint.surrogate.thesis.graphs import graphs_at
 from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics, target, weights_content
+from millprint.surrogate.training import ResumableTraining
 
 logger = logging.getLogger("millprint")
 
@@ -54,11 +53,16 @@ def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -
     return [batches[place] for place in torch.randperm(len(batches), generator=generator)]
 
 
-class Trainer:
-    """One training, which can be stopped after any step and go on as if it had not been."""
+class Trainer(ResumableTraining):
+    """The training of a graph network. Raises ConfigError without a full window of snapshots to train on."""
+
+    headline = "training_total"
+    model: NormalisedNetwork
+    settings: TrainingConfig
 
     def __init__(self, runs: list[TrainingRun], recipe: Recipe, device: torch.device):
-        self.recipe, self.device = recipe, device
+        super().__init__()
+        self.recipe, self.device, self.settings = recipe, device, recipe.training
         window, settings = recipe.graph.window, recipe.training
         self.rows = [run.training_rows(window) for run in runs]
         if not sum(map(len, self.rows)):
@@ -72,61 +76,40 @@ class Trainer:
         self.model = NormalisedNetwork(recipe, statistics).to(device)
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=settings.learning_rate, fused=True)
         self.noise = torch.Generator().manual_seed(settings.seed)
-        steps = settings.epochs * len(self._batches(0))
-        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / steps)
+        self.drawn: dict[int, list[Batch]] = {}
+        decay = (settings.final_learning_rate / settings.learning_rate) ** (1 / (settings.epochs * self.epoch_steps()))
         self.scheduler = torch.optim.lr_scheduler.ExponentialLR(self.optimiser, decay)
-        self.steps = steps
         self.identity = identity(recipe, [statistics[name].cpu().numpy() for name in sorted(statistics)])
-        self.epoch, self.cursor, self.elapsed_s = 0, 0, 0.0
-        self.sums: dict[str, float] = {}
-        self.history: list[dict] = []
 
-    def _batches(self, epoch: int) -> list[Batch]:
-        settings = self.recipe.training
-        seed = settings.seed + 1_000_003 * epoch
-        return draw_epoch(self.rows, settings.snapshots_per_epoch, settings.batch_size, seed)
+    def batches(self) -> list[Batch]:
+        """Batches of the present epoch."""
+        if self.epoch not in self.drawn:
+            settings = self.settings
+            seed = settings.seed + 1_000_003 * self.epoch
+            self.drawn = {self.epoch: draw_epoch(self.rows, settings.snapshots_per_epoch, settings.batch_size, seed)}
+        return self.drawn[self.epoch]
 
-    def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
-        """Train until the last epoch, the wall-time limit or `max_steps` more steps; True if every epoch was done.
+    def epoch_steps(self) -> int:
+        """Steps of the present epoch."""
+        return len(self.batches())
 
-        With a path, a checkpoint is written every `checkpoint_every_s` and at the end.
-        """
-        settings = self.recipe.training
-        started, saved, done_s = time.perf_counter(), time.perf_counter(), self.elapsed_s
-        done = self.epoch * len(self._batches(0)) + self.cursor
-        left = max_steps if max_steps is not None else self.steps
-        with progress(self.steps, "train", "step", initial=done) as bar:
-            while self.epoch < settings.epochs and left and self.elapsed_s < settings.wall_time_max_s:
-                batches = self._batches(self.epoch)
-                while self.cursor < len(batches) and left and self.elapsed_s < settings.wall_time_max_s:
-                    self._step(*batches[self.cursor])
-                    self.cursor, left = self.cursor + 1, left - 1
-                    self.elapsed_s = done_s + time.perf_counter() - started
-                    bar.update()
-                    if checkpoint and time.perf_counter() - saved > settings.checkpoint_every_s:
-                        self.save(checkpoint)
-                        saved = time.perf_counter()
-                if self.cursor == len(batches):
-                    self._end_epoch(len(batches))
-                    bar.set_postfix(refresh=False, loss=f"{self.history[-1]['training_total']:.4f}")
-        finished = self.epoch == settings.epochs
-        if self.cursor and self.elapsed_s >= settings.wall_time_max_s:
-            self._end_epoch(self.cursor)
-        if checkpoint:
-            self.save(checkpoint)
-        return finished
-
-    def _step(self, number: int, rows: Tensor) -> None:
+    def step(self) -> dict[str, Tensor]:
+        """One batch, with noise on the velocities."""
+        number, rows = self.batches()[self.cursor]
         snapshots = self.runs[number].snapshots
         shape = (len(rows) * snapshots.ball.shape[1], self.recipe.graph.window, 3)
-        noise = self.recipe.training.velocity_noise * torch.randn(shape, generator=self.noise)
+        noise = self.settings.velocity_noise * torch.randn(shape, generator=self.noise)
         terms, _ = self._losses(snapshots, rows.to(self.device), noise.to(self.device))
         self.optimiser.zero_grad()
         terms["total"].backward()
         self.optimiser.step()
         self.scheduler.step()
-        for name, value in terms.items():
-            self.sums[name] = self.sums.get(name, 0.0) + value.item()
+        return terms
+
+    def stop(self) -> None:
+        """An epoch that the wall-time limit has cut short counts."""
+        if self.cursor and self.elapsed_s >= self.settings.wall_time_max_s:
+            self.end_epoch()
 
     def _losses(
         self, snapshots: Snapshots, rows: Tensor, noise: Tensor | None = None
@@ -142,17 +125,9 @@ class Trainer:
         mean_square = (predicted[0] - targets[0]).square().mean()
         return losses(predicted, targets, self.recipe.training), mean_square
 
-    def _end_epoch(self, batches: int) -> None:
-        row = {f"training_{name}": value / batches for name, value in self.sums.items()}
-        row |= {f"validation_{name}": value for name, value in self._validate().items()}
-        rate = self.scheduler.get_last_lr()[0]
-        self.epoch, self.cursor, self.sums = self.epoch + 1, 0, {}
-        self.history.append({"epoch": self.epoch, "learning_rate": rate, "seconds": self.elapsed_s, **row})
-        logger.info("epoch %d: %s", self.epoch, ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
-
-    def _validate(self) -> dict[str, float]:
-        """Losses without noise, and the mean squared error, on snapshots after those of the training."""
-        settings = self.recipe.training
+    def validate(self) -> dict[str, float]:
+        """The learning rate; losses and mean squared error without noise, on snapshots after those of the training."""
+        settings = self.settings
         sums: dict[str, float] = {}
         count = 0
         with torch.inference_mode():
@@ -161,40 +136,23 @@ class Trainer:
                 for name, value in (terms | {"mean_square": mean_square}).items():
                     sums[name] = sums.get(name, 0.0) + value.item() * len(rows)
                 count += len(rows)
-        return {name: value / count for name, value in sums.items()}
+        rate = float(self.scheduler.get_last_lr()[0])
+        return {"learning_rate": rate} | {f"validation_{name}": value / count for name, value in sums.items()}
 
     def history_table(self) -> pd.DataFrame:
-        """A row an epoch: losses on training and validation snapshots, learning rate, seconds since the start."""
-        return pd.DataFrame(self.history).rename(columns={"seconds": "elapsed_s"})
+        """A row an epoch: learning rate, seconds since the start, losses on training and validation snapshots."""
+        table = pd.DataFrame(self.history)
+        table.insert(1, "learning_rate", table.pop("learning_rate"))
+        return table
 
-    def save(self, path: str | Path) -> None:
-        """Write everything that the next step depends on."""
-        write_checkpoint(
-            path,
-            {
-                "identity": self.identity,
-                "model": self.model.state_dict(),
-                "optimiser": self.optimiser.state_dict(),
-                "scheduler": self.scheduler.state_dict(),
-                "noise": self.noise.get_state(),
-                "place": {"epoch": self.epoch, "cursor": self.cursor, "elapsed_s": self.elapsed_s},
-                "sums": self.sums,
-                "history": self.history,
-            },
-        )
+    def further_state(self) -> dict:
+        """Learning rate and noise."""
+        return {"scheduler": self.scheduler.state_dict(), "noise": self.noise.get_state()}
 
-    def resume(self, path: str | Path) -> bool:
-        """Go on from the checkpoint at `path`; False if there is none of the same recipe and data."""
-        content = read_checkpoint(path, self.identity, self.device)
-        if content is None:
-            return False
-        self.model.load_state_dict(content["model"])
-        self.optimiser.load_state_dict(content["optimiser"])
+    def restore(self, content: dict) -> None:
+        """Take over learning rate and noise."""
         self.scheduler.load_state_dict(content["scheduler"])
         self.noise.set_state(content["noise"].cpu())
-        self.epoch, self.cursor = content["place"]["epoch"], content["place"]["cursor"]
-        self.elapsed_s, self.sums, self.history = content["place"]["elapsed_s"], content["sums"], content["history"]
-        return True
 
 
 def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
@@ -204,7 +162,7 @@ def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) 
     snapshots to train on.
     """
     trainer = Trainer(read_dataset(dataset), recipe, device)
-    if trainer.resume(checkpoint):
+    if trainer.resume(checkpoint, device):
         logger.info("going on from epoch %d, step %d of %s", trainer.epoch, trainer.cursor, checkpoint)
     finished = trainer.train(checkpoint)
     logger.info(
