@@ -7,26 +7,9 @@ from millprint.config.mill import MillConfig
 from millprint.files import write_table
 from millprint.job import job
 
-
-def main(
-    output,
-    experiment: ExperimentConfig,
-    mills: dict[str, MillConfig],
-    contact: ContactConfig,
-    rayleigh_fraction_max: float,
-    settings: SwingConfig,
-    interval: float,
-) -> None:
-    """Fit one track; write its fit, its profile, the paths of the ball, and the numbers that describe each path."""
-    tables = fit_experiment(experiment, mills, contact, rayleigh_fraction_max, settings, interval)
-    for name, table in tables.items():
-        write_table(table, getattr(output, name))
-
-
 if "snakemake" in globals():
     with job(snakemake.log[0], f"fit friction of {snakemake.wildcards.experiment}"):
-        main(
-            snakemake.output,
+        tables = fit_experiment(
             ExperimentConfig(**snakemake.params.experiment),
             {name: MillConfig(**mill) for name, mill in snakemake.params.mills.items()},
             ContactConfig(**snakemake.params.contact),
@@ -34,3 +17,5 @@ if "snakemake" in globals():
             SwingConfig(**snakemake.params.settings),
             snakemake.params.interval,
         )
+        for name, table in tables.items():
+            write_table(table, snakemake.output[name])

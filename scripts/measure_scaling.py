@@ -25,10 +25,5 @@ def main(inputs, output, mill: str, contacts: list[str], interval: float) -> Non
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "measure scaling"):
-        main(
-            snakemake.input,
-            snakemake.output,
-            snakemake.params.mill,
-            snakemake.params.contacts,
-            snakemake.params.interval,
-        )
+        own = snakemake.params
+        main(snakemake.input, snakemake.output, own.mill, own.contacts, own.interval)

@@ -26,10 +26,5 @@ def main(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> N
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot cycles"):
-        main(
-            snakemake.input,
-            snakemake.output,
-            snakemake.params.mill,
-            snakemake.params.contacts,
-            snakemake.params.cycle_fill_ratio,
-        )
+        own = snakemake.params
+        main(snakemake.input, snakemake.output, own.mill, own.contacts, own.cycle_fill_ratio)

@@ -13,7 +13,7 @@ from millprint.mill.vessel import Vessel, shape_facets
 from millprint.tables import Number, read_measured, refuse_rows
 
 GRAVITY = 9.81
-LOOK_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
+SAMPLE_S = 1e-4  # the top of a bounce is flat: it is missed by at most g dt^2 / 8, 0.01 micrometre
 HEIGHTS = ["drop_height_mm", "bounce_height_mm"]
 
 
@@ -57,7 +57,7 @@ def simulate_drops(
             _room(diameter, height), contact, start, radius=diameter / 2, step=step, gravity=GRAVITY, pitch=diameter
         )
         # The fall, a bounce that is no higher than the drop, and a margin.
-        _, positions = world.track(3.2 * np.sqrt(2 * height / GRAVITY), max(1, round(LOOK_S / step)))
+        _, positions = world.track(3.2 * np.sqrt(2 * height / GRAVITY), max(1, round(SAMPLE_S / step)))
         bounce = bounce_height(positions[:, 0, 2] - diameter / 2)
         rows.append((contact.name, 1e3 * height, 1e3 * bounce, contact.restitution))
     return add_restitution(pd.DataFrame(rows, columns=["contact", *HEIGHTS, "restitution_given"]))

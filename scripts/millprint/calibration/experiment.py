@@ -53,14 +53,17 @@ def _fit_table(
     experiment: ExperimentConfig, mills: dict[str, MillConfig], contact: ContactConfig, fit: Fit, frames: int
 ) -> pd.DataFrame:
     """A row a coefficient, with what the track was and how well it is met; `given` is empty for a measured track."""
-    table = fit.summary.copy()
-    table.insert(0, "experiment", experiment.name)
-    table.insert(1, "source", MEASURED if experiment.track else SIMULATED)
-    table.insert(2, "contact", contact.name)
-    table.insert(3, "mill", mills["mill"].name)
-    table.insert(4, "track_mill", "" if experiment.track else mills["track_mill"].name)
-    given = [np.nan if experiment.track else getattr(contact, name) for name in PARAMETERS]
-    table.insert(6, "given", given)
+    measured = bool(experiment.track)
+    known = {
+        "experiment": experiment.name,
+        "source": MEASURED if measured else SIMULATED,
+        "contact": contact.name,
+        "mill": mills["mill"].name,
+        "track_mill": "" if measured else mills["track_mill"].name,
+        "parameter": PARAMETERS,
+        "given": [np.nan if measured else getattr(contact, name) for name in PARAMETERS],
+    }
+    table = pd.DataFrame(known).merge(fit.summary, on="parameter")
     return table.assign(
         deviation_percent=100 * (table["estimate"] / table["given"] - 1),
         rms_mm=fit.rms_mm,
@@ -77,9 +80,7 @@ def _paths(swing: Swing, pairs: list[tuple[float, float]], duration: float, rele
     tables = []
     for index, pair in enumerate(pairs):
         places = swing.positions(pair, duration)(times)
-        table = pd.DataFrame({"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))})
-        table.insert(0, "path", VARIED if index else FITTED)
-        table.insert(1, "static_friction", pair[0])
-        table.insert(2, "rolling_friction", pair[1])
-        tables.append(table)
+        path = {"path": VARIED if index else FITTED, **dict(zip(PARAMETERS, pair, strict=True))}
+        path |= {"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))}
+        tables.append(pd.DataFrame(path))
     return pd.concat(tables, ignore_index=True)

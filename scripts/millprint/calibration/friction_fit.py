@@ -40,6 +40,7 @@ NARROWEST = 0.01  # such a half width at least, in the logarithm: curvature says
 LONGER = 3  # a profile goes on up to so many times as far until it has left the interval
 
 Simulate = Callable[[tuple[float, float], float], CubicSpline]
+Tick = Callable[[int], object]
 
 
 @dataclass
@@ -62,7 +63,7 @@ class Misfit:
     track: pd.DataFrame
     simulate: Simulate
     release_uncertainty_s: float
-    tick: Callable[[int], object] = lambda count: None
+    tick: Tick = lambda count: None
     known: dict = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -72,11 +73,11 @@ class Misfit:
 
     def __call__(self, logarithms: np.ndarray) -> np.ndarray:
         """Simulated less measured places (m,) [mm], column by column, with the release at its best time."""
-        return self._look(logarithms)[0]
+        return self._simulated(logarithms)[0]
 
     def release_at(self, logarithms: np.ndarray) -> float:
         """The time of the track at which the ball was let go, for a pair [s]."""
-        return self._look(logarithms)[1]
+        return self._simulated(logarithms)[1]
 
     def best(self) -> np.ndarray:
         """The best pair (2,) that was ever simulated, in logarithms."""
@@ -91,7 +92,7 @@ class Misfit:
         """How many pairs were simulated."""
         return len(self.known)
 
-    def _look(self, logarithms: np.ndarray) -> tuple[np.ndarray, float]:
+    def _simulated(self, logarithms: np.ndarray) -> tuple[np.ndarray, float]:
         key = tuple(map(float, logarithms))
         if key not in self.known:
             self.known[key] = self._best_release(tuple(np.exp(key)))
@@ -138,24 +139,20 @@ class _Error(NamedTuple):
 
     places: float  # with independent errors
     variance: float  # by which S is divided for the F test [mm2]
-    threshold: float  # F at the wanted probability
+    threshold: float  # F at the probability of the interval
 
     @classmethod
     def of(cls, misfit: Misfit, best: np.ndarray, probability: float) -> "_Error":
         difference = misfit(best)
         places = misfit.independent(difference)
-        freedom = places - misfit.parameters
+        degrees_of_freedom = places - misfit.parameters
         # Errors that go together count less: S belongs to as many places as are independent.
-        variance = float((difference**2).sum()) / freedom
-        return cls(places, variance, float(stats.f.ppf(probability, 1, freedom)))
+        variance = float((difference**2).sum()) / degrees_of_freedom
+        return cls(places, variance, float(stats.f.ppf(probability, 1, degrees_of_freedom)))
 
 
 def fit_friction(
-    track: pd.DataFrame,
-    simulate: Simulate,
-    settings: SwingConfig,
-    probability: float,
-    tick: Callable[[int], object] = lambda count: None,
+    track: pd.DataFrame, simulate: Simulate, settings: SwingConfig, probability: float, tick: Tick = lambda count: None
 ) -> Fit:
     """Fit (static, rolling) friction to a track: time_s and across_mm, height_mm or both.
 
@@ -234,16 +231,12 @@ def _slopes(misfit: Misfit, place: np.ndarray, bounds: np.ndarray, free: tuple[i
     return np.array(columns).T
 
 
-def _half_widths(misfit: Misfit, best: np.ndarray, bounds: np.ndarray, rise: float) -> np.ndarray:
-    """How far each logarithm (2,) may go, by the curvature of S alone, before the profile has risen by `rise` [mm2]."""
-    slopes = _slopes(misfit, best, bounds)
-    return np.sqrt(rise * np.diag(np.linalg.pinv(slopes.T @ slopes)))
-
-
 def _profiles(misfit: Misfit, best: np.ndarray, bounds: np.ndarray, error: _Error, points: int) -> list[pd.DataFrame]:
     """The least S with each coefficient held in turn, on both sides of the estimate: value, other, squares_mm2."""
     rise = error.threshold * error.variance
-    half = np.maximum(_half_widths(misfit, best, bounds, rise), NARROWEST)
+    slopes = _slopes(misfit, best, bounds)
+    # How far each logarithm may go, by the curvature of S alone, before the profile has risen by as much.
+    half = np.maximum(np.sqrt(rise * np.diag(np.linalg.pinv(slopes.T @ slopes))), NARROWEST)
     tables = []
     for index in (0, 1):
         places = [best]

@@ -1,8 +1,8 @@
 """A ball let go at the wall of a jar, which swings until it rests (thesis Sec. 3.2.2, Figs 3.2 and 3.3).
 
 The jar is turned so that a curved wall is at the bottom: gravity has a direction in the jar's axes. The thesis starts
-the ball in the middle of a straight side that stands upright. It falls with no spin, meets the curved wall sliding,
-and rolls once friction has spun it up, so that the first swings tell of static friction and the later ones of rolling.
+the ball in the middle of a straight side that stands upright. It falls without rotation, slides on the curved wall,
+and rolls once friction has turned it, so that the first swings tell of static friction and the later ones of rolling.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.walls import Walls
 from millprint.tables import Number, read_measured, refuse_rows
 
-LOOK_S = 4e-3  # between looks at the ball: a cubic through them is exact to about a micrometre
+SAMPLE_S = 4e-3  # between positions of the ball: a cubic through them is exact to about a micrometre
 PLACES = ["across_mm", "height_mm"]
 FEWEST_FRAMES = 20  # of a measured track
 STANDS_OUT_MM = 1.0  # a turn must differ from the middle by this much to count
@@ -46,7 +46,7 @@ class Swing:
 
     @cached_property
     def walls(self) -> Walls:
-        """The jar's walls as the ball meets them; whoever only asks whether the ball fits does not wait for them."""
+        """The jar's walls for a ball of this radius; made when first asked for, as this takes long."""
         return walls_for(self.vessel, self.radius)
 
     def positions(self, friction: tuple[float, float], duration: float) -> CubicSpline:
@@ -61,8 +61,8 @@ class Swing:
             self.vessel, contact, self.start, radius=self.radius, step=self.step, walls=self.walls,
             gravity=-GRAVITY * self.axes[1],
         )  # fmt: skip
-        # Two looks more: a spline is worst at its end.
-        times, positions = world.track(duration + 2 * LOOK_S, max(1, round(LOOK_S / self.step)))
+        # Two samples more: a spline is least exact at its ends.
+        times, positions = world.track(duration + 2 * SAMPLE_S, max(1, round(SAMPLE_S / self.step)))
         return CubicSpline(times, 1e3 * (positions[:, 0] @ self.axes.T - self.origin))
 
 

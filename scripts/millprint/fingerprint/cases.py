@@ -50,7 +50,7 @@ def has_chapters(config: WorkflowConfig, cases: dict[str, Case]) -> bool:
 
 
 def described_cases(config: WorkflowConfig, cases: dict[str, Case]) -> dict[str, Case]:
-    """The cases that descriptors are made of: snapshots, a changed modulus or step serve other questions.
+    """The cases that descriptors are made of: those without snapshots and with the configured modulus and step.
 
     Amplitude and density are varied for the fingerprint of the run's own mill: such a case of another mill is left out.
     """
@@ -94,7 +94,7 @@ def sweep_of(mill: MillConfig) -> MillSweepConfig:
 
 
 def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
-    """File and section that hold a mill's sweep, with which a message about it begins.
+    """File and section of a mill's sweep, for the beginning of a message about it.
 
     The sweep of the run's mill may stand in the configuration, whose last file is `source`.
     """

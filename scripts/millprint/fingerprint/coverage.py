@@ -1,4 +1,4 @@
-"""Do the bands hold what they say? Conditions are left out, predicted by the rest, and counted."""
+"""How often the bands hold left-out conditions: each is predicted from the rest and counted."""
 
 import numpy as np
 import pandas as pd

@@ -1,6 +1,7 @@
 """Dissipation of one revolution of the mill: its mean, spread and distribution (thesis Table 3.5, Fig. 3.5)."""
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -11,18 +12,16 @@ CHANNELS = ("normal", "tangential")
 PARTS = ("mean_J", "sd_J", "cv_percent")
 
 
-def _pooled(summaries: list[dict]) -> dict[tuple, dict[str, np.ndarray]]:
-    """Energies of every revolution [J], all seeds of a condition together."""
-    pooled: dict[tuple, dict[str, list]] = {}
-    for summary in summaries:
-        key = tuple(condition_of(summary).values())
-        cycles = pooled.setdefault(key, {channel: [] for channel in CHANNELS})
-        for channel in CHANNELS:
-            cycles[channel].extend(summary["per_revolution"][f"{channel}_J"])
-    return {
-        key: {channel: np.asarray(values, dtype=float) for channel, values in cycles.items()}
-        for key, cycles in sorted(pooled.items())
-    }
+def _revolutions(summaries: list[dict]) -> Iterator[tuple[dict, dict[str, np.ndarray]]]:
+    """Each condition, in order, with the energies of its revolutions [J] by channel, all seeds together."""
+    tables = [
+        pd.DataFrame({name: run["per_revolution"][f"{name}_J"] for name in CHANNELS}, dtype=float).assign(
+            **condition_of(run)
+        )
+        for run in summaries
+    ]
+    for key, table in pd.concat(tables).groupby(CONDITION, sort=True) if tables else ():
+        yield dict(zip(CONDITION, key, strict=True)), {name: table[name].to_numpy() for name in CHANNELS}
 
 
 def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
@@ -31,17 +30,14 @@ def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
     One row a condition with at least two revolutions; the columns are those of Table 3.5.
     """
     rows = []
-    for key, cycles in _pooled(summaries).items():
-        if cycles["normal"].size < 2:
+    for row, cycles in _revolutions(summaries):
+        row["revolutions"] = cycles["normal"].size
+        if row["revolutions"] < 2:
             continue
-        row = dict(zip(CONDITION, key, strict=True)) | {"revolutions": cycles["normal"].size}
-        for channel in CHANNELS:
-            mean, deviation = cycles[channel].mean(), cycles[channel].std(ddof=1)
-            row |= {
-                f"{channel}_mean_J": mean,
-                f"{channel}_sd_J": deviation,
-                f"{channel}_cv_percent": 100.0 * deviation / mean,
-            }
+        for channel, energies in cycles.items():
+            mean, deviation = energies.mean(), energies.std(ddof=1)
+            values = (mean, deviation, 100.0 * deviation / mean)
+            row |= {f"{channel}_{part}": value for part, value in zip(PARTS, values, strict=True)}
         rows.append(row)
     columns = [*CONDITION, "revolutions", *(f"{c}_{s}" for c in CHANNELS for s in PARTS)]
     return pd.DataFrame(rows, columns=columns)
@@ -55,25 +51,18 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
     # Takes long to import, and Snakemake imports this module to check what a user asks for.
     from scipy.stats import gaussian_kde
 
-    frames = []
-    for key, cycles in _pooled(summaries).items():
-        condition = dict(zip(CONDITION, key, strict=True))
+    frames = [pd.DataFrame(columns=[*CONDITION, "channel", "energy_J", "density_per_J"])]
+    for condition, cycles in _revolutions(summaries):
         if not np.isclose(condition["fill_ratio"], fill_ratio) or condition["varied"] != NOTHING:
             continue
-        for channel in CHANNELS:
-            energies = cycles[channel]
+        for channel, energies in cycles.items():
             if energies.size < 3 or np.ptp(energies) == 0:
-                continue  # no density can be told from so few revolutions
+                continue
             margin = 3.0 * energies.std(ddof=1)
             grid = np.linspace(max(energies.min() - margin, 0.0), energies.max() + margin, points)
-            frames.append(
-                pd.DataFrame(
-                    condition | {"channel": channel, "energy_J": grid, "density_per_J": gaussian_kde(energies)(grid)}
-                )
-            )
-    if not frames:
-        return pd.DataFrame(columns=[*CONDITION, "channel", "energy_J", "density_per_J"])
-    return pd.concat(frames, ignore_index=True)
+            density = {"channel": channel, "energy_J": grid, "density_per_J": gaussian_kde(energies)(grid)}
+            frames.append(pd.DataFrame(condition | density))
+    return pd.concat(frames[1:] or frames, ignore_index=True)
 
 
 def tabulate_published(cycles: pd.DataFrame, published: pd.DataFrame, mill: str, fill_ratio: float) -> pd.DataFrame:

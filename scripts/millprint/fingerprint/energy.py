@@ -7,6 +7,11 @@ from statsmodels.regression.linear_model import OLS
 from statsmodels.tools import add_constant
 
 WAYS_OF_RUNNING = {"speed": "constant speed", "power": "constant power"}
+SLOPE_COLUMNS = [
+    *("series", "title", "points", "intercept", "slope_per_pp", "slope_lower", "slope_upper"),
+    *("p_value", "r2"),
+]
+
 SECONDS_PER_HOUR = 3600.0
 JOULES_PER_KWH = 3.6e6
 
@@ -55,11 +60,8 @@ def energy_leverage(runs: pd.DataFrame, chemistry: Chemistry, efficiency: float,
     table["mechanical_energy_J"] = runs["power_W"] * runs["time_h"] * SECONDS_PER_HOUR
     table["borohydride_mol"] = moles
     table["borohydride_mass_g"] = moles * chemistry.borohydride_molar_mass * 1e3
-    for name, energy in (
-        ("dH", chemistry.enthalpy),
-        ("dG", chemistry.gibbs),
-        ("LHV", chemistry.lower_heating_value),
-    ):
+    energies = {"dH": chemistry.enthalpy, "dG": chemistry.gibbs, "LHV": chemistry.lower_heating_value}
+    for name, energy in energies.items():
         table[f"leverage_{name}_percent"] = 100.0 * moles * energy / table["mechanical_energy_J"]
     mass = table["borohydride_mass_g"] * 1e-3
     table["plug_energy_kWh_kg"] = table["mechanical_energy_J"] / JOULES_PER_KWH / (efficiency * mass)
@@ -91,22 +93,8 @@ def fit_slopes(runs: pd.DataFrame, probability: float) -> pd.DataFrame:
         line = runs[runs["mode"].isin(["reference", mode])]
         if line["fill_ratio"].nunique() < 3:
             continue
-        fit = OLS(
-            (line["yield_percent"] / 100.0).to_numpy(), add_constant((line["fill_ratio"] * 100.0).to_numpy())
-        ).fit()
-        lower, upper = fit.conf_int(alpha=1.0 - probability)[1]
-        rows.append(
-            {
-                "series": mode,
-                "title": title,
-                "points": len(line),
-                "intercept": fit.params[0],
-                "slope_per_pp": fit.params[1],
-                "slope_lower": lower,
-                "slope_upper": upper,
-                "p_value": fit.pvalues[1],
-                "r2": fit.rsquared,
-            }
-        )
-    columns = ["series", "title", "points", "intercept", "slope_per_pp", "slope_lower", "slope_upper", "p_value", "r2"]
-    return pd.DataFrame(rows, columns=columns)
+        yields, fills = (line[name].to_numpy() for name in ("yield_percent", "fill_ratio"))
+        fit = OLS(yields / 100.0, add_constant(fills * 100.0)).fit()
+        values = (*fit.params, *fit.conf_int(alpha=1.0 - probability)[1], fit.pvalues[1], fit.rsquared)
+        rows.append((mode, title, len(line), *values))
+    return pd.DataFrame(rows, columns=SLOPE_COLUMNS)

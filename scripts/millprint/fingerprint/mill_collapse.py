@@ -1,4 +1,4 @@
-"""Do the curves of a mill collapse? The spread between its conditions before and after scaling, as one number each."""
+"""Whether the curves of a mill collapse: the spread between its conditions before and after scaling."""
 
 import numpy as np
 import pandas as pd

@@ -1,13 +1,28 @@
 """The fingerprint sheet of a mill as a table: what it is, its descriptors, its exponents, and where they hold."""
 
+from typing import NamedTuple
+
 import pandas as pd
 
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.model import Fingerprint, Prediction
+from millprint.fingerprint.model import Fingerprint
 
-SHEET = ["section", "quantity", "value", "lower", "upper", "unit", "text"]
+
+class Row(NamedTuple):
+    """A row of a fingerprint sheet."""
+
+    section: str
+    quantity: str
+    value: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    unit: str = ""
+    text: str = ""
+
+
+SHEET = list(Row._fields)
 DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W")
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
@@ -34,26 +49,6 @@ def shown_speed(mill: MillConfig, speed_hz: float) -> str:
     return f"{speed_hz:.3g} Hz" if mill.speed_unit == "hz" else f"{60 * speed_hz:.4g} rpm"
 
 
-def _row(
-    section: str,
-    quantity: str,
-    value: float | None = None,
-    lower: float | None = None,
-    upper: float | None = None,
-    unit: str = "",
-    text: str = "",
-) -> dict:
-    return dict(zip(SHEET, (section, quantity, value, lower, upper, unit, text), strict=True))
-
-
-def _described(prediction: Prediction) -> list[dict]:
-    rows = []
-    for name in DESCRIBED:
-        band, column = getattr(prediction, name), DESCRIPTORS[name]
-        rows.append(_row("descriptors", column.title, band.value, band.lower, band.upper, column.unit))
-    return rows
-
-
 def tabulate_sheet(
     mill: MillConfig, fingerprint: Fingerprint, collapse: pd.DataFrame, zones: pd.DataFrame, closure: float
 ) -> pd.DataFrame:
@@ -64,35 +59,37 @@ def tabulate_sheet(
     about, condition = fingerprint.about, sheet_condition(fingerprint)
     prediction, speed = fingerprint.predict(condition), condition.speed_hz
     rows = [
-        _row("mill", "name", text=f"{mill.name}: {mill.title}"),
-        _row("mill", "nominal volume", mill.volume_ml, unit="mL"),
-        _row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
-        _row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
-        _row("mill", "collisions counted by", text=about["counting_rule"]),
-        _row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
-        _row("condition", "ball diameter", 1e3 * condition.ball_diameter_m, unit="mm"),
-        _row("condition", "fill ratio", condition.fill_ratio, unit="-"),
-        _row("condition", "balls", prediction.balls, unit="-"),
-        *_described(prediction),
+        Row("mill", "name", text=f"{mill.name}: {mill.title}"),
+        Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
+        Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
+        Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
+        Row("mill", "collisions counted by", text=about["counting_rule"]),
+        Row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
+        Row("condition", "ball diameter", 1e3 * condition.ball_diameter_m, unit="mm"),
+        Row("condition", "fill ratio", condition.fill_ratio, unit="-"),
+        Row("condition", "balls", prediction.balls, unit="-"),
     ]
+    for name in DESCRIBED:
+        band, column = getattr(prediction, name), DESCRIPTORS[name]
+        rows.append(Row("descriptors", column.title, band.value, band.lower, band.upper, column.unit))
     for own in collapse.itertuples():
         title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
         rows += [
-            _row("exponents", f"{title}: of speed", own.omega, own.omega_lower, own.omega_upper, "-",
+            Row("exponents", f"{title}: of speed", own.omega, own.omega_lower, own.omega_upper, "-",
                  f"the thesis has {own.omega_supposed:g}"),
-            _row("exponents", f"{title}: of ball size", own.d, own.d_lower, own.d_upper, "-",
+            Row("exponents", f"{title}: of ball size", own.d, own.d_lower, own.d_upper, "-",
                  f"the thesis has {own.d_supposed:g}"),
-            _row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
-            _row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
-            _row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
+            Row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
+            Row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
+            Row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
                  f"collapses {own.collapse}"),
         ]  # fmt: skip
     for zone in zones.itertuples():
-        rows.append(_row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
+        rows.append(Row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
     for name, (title, unit, factor) in RANGES.items():
         low, high = about["ranges"][name]
         if name == "speed_hz" and mill.speed_unit == "hz":
             unit, factor = "Hz", 1.0
-        rows.append(_row("validity", title, None, low * factor, high * factor, unit))
-    rows.append(_row("validity", "largest error of an energy balance", closure, unit="-"))
+        rows.append(Row("validity", title, None, low * factor, high * factor, unit))
+    rows.append(Row("validity", "largest error of an energy balance", closure, unit="-"))
     return pd.DataFrame(rows, columns=SHEET)

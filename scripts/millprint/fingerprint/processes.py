@@ -87,7 +87,7 @@ class Process:
         kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
         regressor = GaussianProcessRegressor(kernel, alpha=errors**2 + 1e-10)
         with warnings.catch_warnings():
-            # A parameter at its bound is meant: few conditions cannot tell noise from shape.
+            # A parameter may end at its bound: few conditions cannot tell noise from shape.
             warnings.simplefilter("ignore", ConvergenceWarning)
             regressor.fit(inputs, logs - logs.mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level

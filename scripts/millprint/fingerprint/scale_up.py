@@ -20,7 +20,7 @@ SECONDS_PER_HOUR = 3600.0
 def tabulate_scale_up(
     fingerprint: Fingerprint, factor: float, settings: ScaleUpConfig, step_s: float, ns_per_ball_step: float
 ) -> pd.DataFrame:
-    """A row a way to run the large mill: speed, balls, descriptors and their ratios to the small mill's, costs.
+    """Speed, balls, descriptors, their ratios to the small mill's and the costs, for each way to run the large mill.
 
     factor: L [-]; step_s: the step for the small mill's balls [s], which grows with them; ns_per_ball_step: measured.
     `hours` is what one core takes for settings.revolutions. Descriptors are those of the fingerprint at the large

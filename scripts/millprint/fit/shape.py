@@ -52,7 +52,7 @@ def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
 
     narrowest = max(NARROWEST * size, 1.01 * parameters["fillet_radius_mm"])
     if excess(narrowest) > 0 or excess(WIDEST * size) < 0:
-        words = ", ".join(f"{name} {value:g}" for name, value in parameters.items())
-        raise ConfigError(f"fit.shape: no jar of {mill.volume_ml:g} mL has {words}")
+        described = ", ".join(f"{name} {value:g}" for name, value in parameters.items())
+        raise ConfigError(f"fit.shape: no jar of {mill.volume_ml:g} mL has {described}")
     radius = brentq(excess, narrowest, WIDEST * size, xtol=CLOSE_MM)
     return mill.model_copy(update={"geometry": jar(round(radius, 3))})

@@ -29,23 +29,15 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: S
         diameters = [row["ball_diameter_mm"]] if single else settings.ball_diameters_mm
         speeds = [row["speed_rpm"]] if single else settings.speeds_rpm
         places |= set(itertools.product(diameters, [row["fill_ratio"]], speeds))
-    return [
-        Case(
-            mill=mill,
-            contact=settings.contact,
-            ball_diameter_mm=diameter,
-            fill_ratio=fill,
-            speed_rpm=speed,
-            seed=seed,
-            time_step_s=settings.time_step_s,
-            closure_max=settings.closure_max,
-            settle_s=settings.settle_s,
-            discard_s=settings.discard_revolutions * 60.0 / speed,
-            window_s=stage.revolutions * 60.0 / speed,
-        )
-        for diameter, fill, speed in sorted(places)
-        for seed in range(stage.seeds)
-    ]
+    common = {"mill": mill, "contact": settings.contact}
+    common |= {name: getattr(settings, name) for name in ("time_step_s", "closure_max", "settle_s")}
+    cases = []
+    for (diameter, fill, speed), seed in itertools.product(sorted(places), range(stage.seeds)):
+        place = {"ball_diameter_mm": diameter, "fill_ratio": fill, "speed_rpm": speed, "seed": seed}
+        turns = {"discard_s": settings.discard_revolutions, "window_s": stage.revolutions}
+        times = {name: count * 60.0 / speed for name, count in turns.items()}
+        cases.append(Case(**common, **place, **times))
+    return cases
 
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> dict:
