@@ -87,11 +87,6 @@ class Misfit:
         """The simulated pairs (k, 2), in logarithms, with no more than a sum of squares [mm2]."""
         return np.array([key for key, (difference, _) in self.known.items() if (difference**2).sum() <= squares])
 
-    @property
-    def simulations(self) -> int:
-        """How many pairs were simulated."""
-        return len(self.known)
-
     def _simulated(self, logarithms: np.ndarray) -> tuple[np.ndarray, float]:
         key = tuple(map(float, logarithms))
         if key not in self.known:
@@ -175,7 +170,7 @@ def fit_friction(
         release_s=misfit.release_at(best),
         rms_mm=float(np.sqrt((misfit(best) ** 2).mean())),
         effective_places=error.places,
-        simulations=misfit.simulations,
+        simulations=len(misfit.known),
         **_tables(profiles, best, misfit, error),
     )
 

@@ -42,8 +42,7 @@ class Priors(Section):
     """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance."""
 
     length_scale: LogNormal = Field(
-        default=LogNormal(median=2.5, log_deviation=0.7),
-        description="length scales [standard deviations of an input]",
+        default=LogNormal(median=2.5, log_deviation=0.7), description="length scales [standard deviations of an input]"
     )
     variance: LogNormal = Field(
         default=LogNormal(median=0.5, log_deviation=1.5), description="variance of a term [variance of the target]"

@@ -59,8 +59,7 @@ class ExperimentConfig(Section):
     name: Name = Field(description="name of the experiment")
     contact: Name = Field(description="contact set; its friction pair is kept for a simulated track alone")
     track: ProjectFile | None = Field(
-        default=None,
-        description="measured track (time_s; across_mm, height_mm or both); simulated if left out",
+        default=None, description="measured track (time_s; across_mm, height_mm or both); simulated if left out"
     )
     track_mill: Name | None = Field(default=None, description="mill of a simulated track; that of the fit if left out")
     mill: Name | None = Field(default=None, description="mill in which the pair is fitted; the run's if left out")

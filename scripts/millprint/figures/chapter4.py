@@ -2,10 +2,9 @@
 
 import matplotlib.pyplot as plt
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN
+from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, LineLook
 
 MODES = {"speed": ("constant speed", COLOURS[0], "o"), "power": ("constant power", COLOURS[1], "s")}
 FILL_LABEL = "fill ratio [%]"
@@ -22,12 +21,8 @@ def plot_yield(cases: pd.DataFrame, slopes: pd.DataFrame) -> Figure:
         axis.plot(100 * line["fill_ratio"], line["yield_percent"], marker, color=colour, label=title)
         for fit in slopes[slopes["series"] == mode].itertuples():
             ends = 100 * line["fill_ratio"].iloc[[0, -1]]
-            axis.plot(
-                ends,
-                100 * (fit.intercept + fit.slope_per_pp * ends),
-                color=colour,
-                label=f"{fit.slope_per_pp:.3f} per point, $R^2$ = {fit.r2:.3f}",
-            )
+            label = f"{fit.slope_per_pp:.3f} per point, $R^2$ = {fit.r2:.3f}"
+            axis.plot(ends, 100 * (fit.intercept + fit.slope_per_pp * ends), color=colour, label=label)
     axis.set(xlabel=FILL_LABEL, ylabel="yield [%]", ylim=(0, 105))
     ratios = cases.drop_duplicates("fill_ratio").sort_values("fill_ratio")
     upper = axis.secondary_xaxis("top")
@@ -37,24 +32,15 @@ def plot_yield(cases: pd.DataFrame, slopes: pd.DataFrame) -> Figure:
     return figure
 
 
-def _against_fill(ax: Axes, table: pd.DataFrame, quantity: str, filled: bool, suffix: str) -> None:
-    for mode, (title, colour, marker) in MODES.items():
-        line = table[table["mode"].isin(["reference", mode])].sort_values("fill_ratio")
-        ax.plot(
-            100 * line["fill_ratio"],
-            line[quantity],
-            marker=marker,
-            color=colour,
-            linestyle="-" if filled else "--",
-            markerfacecolor=colour if filled else "none",
-            label=f"{title}, {suffix}",
-        )
-
-
-def _pair(published: pd.DataFrame, ours: pd.DataFrame, quantity: str, label: str) -> Figure:
+def _against_fill(published: pd.DataFrame, ours: pd.DataFrame, quantity: str, label: str) -> Figure:
+    """A quantity of the cases against fill ratio: dashed and open of the published curves, solid of ours."""
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.7))
-    _against_fill(axis, published, quantity, False, "published curves")
-    _against_fill(axis, ours, quantity, True, "our curves")
+    for source, table in {"published curves": published, "our curves": ours}.items():
+        for mode, (title, colour, marker) in MODES.items():
+            line = table[table["mode"].isin(["reference", mode])].sort_values("fill_ratio")
+            look: LineLook = {"linestyle": "-"} if table is ours else {"linestyle": "--", "markerfacecolor": "none"}
+            look |= {"marker": marker, "color": colour}
+            axis.plot(100 * line["fill_ratio"], line[quantity], label=f"{title}, {source}", **look)
     axis.set(xlabel=FILL_LABEL, ylabel=label, ylim=(0, None))
     axis.legend(fontsize=7)
     return figure
@@ -62,9 +48,9 @@ def _pair(published: pd.DataFrame, ours: pd.DataFrame, quantity: str, label: str
 
 def plot_specific_yield(published: pd.DataFrame, ours: pd.DataFrame) -> Figure:
     """Fig. 4.4: yield over power against fill ratio, with the powers of the published and of our curves."""
-    return _pair(published, ours, "specific_yield_per_W", "specific yield [1/W]")
+    return _against_fill(published, ours, "specific_yield_per_W", "specific yield [1/W]")
 
 
 def plot_mass_per_watt(published: pd.DataFrame, ours: pd.DataFrame) -> Figure:
     """Fig. 4.5: converted mass over power against fill ratio, with the powers of the published and of our curves."""
-    return _pair(published, ours, "mass_per_watt_g_W", "converted mass [g/W]")
+    return _against_fill(published, ours, "mass_per_watt_g_W", "converted mass [g/W]")

@@ -6,8 +6,12 @@ import pandas as pd
 from millprint.fingerprint.curves import at_shared_fills, universal_descriptors
 from millprint.fingerprint.descriptors import NOTHING, as_built
 
-# Scaled quantity -> the same quantity of one ball in its own unit.
-DIMENSIONAL = {"Pn": "normal_power_W", "Pt": "tangential_power_W", "f": "collision_frequency_hz"}
+# Scaled quantity -> the column that it scales; none for the ratio, which has no unit.
+DIMENSIONAL = {"Pn": "normal_power_W", "Pt": "tangential_power_W", "f": "collision_frequency_hz", "ratio": None}
+COLLAPSE_COLUMNS = [
+    *("scope", "compared", "quantity", "fill_ratio", "conditions"),
+    *("spread_dimensional", "spread_scaled", "spread_universal"),
+]
 # What differs between the conditions that are compared, for what a sweep varied.
 MACHINE = "speed and ball size"
 
@@ -16,26 +20,14 @@ def _spread(values: pd.Series) -> float:
     return float(values.std(ddof=1) / values.mean())
 
 
-def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> list[dict]:
+def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> list[tuple]:
     universal = universal_descriptors(descriptors)
     rows = []
     for fill, group in descriptors.groupby("fill_ratio", sort=True):
-        if len(group) < 2:
-            continue
-        for quantity in (*DIMENSIONAL, "ratio"):
-            before = group[DIMENSIONAL[quantity]] / group["balls"] if quantity in DIMENSIONAL else None
-            rows.append(
-                {
-                    "scope": scope,
-                    "compared": compared,
-                    "quantity": quantity,
-                    "fill_ratio": fill,
-                    "conditions": len(group),
-                    "spread_dimensional": np.nan if before is None else _spread(before),
-                    "spread_scaled": _spread(group[quantity]),
-                    "spread_universal": _spread(universal.loc[group.index, quantity]),
-                }
-            )
+        for quantity, column in DIMENSIONAL.items() if len(group) > 1 else ():
+            before = _spread(group[column] / group["balls"]) if column else np.nan
+            after = _spread(group[quantity]), _spread(universal.loc[group.index, quantity])
+            rows.append((scope, compared, quantity, fill, len(group), before, *after))
     return rows
 
 
@@ -64,5 +56,4 @@ def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
             rows += _rows(_with_reference(runs, varied), contact, varied)
     if len(contacts) > 1:
         rows += _rows(at_shared_fills(as_built(descriptors)), "universal")
-    columns = ["scope", "compared", "quantity", "fill_ratio", "conditions"]
-    return pd.DataFrame(rows, columns=[*columns, "spread_dimensional", "spread_scaled", "spread_universal"])
+    return pd.DataFrame(rows, columns=COLLAPSE_COLUMNS)

@@ -7,7 +7,6 @@ from statsmodels.stats.proportion import proportion_confint
 
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import Process
 
 # What is left out at a time -> the variables that its conditions share.
 LEFT_OUT = {
@@ -15,16 +14,6 @@ LEFT_OUT = {
     "fill ratio": ["fill_ratio"],
     "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
 }
-
-
-def _scores(process: Process, groups: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of the left-out log values and their standard deviations, all groups together."""
-    errors, deviations = [], []
-    for left in groups:
-        mean, deviation = process.leave_out(left)
-        errors.append(process.logs[left] - mean)
-        deviations.append(deviation)
-    return np.concatenate(errors), np.concatenate(deviations)
 
 
 def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
@@ -43,7 +32,9 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
             groups = grouped(process.inputs, shared)
             if len(groups) < 2:
                 continue
-            errors, deviations = _scores(process, groups)
+            left = np.concatenate(groups)
+            means, deviations = np.hstack([process.leave_out(group) for group in groups])
+            errors = process.logs[left] - means
             held = np.abs(errors) <= width * deviations
             lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
             rows.append(

@@ -11,14 +11,7 @@ from scipy.stats import norm
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
-from millprint.fingerprint.condition import (
-    BASIC,
-    VARIABLES,
-    Condition,
-    descriptors_of,
-    power_scale,
-    scaled_quantities,
-)
+from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.inputs import FORMAT, read_content

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from millprint.errors import ConfigError
 from millprint.hdf5 import open_hdf5
@@ -28,28 +27,17 @@ class OccupancyMap:
     temperature_m2_s2: np.ma.MaskedArray
 
 
-def occupancy_map(
-    title: str, edges_x: ArrayLike, edges_y: ArrayLike, count: ArrayLike, temperature: ArrayLike
-) -> OccupancyMap:
-    """Maps from counts and temperatures of the cells; raises ConfigError if no ball was seen in any cell."""
-    count, temperature = np.asarray(count, dtype=float), np.asarray(temperature, dtype=float)
-    if count.sum() <= 0:
-        raise ConfigError(f"{title}: no ball was seen on the grid; the run recorded no window")
-    empty = count == 0
-    return OccupancyMap(
-        title=title,
-        edges_x_m=np.asarray(edges_x),
-        edges_y_m=np.asarray(edges_y),
-        share=np.ma.masked_array(count / count.max(), mask=empty),
-        temperature_m2_s2=np.ma.masked_array(np.where(empty, 0.0, temperature), mask=empty),
-    )
-
-
 def read_occupancy(path: str | Path, title: str) -> OccupancyMap:
-    """Read the grid of a run.h5; raises ConfigError for a file without one."""
+    """The maps of a run.h5; raises ConfigError for a file without its grid, and if no ball was seen in any cell."""
     with open_hdf5(path) as run:
         group = run.get("occupancy")
         missing = [name for name in DATASETS if group is None or name not in group]
         if missing:
             raise ConfigError(f"{path}: occupancy/{missing[0]} is missing; rerun the simulation that wrote the file")
-        return occupancy_map(title, *(group[name][()] for name in DATASETS))
+        edges_x, edges_y, count, temperature = (group[name][()] for name in DATASETS)
+    if count.sum() <= 0:
+        raise ConfigError(f"{title}: no ball was seen on the grid; the run recorded no window")
+    empty = count == 0
+    share = np.ma.masked_array(count / count.max(), mask=empty)
+    temperature = np.ma.masked_array(np.where(empty, 0.0, temperature.astype(float)), mask=empty)
+    return OccupancyMap(title, edges_x, edges_y, share, temperature)

@@ -86,14 +86,10 @@ def design_cases(cases: pd.DataFrame, condition: Condition[float]) -> pd.DataFra
     for end in ("lower", "upper"):
         # Printed values have no interval.
         table[f"power_{end}_W"] = table["power_W"] * cases.get(f"power_{end}_share", np.nan)
-    table["power_as_printed_W"] = _power_as_printed(table)
+    energies = table["normal_energy_J"].round(6) + table["tangential_energy_J"].round(6)
+    table["power_as_printed_W"] = (table["balls"] * table["frequency_per_ball_hz"].round(0) * energies).round(1)
     table["ratio"] = table["tangential_energy_J"] / table["normal_energy_J"]
     return table
-
-
-def _power_as_printed(table: pd.DataFrame) -> pd.Series:
-    energies = table["normal_energy_J"].round(6) + table["tangential_energy_J"].round(6)
-    return (table["balls"] * table["frequency_per_ball_hz"].round(0) * energies).round(1)
 
 
 def with_curves(cases: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:

@@ -20,6 +20,12 @@ GRID = (81, 61)
 # What two results of the search must differ in, and to how many decimals.
 PLACE = ["mill", "contact", "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
+RANKED_COLUMNS = [
+    *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
+    *(f"{name}{end}" for name in TARGET_DESCRIPTORS for end in ("", "_lower", "_upper")),
+    *(f"{name}_residual_percent" for name in TARGET_DESCRIPTORS),
+    *("power_W", "within_interval", "inside", "outside"),
+]
 
 
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
@@ -102,11 +108,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
             )
             for condition in _local_minima(fingerprint, balls, target, weights, fills, speeds):
                 rows.append(_row(fingerprint, condition, target, weights))
-    bands = [f"{name}{end}" for name in TARGET_DESCRIPTORS for end in ("", "_lower", "_upper")]
-    columns = [*PLACE, "fill_ratio", "balls", "speed_rpm", "distance", *bands]
-    columns += [*(f"{name}_residual_percent" for name in TARGET_DESCRIPTORS)]
-    columns += ["power_W", "within_interval", "inside", "outside"]
-    table = pd.DataFrame(rows, columns=columns).sort_values("distance", ignore_index=True)
+    table = pd.DataFrame(rows, columns=RANKED_COLUMNS).sort_values("distance", ignore_index=True)
     # Two starts of the search can lead to the same condition.
     places = table[[*PLACE, *DECIMALS]].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
     table = table[~places.duplicated()].head(request.ranked).reset_index(drop=True)

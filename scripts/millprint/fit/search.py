@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from functools import cache
 
 import pandas as pd
 from scipy.stats import qmc
@@ -19,32 +20,28 @@ Jar = tuple[float, ...]
 
 
 class Search:
-    """Jars that were tried, and what came of them. A jar is a tuple of PARAMETERS."""
+    """The jars that were simulated, with their misfits. A jar is a tuple of PARAMETERS."""
 
     def __init__(self, settings: FitConfig, trial: Trial) -> None:
         self.settings, self.trial = settings, trial
         self.rows: list[dict] = []
-        self._known: dict[tuple[Jar, str], float] = {}
 
+    @cache  # noqa: B019 (a search lives as long as its job)
     def misfit(self, jar: Jar, stage: str) -> float:
-        """The misfit of a jar in a stage [-]; inf for one that cannot be built or run. Jars are tried only once."""
-        if (jar, stage) not in self._known:
-            parameters = dict(zip(PARAMETERS, jar, strict=True))
-            row = {"stage": stage, **parameters}
-            try:
-                table = self.trial(parameters, getattr(self.settings, stage))
-            except (ConfigError, SimulationError) as error:
-                logger.info("%s: %s", parameters, error)
-                found = float("inf")
-            else:
-                found = misfit(table)
-                errors = table.dropna(subset="ours").set_index("name")["error_percent"]
-                row |= {"misfit": found, "counting_rule": table["counting_rule"].iloc[0]}
-                row |= {"held_back_misfit": misfit(table[table["ours"].notna()], HELD_BACK)}
-                self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
-                logger.info("%s %s: misfit %.3f", stage, parameters, found)
-            self._known[jar, stage] = found
-        return self._known[jar, stage]
+        """The misfit of a jar in a stage [-]; inf for one that cannot be built or run. Each is simulated once."""
+        parameters = dict(zip(PARAMETERS, jar, strict=True))
+        try:
+            table = self.trial(parameters, getattr(self.settings, stage))
+        except (ConfigError, SimulationError) as error:
+            logger.info("%s: %s", parameters, error)
+            return float("inf")
+        found = misfit(table)
+        errors = table.dropna(subset="ours").set_index("name")["error_percent"]
+        row = {"stage": stage, **parameters, "misfit": found, "counting_rule": table["counting_rule"].iloc[0]}
+        row |= {"held_back_misfit": misfit(table[table["ours"].notna()], HELD_BACK)}
+        self.rows.append(row | {f"{name}_percent": value for name, value in errors.items()})
+        logger.info("%s %s: misfit %.3f", stage, parameters, found)
+        return found
 
     def table(self) -> pd.DataFrame:
         """A row for every trial: stage, parameters, misfit [-], rule, and the error of each value [%]."""
