@@ -3,7 +3,7 @@
 from millprint.config.mill import MillConfig
 from millprint.files import write_table
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import PANELS, average_curves, fill_grid
+from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.inputs import read_summaries
@@ -12,8 +12,6 @@ from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
 from millprint.job import job
-
-CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 
 
 def main(

@@ -2,23 +2,23 @@
 
 from millprint.files import read_table, write_table
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import PANELS, average_curves, conditions_of, fill_grid
-from millprint.fingerprint.descriptors import NUMBERS, TEXT, as_built
+from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, conditions_of, fill_grid
+from millprint.fingerprint.descriptors import DESCRIPTOR_NUMBERS, DESCRIPTOR_TEXT, as_built
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
-
-COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 
 
 def main(
     descriptors_path: str, output, mill: str, contact: str, volume_m3: float, interval: float, smooth_points: int
 ) -> None:
     """Average the descriptors of one mill and contact set, and fit the fingerprint."""
-    conditions = conditions_of(read_table(descriptors_path, numeric=NUMBERS, text=TEXT), mill, contact)
+    conditions = conditions_of(
+        read_table(descriptors_path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT), mill, contact
+    )
     built = as_built(conditions)
     write_table(average_curves(built), output.means)
     fingerprint = Fingerprint.fit(conditions, volume_m3, interval)
-    write_table(fingerprint.curve(fill_grid(built["fill_ratio"].unique(), smooth_points))[COLUMNS], output.curves)
+    write_table(fingerprint.curve(fill_grid(built["fill_ratio"].unique(), smooth_points))[CURVE_COLUMNS], output.curves)
     write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)
 

@@ -5,7 +5,7 @@ import pandas as pd
 from millprint.files import read_table, write_table
 from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.curves import at_shared_fills, average_curves, universal_descriptors
-from millprint.fingerprint.descriptors import NUMBERS, TEXT, as_built
+from millprint.fingerprint.descriptors import DESCRIPTOR_NUMBERS, DESCRIPTOR_TEXT, as_built
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
@@ -14,7 +14,7 @@ from millprint.job import job
 
 def main(inputs, output, mill: str, contacts: list[str], interval: float) -> None:
     """Write collapse, universal curves and zones of `mill`, and the exponents of every mill of the sweeps."""
-    descriptors = read_table(inputs.descriptors, numeric=NUMBERS, text=TEXT)
+    descriptors = read_table(inputs.descriptors, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
     own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
     write_table(tabulate_collapse(own), output.collapse)
     write_table(average_curves(universal_descriptors(at_shared_fills(as_built(own)))), output.universal)

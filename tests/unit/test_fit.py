@@ -18,8 +18,8 @@ from millprint.fit import fitted_mill
 from millprint.fit.preflight import fit_faults
 from millprint.fit.published import computed_values, misfit, published_values, with_roles
 from millprint.fit.search import Search, candidates, neighbours
-from millprint.fit.shape import PARAMETERS, on_grid, parameters_of, shaped, volume_ml
-from millprint.fit.table import COLUMNS, fit_table, parameter_rows, sensitivity_rows
+from millprint.fit.shape import JAR_PARAMETERS, on_grid, parameters_of, shaped, volume_ml
+from millprint.fit.table import FIT_COLUMNS, fit_table, parameter_rows, sensitivity_rows
 from millprint.fit.trial import trial_cases
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import summary, true_curves
@@ -110,7 +110,9 @@ def test_only_conditions_of_fitted_values_are_simulated():
 
 
 def grid_point(**change):
-    middle = {name: (getattr(SETTINGS.shape, name).low + getattr(SETTINGS.shape, name).high) / 2 for name in PARAMETERS}
+    middle = {
+        name: (getattr(SETTINGS.shape, name).low + getattr(SETTINGS.shape, name).high) / 2 for name in JAR_PARAMETERS
+    }
     return {name: on_grid(value, getattr(SETTINGS.shape, name)) for name, value in (middle | change).items()}
 
 
@@ -118,7 +120,7 @@ def quadratic(best):
     """A trial whose misfit grows with the distance from a known jar."""
 
     def trial(parameters, stage):
-        steps = [(parameters[name] - best[name]) / getattr(SETTINGS.shape, name).step for name in PARAMETERS]
+        steps = [(parameters[name] - best[name]) / getattr(SETTINGS.shape, name).step for name in JAR_PARAMETERS]
         ours = float(np.exp(0.01 * np.abs(steps).sum()))
         return pd.DataFrame(
             {
@@ -138,7 +140,7 @@ def test_the_search_climbs_to_a_known_jar():
     assert search.run(grid_point(height_mm=31)) == pytest.approx(best)
     table = search.table()
     assert table["misfit"].min() == pytest.approx(0, abs=1e-12)
-    assert not table.duplicated(["stage", *PARAMETERS]).any()
+    assert not table.duplicated(["stage", *JAR_PARAMETERS]).any()
 
 
 def test_the_search_leaves_out_jars_that_cannot_be_built():
@@ -157,25 +159,25 @@ def test_candidates_are_on_the_grid_and_hold_the_present_jar():
     assert len(jars) == SETTINGS.screening.jars
     for jar in jars:
         assert jar == tuple(
-            on_grid(value, getattr(SETTINGS.shape, n)) for n, value in zip(PARAMETERS, jar, strict=True)
+            on_grid(value, getattr(SETTINGS.shape, n)) for n, value in zip(JAR_PARAMETERS, jar, strict=True)
         )
 
 
 def test_neighbours_stay_in_the_ranges():
-    corner = tuple(getattr(SETTINGS.shape, name).low for name in PARAMETERS)
-    assert len(neighbours(corner, SETTINGS.shape)) == len(PARAMETERS)
-    assert len(neighbours(tuple(grid_point().values()), SETTINGS.shape)) == 2 * len(PARAMETERS)
+    corner = tuple(getattr(SETTINGS.shape, name).low for name in JAR_PARAMETERS)
+    assert len(neighbours(corner, SETTINGS.shape)) == len(JAR_PARAMETERS)
+    assert len(neighbours(tuple(grid_point().values()), SETTINGS.shape)) == 2 * len(JAR_PARAMETERS)
 
 
 def test_the_table_says_what_a_step_does():
     jar = grid_point()
     sensitivity = sensitivity_rows(jar, SETTINGS, quadratic(jar))
-    assert len(sensitivity) == 2 * 2 * len(PARAMETERS)
+    assert len(sensitivity) == 2 * 2 * len(JAR_PARAMETERS)
     assert sensitivity["change_percent"].to_numpy() == pytest.approx(100 * np.expm1(0.01))
     table = fit_table(parameter_rows(jar, 26.0, "gap_3ms"), quadratic(jar)(jar, None), sensitivity)
-    assert list(table.columns) == COLUMNS
+    assert list(table.columns) == FIT_COLUMNS
     assert table["record"].value_counts().to_dict() == {
-        "sensitivity": len(sensitivity), "parameter": len(PARAMETERS) + 2, "value": 2
+        "sensitivity": len(sensitivity), "parameter": len(JAR_PARAMETERS) + 2, "value": 2
     }  # fmt: skip
 
 

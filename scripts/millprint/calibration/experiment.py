@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.calibration.friction_fit import PARAMETERS, Fit, fit_friction
+from millprint.calibration.friction_fit import FRICTION_PAIR, Fit, fit_friction
 from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, read_track, simulate_track
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
@@ -60,8 +60,8 @@ def _fit_table(
         "contact": contact.name,
         "mill": mills["mill"].name,
         "track_mill": "" if measured else mills["track_mill"].name,
-        "parameter": PARAMETERS,
-        "given": [np.nan if measured else getattr(contact, name) for name in PARAMETERS],
+        "parameter": FRICTION_PAIR,
+        "given": [np.nan if measured else getattr(contact, name) for name in FRICTION_PAIR],
     }
     table = pd.DataFrame(known).merge(fit.summary, on="parameter")
     return table.assign(
@@ -80,7 +80,7 @@ def _paths(swing: Swing, pairs: list[tuple[float, float]], duration: float, rele
     tables = []
     for index, pair in enumerate(pairs):
         places = swing.positions(pair, duration)(times)
-        path = {"path": VARIED if index else FITTED, **dict(zip(PARAMETERS, pair, strict=True))}
+        path = {"path": VARIED if index else FITTED, **dict(zip(FRICTION_PAIR, pair, strict=True))}
         path |= {"time_s": times + release, **dict(zip(PLACES, places.T, strict=True))}
         tables.append(pd.DataFrame(path))
     return pd.concat(tables, ignore_index=True)

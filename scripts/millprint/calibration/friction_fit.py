@@ -29,7 +29,7 @@ from scipy.optimize import direct, least_squares, minimize_scalar
 from millprint.calibration.oscillation import PLACES
 from millprint.config.calibration import SwingConfig
 
-PARAMETERS = ("static_friction", "rolling_friction")
+FRICTION_PAIR = ("static_friction", "rolling_friction")
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends
 NO_BETTER = 0.01  # part of the error's variance by which S must fall for a pair to be better
@@ -183,7 +183,7 @@ def _tables(profiles: list[pd.DataFrame], best: np.ndarray, misfit: Misfit, erro
     threshold = error.threshold + (float(np.median(falls)) if falls.size else 0.0)
     accepted = misfit.pairs_within(squares + threshold * error.variance)
     rows = []
-    for index, (name, table) in enumerate(zip(PARAMETERS, tables, strict=True)):
+    for index, (name, table) in enumerate(zip(FRICTION_PAIR, tables, strict=True)):
         interval = _interval(table, threshold, accepted[:, index])
         rows.append({"parameter": name, "estimate": np.exp(best[index]), **interval, "is_steady": not falls.size})
         tables[index] = table.assign(parameter=name, threshold=threshold)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.calibration.experiment import SIMULATED
-from millprint.calibration.friction_fit import PARAMETERS
+from millprint.calibration.friction_fit import FRICTION_PAIR
 from millprint.claims.chapter3_causes import (
     AS_BUILT,
     CHANNELS,
@@ -48,7 +48,7 @@ def friction_fit(evidence: Evidence) -> Finding:
         f"{simulated} and track_mill == '{MILL}'",
         f"calibration.oscillation has no simulated experiment of contact set {CONTACT} in mill {MILL}",
     )
-    pair = same[same["experiment"] == same["experiment"].iloc[0]].set_index("parameter").loc[list(PARAMETERS)]
+    pair = same[same["experiment"] == same["experiment"].iloc[0]].set_index("parameter").loc[list(FRICTION_PAIR)]
     intervals = " and ".join(f"{row.lower:.4g} to {row.upper:.4g}" for row in pair.itertuples())
     told = [
         f"; a track made in {name} gives {'/'.join(f'{value:.3g}' for value in other['estimate'])} here"

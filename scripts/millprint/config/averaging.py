@@ -26,9 +26,7 @@ class InputScales(Section):
 class SmallestSpread(Section):
     """Spreads below which an input counts as hardly varied."""
 
-    tangential_share: NonNegative = Field(
-        default=0.05, description="smallest standard deviation that it is scaled by [-]"
-    )
+    tangential_share: NonNegative = Field(default=0.05, description="smallest standard deviation to scale it by [-]")
 
 
 class LogNormal(Section):
@@ -65,9 +63,5 @@ class AveragingConfig(Section):
     scales: InputScales = InputScales()
     smallest_spread: SmallestSpread = SmallestSpread()
     priors: Priors = Priors()
-    margin: Fraction = Field(
-        default=0.005, description="distance of a conversion from 0 and 1 under a bounded link [-]"
-    )
-    smallest_weight: Fraction = Field(
-        default=0.002, description="weight below which a member of the library is dropped [-]"
-    )
+    margin: Fraction = Field(default=0.005, description="distance of conversions from 0 and 1 under a bounded link [-]")
+    smallest_weight: Fraction = Field(default=0.002, description="members of a smaller weight are dropped [-]")

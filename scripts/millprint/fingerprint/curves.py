@@ -9,6 +9,7 @@ from millprint.fingerprint.condition import universal_factor
 # Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then what predictions need besides.
 PANELS = ("Pn", "Pt", "f", "ratio")
 CURVES = (*PANELS, "P", "En", "Et")
+CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
 FEWEST_FILLS = 3  # that a master curve needs
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from millprint.fingerprint.descriptors import CONDITION, NOTHING, condition_of
 
 CHANNELS = ("normal", "tangential")
-PARTS = ("mean_J", "sd_J", "cv_percent")
+CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
 
 
 def _revolutions(summaries: list[dict]) -> Iterator[tuple[dict, dict[str, np.ndarray]]]:
@@ -37,9 +37,9 @@ def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:
         for channel, energies in cycles.items():
             mean, deviation = energies.mean(), energies.std(ddof=1)
             values = (mean, deviation, 100.0 * deviation / mean)
-            row |= {f"{channel}_{part}": value for part, value in zip(PARTS, values, strict=True)}
+            row |= {f"{channel}_{part}": value for part, value in zip(CYCLE_PARTS, values, strict=True)}
         rows.append(row)
-    columns = [*CONDITION, "revolutions", *(f"{c}_{s}" for c in CHANNELS for s in PARTS)]
+    columns = [*CONDITION, "revolutions", *(f"{c}_{s}" for c in CHANNELS for s in CYCLE_PARTS)]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -75,7 +75,7 @@ def tabulate_published(cycles: pd.DataFrame, published: pd.DataFrame, mill: str,
     ours = ours[ours["varied"] == NOTHING].drop(columns=["mill", "varied", "density_kg_m3", "amplitude_m"])
     key = ["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]
     table = ours.merge(published, how="left", on=key, suffixes=("", "_published"))
-    for channel, part in itertools.product(CHANNELS, PARTS):
+    for channel, part in itertools.product(CHANNELS, CYCLE_PARTS):
         name = f"{channel}_{part}"
         if f"{name}_published" in table:
             table[f"{name}_deviation_percent"] = 100.0 * (table[name] / table[f"{name}_published"] - 1.0)

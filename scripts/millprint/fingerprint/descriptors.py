@@ -15,8 +15,8 @@ NOTHING = "nothing"
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # What the stages after it need of a table of descriptors.
-TEXT = [*CONDITION_TEXT, "counting_rule"]
-NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule"]
+DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
 RULE_COLUMNS = {

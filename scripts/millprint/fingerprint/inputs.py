@@ -19,24 +19,24 @@ FORMAT = "millprint fingerprint 1"
 WHERE = "one is written as fingerprint_CONTACT.json"
 # Numbers that a summary must have: group.key, or a key of its own.
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
-NUMBERS = (
+SUMMARY_NUMBERS = (
     *(column.key for column in MEASURED if not column.key.startswith("rule.")),
     *("density_kg_m3", "amplitude_m", "case.ball_diameter_mm", "case.fill_ratio", "case.speed_rpm", "case.seed"),
     *ERRORS,
 )
 # A run without a finished contact has no median duration, a window of less than two revolutions no standard error.
-OPTIONAL = {*(column.key for column in MEASURED if column.optional), *ERRORS}
+OPTIONAL_NUMBERS = {*(column.key for column in MEASURED if column.optional), *ERRORS}
 
 
 def check_summary(summary: dict, source: str) -> dict:
     """Return `summary` unchanged; raises ConfigError that names the file, the key and the value."""
-    for key in [*(key.split(".")[0] for key in NUMBERS), "mill", "contact", "collisions", "per_revolution"]:
+    for key in [*(key.split(".")[0] for key in SUMMARY_NUMBERS), "mill", "contact", "collisions", "per_revolution"]:
         if key not in summary:
             raise ConfigError(f"{source}: {key}: this key is missing; rerun the simulation that wrote the summary")
-    for key in NUMBERS:
+    for key in SUMMARY_NUMBERS:
         group, _, name = key.rpartition(".")
         value = summary[group].get(name) if group else summary[name]
-        if value is None and key in OPTIONAL:
+        if value is None and key in OPTIONAL_NUMBERS:
             continue
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             raise ConfigError(f"{source}: {key} = {value!r}: must be a finite number")

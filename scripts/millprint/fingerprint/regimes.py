@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from millprint.fingerprint.model import Fingerprint
 
 MODES = ("reference", "speed", "power")
-CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"}
+MEASURED_CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"}
 
 
 def read_regimes(path: str) -> pd.DataFrame:
     """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
-    positive = ["fill_ratio", "balls", *CURVES.values(), "bpr", "molar_ratio", "time_h", "borate_mass_g"]
+    positive = ["fill_ratio", "balls", *MEASURED_CURVES.values(), "bpr", "molar_ratio", "time_h", "borate_mass_g"]
     table = read_measured(
         path,
         [
@@ -32,7 +32,7 @@ def read_regimes(path: str) -> pd.DataFrame:
     )
     if (table["mode"] == "reference").sum() != 1:
         raise ConfigError(f"{path}: column mode: exactly one row must be the reference")
-    return table.rename(columns={column: name for name, column in CURVES.items()})
+    return table.rename(columns={column: name for name, column in MEASURED_CURVES.items()})
 
 
 def reference_condition(
@@ -100,7 +100,7 @@ def with_curves(cases: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame
     """
     curve = fingerprint.curve(cases["fill_ratio"].to_numpy()).set_index(cases.index)
     shares = {f"power_{end}_share": curve[f"P_{end}"] / curve["P"] for end in ("lower", "upper")}
-    return cases.assign(**{name: curve[name] for name in CURVES}, **shares)
+    return cases.assign(**{name: curve[name] for name in MEASURED_CURVES}, **shares)
 
 
 def cases_at(fill_ratios: list[float], reference: Condition[float], volume_m3: float) -> pd.DataFrame:
@@ -116,7 +116,7 @@ def cases_at(fill_ratios: list[float], reference: Condition[float], volume_m3: f
 
 def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
     """The cases at fill ratios at which the thesis prints curve values, with them; `measured` as of `read_regimes`."""
-    printed = measured.drop_duplicates("fill_ratio")[["fill_ratio", *CURVES]]
+    printed = measured.drop_duplicates("fill_ratio")[["fill_ratio", *MEASURED_CURVES]]
     return cases.merge(printed, on="fill_ratio", how="inner")
 
 

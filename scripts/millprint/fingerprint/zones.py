@@ -6,7 +6,7 @@ import pandas as pd
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import logarithms
 
-QUANTITIES = ("Pn", "Pt", "ratio")
+ZONE_CURVES = ("Pn", "Pt", "ratio")
 POINTS, SAMPLES = 120, 500
 
 
@@ -59,7 +59,7 @@ def _curves(fingerprint: Fingerprint, quantity: str, fills: np.ndarray) -> tuple
 
 
 def _zones_of_all(fills: np.ndarray, curves: dict[str, np.ndarray]) -> pd.DataFrame:
-    lines = zip(*(np.exp(curves[name]) for name in QUANTITIES), strict=True)
+    lines = zip(*(np.exp(curves[name]) for name in ZONE_CURVES), strict=True)
     return pd.DataFrame([zones_of(fills, *line) for line in lines])
 
 
@@ -73,7 +73,7 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     its own process.
     """
     fills = np.geomspace(*fingerprint.fill_range, POINTS)
-    pairs = {name: _curves(fingerprint, name, fills) for name in QUANTITIES}
+    pairs = {name: _curves(fingerprint, name, fills) for name in ZONE_CURVES}
     single = _zones_of_all(fills, {name: pair[0] for name, pair in pairs.items()})
     average = _zones_of_all(fills, {name: pair[1] for name, pair in pairs.items()})
     tail = 0.5 - 0.5 * fingerprint.about["probability"]

@@ -10,7 +10,7 @@ from scipy.stats import qmc
 from millprint.config.fit import FitConfig, ShapeConfig, StageConfig
 from millprint.errors import ConfigError, SimulationError
 from millprint.fit.published import HELD_BACK, misfit
-from millprint.fit.shape import PARAMETERS, on_grid
+from millprint.fit.shape import JAR_PARAMETERS, on_grid
 
 logger = logging.getLogger("millprint")
 
@@ -20,7 +20,7 @@ Jar = tuple[float, ...]
 
 
 class Search:
-    """The jars that were simulated, with their misfits. A jar is a tuple of PARAMETERS."""
+    """The jars that were simulated, with their misfits. A jar is a tuple of JAR_PARAMETERS."""
 
     def __init__(self, settings: FitConfig, trial: Trial) -> None:
         self.settings, self.trial = settings, trial
@@ -29,7 +29,7 @@ class Search:
     @cache  # noqa: B019 (a search lives as long as its job)
     def misfit(self, jar: Jar, stage: str) -> float:
         """The misfit of a jar in a stage [-]; inf for one that cannot be built or run. Each is simulated once."""
-        parameters = dict(zip(PARAMETERS, jar, strict=True))
+        parameters = dict(zip(JAR_PARAMETERS, jar, strict=True))
         try:
             table = self.trial(parameters, getattr(self.settings, stage))
         except (ConfigError, SimulationError) as error:
@@ -57,23 +57,23 @@ class Search:
             if better == best:
                 break
             best = better
-        return dict(zip(PARAMETERS, best, strict=True))
+        return dict(zip(JAR_PARAMETERS, best, strict=True))
 
 
 def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
     """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
-    ranges = [getattr(settings.shape, name) for name in PARAMETERS]
+    ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
     # A power of two keeps the sequence balanced; what is too much is not simulated.
     places = qmc.Sobol(len(ranges), seed=settings.seed).random_base2((settings.screening.jars - 1).bit_length())
     scaled = qmc.scale(places, [allowed.low for allowed in ranges], [allowed.high for allowed in ranges])
     drawn = [tuple(map(on_grid, place, ranges)) for place in scaled[: settings.screening.jars - 1]]
-    return list(dict.fromkeys([tuple(present[name] for name in PARAMETERS), *drawn]))
+    return list(dict.fromkeys([tuple(present[name] for name in JAR_PARAMETERS), *drawn]))
 
 
 def neighbours(jar: Jar, shape: ShapeConfig) -> list[Jar]:
     """The jars one step down and one up in each parameter that stay in the ranges."""
     found = []
-    for index, name in enumerate(PARAMETERS):
+    for index, name in enumerate(JAR_PARAMETERS):
         allowed = getattr(shape, name)
         for step in (-allowed.step, allowed.step):
             value = round(jar[index] + step, 9)

@@ -10,7 +10,7 @@ from millprint.errors import ConfigError
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import enclosed_volume
 
-PARAMETERS = tuple(ShapeConfig.model_fields)
+JAR_PARAMETERS = tuple(ShapeConfig.model_fields)
 
 # End radii that a jar is looked for between, over the cube root of its volume; it is found to this length [mm].
 NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
@@ -18,7 +18,7 @@ NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
 
 def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
     """The parameters of a jar, by name."""
-    own = {name: float(getattr(geometry, name)) for name in PARAMETERS if name != "straight_ratio"}
+    own = {name: float(getattr(geometry, name)) for name in JAR_PARAMETERS if name != "straight_ratio"}
     return {"straight_ratio": geometry.straight_mm / geometry.end_radius_mm, **own}
 
 

@@ -7,9 +7,9 @@ from millprint.config.fit import TrialConfig
 from millprint.errors import ConfigError
 from millprint.fit.published import NAMING
 from millprint.fit.search import Trial, neighbours
-from millprint.fit.shape import PARAMETERS
+from millprint.fit.shape import JAR_PARAMETERS
 
-COLUMNS = [
+FIT_COLUMNS = [
     "record", "parameter", "parameter_value", "step", *NAMING, "role", "counting_rule", "published", "ours",
     "error_percent", "standard_error_percent", "change_percent",
 ]  # fmt: skip
@@ -28,14 +28,14 @@ def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial)
     change_percent is against the unchanged jar under the same short windows, those of refining; its standard error is
     standard_error_percent. A jar that cannot be built is left out.
     """
-    present = tuple(jar[name] for name in PARAMETERS)
+    present = tuple(jar[name] for name in JAR_PARAMETERS)
     unchanged = trial(jar, settings.refining)
     tables = []
     for other in neighbours(present, settings.shape):
         index = next(k for k, value in enumerate(other) if value != present[k])
-        name = PARAMETERS[index]
+        name = JAR_PARAMETERS[index]
         try:
-            changed = trial(dict(zip(PARAMETERS, other, strict=True)), settings.refining)
+            changed = trial(dict(zip(JAR_PARAMETERS, other, strict=True)), settings.refining)
         except ConfigError:
             continue
         error = np.hypot(changed["standard_error_percent"], unchanged["standard_error_percent"])
@@ -49,10 +49,10 @@ def sensitivity_rows(jar: dict[str, float], settings: TrialConfig, trial: Trial)
                 standard_error_percent=error,
             )
         )
-    return pd.concat(tables).dropna(subset="ours") if tables else pd.DataFrame(columns=COLUMNS)
+    return pd.concat(tables).dropna(subset="ours") if tables else pd.DataFrame(columns=FIT_COLUMNS)
 
 
 def fit_table(parameters: pd.DataFrame, values: pd.DataFrame, sensitivity: pd.DataFrame) -> pd.DataFrame:
-    """The three kinds of records one below the other, with COLUMNS."""
+    """The three kinds of records one below the other, with FIT_COLUMNS."""
     frames = [parameters, values.assign(record="value"), sensitivity]
-    return pd.concat([frame for frame in frames if len(frame)], ignore_index=True).reindex(columns=COLUMNS)
+    return pd.concat([frame for frame in frames if len(frame)], ignore_index=True).reindex(columns=FIT_COLUMNS)
