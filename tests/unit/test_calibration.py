@@ -74,7 +74,7 @@ def test_bad_tracks_are_refused_in_one_line(tmp_path, columns, parts):
 @pytest.mark.parametrize(
     ("place", "value", "parts"),
     [
-        (("release", "across"), [1, 0, 0], ["release", "across", "square"]),
+        (("release", "across"), [1, 0, 0], ["release", "across", "perpendicular"]),
         (("static_friction",), [1.0, 0.5], ["static_friction", "below"]),
         (("experiments", 0), {"name": "a", "contact": "b", "track": "c", "track_mill": "d"}, ["track_mill", "both"]),
         (("experiments", 1, "name"), "calibrated", ["experiments", "calibrated"]),

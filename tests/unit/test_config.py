@@ -43,7 +43,7 @@ def test_every_fault_has_its_line():
 
 def test_two_counting_rules_of_one_name_are_refused():
     rules = [{"name": "a"}, {"name": "b"}, {"name": "a", "gap_s": 0.001}]
-    assert "two counting rules are called a" in fault({**DEM, "counting_rules": rules}, DemConfig)
+    assert "two counting rules have the name a" in fault({**DEM, "counting_rules": rules}, DemConfig)
 
 
 def test_an_unknown_parameter_of_a_counting_rule_names_its_place():

@@ -251,7 +251,7 @@ def test_bad_settings_are_refused_in_one_line(changes, words):
     assert "\n" not in str(caught.value)
 
 
-def test_levels_must_rise():
+def test_levels_must_increase():
     changed = thesis_settings()["factors"]
     changed[0]["levels"] = [30, 10, 50]
     with pytest.raises(ConfigError, match="values must rise"):

@@ -1,1 +1,1 @@
-"""Pydantic models of every YAML file: the one place that defines a key, its unit and its bounds."""
+"""Pydantic models of every YAML file. They define all keys with units and bounds."""

@@ -1,4 +1,4 @@
-"""Settings of the averaged Gaussian process: what it may be made of, before any yield is seen."""
+"""Settings of the averaged Gaussian process: its possible members, fixed before any yield is used."""
 
 from typing import Annotated, Literal
 
@@ -24,7 +24,7 @@ class InputScales(Section):
 
 
 class SmallestSpread(Section):
-    """Spreads below which an input counts as hardly varied."""
+    """Smallest standard deviations by which inputs are scaled."""
 
     tangential_share: NonNegative = Field(default=0.05, description="smallest standard deviation to scale it by [-]")
 

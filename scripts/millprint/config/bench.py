@@ -23,7 +23,7 @@ class BenchCase(Section):
 
 
 class LargeCase(Section):
-    """Many balls in the mill's jar scaled up to the fill ratio of one of the cases; millprint alone runs it."""
+    """Many balls in the mill's jar, scaled up to the fill ratio of one of the cases; only millprint runs it."""
 
     balls: Count = Field(description="number of balls [-]")
     ball_diameter_mm: Positive = Field(description="their diameter [mm]")
@@ -36,7 +36,7 @@ class LargeCase(Section):
 
 
 class LammpsLaw(Section):
-    """How LAMMPS is told the contact law."""
+    """The contact law in the terms of LAMMPS."""
 
     damping: Literal["tsuji", "coeff_restitution"] = Field(description="its damping model")
     rolling_stiffness_n_m: Positive = Field(description="spring of the rolling model `sds` [N/m]")
@@ -58,8 +58,8 @@ class PhysicsLaw(Section):
     """The contact set with some coefficients changed."""
 
     name: Name = Field(description="name of the law in the table")
-    restitution: float | None = Field(default=None, gt=0, le=1, description="in place of the contact set's [-]")
-    rolling_friction: NonNegative | None = Field(default=None, description="in place of the contact set's [-]")
+    restitution: float | None = Field(default=None, gt=0, le=1, description="instead of that of the contact set [-]")
+    rolling_friction: NonNegative | None = Field(default=None, description="instead of that of the contact set [-]")
     differs: str = Field(description="in what the two codes' laws still differ")
 
     def contact(self, base: ContactConfig) -> ContactConfig:
@@ -74,16 +74,16 @@ class PhysicsConfig(Section):
     box: BoxGeometry
     balls: Count = Field(description="number of balls [-]")
     ball_diameter_mm: Positive = Field(description="their diameter [mm]")
-    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="runs of each code, from as many starts [-]")
-    discard_s: NonNegative = Field(description="time of motion left out of the means [s]")
+    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="runs of each code, each from another start [-]")
+    discard_s: NonNegative = Field(description="time of motion before the means begin [s]")
     window_s: Positive = Field(description="time of motion averaged over [s]")
     laws: list[PhysicsLaw] = Field(min_length=1, description="contact laws to compare")
 
 
 class QuickConfig(Section):
-    """What the quick bench runs in place of the whole one."""
+    """Sizes of the quick benchmark."""
 
-    time_share: Positive = Field(le=1, description="share of the times driven, discarded and averaged [-]")
+    time_share: Positive = Field(le=1, description="fraction of the driven, discarded and averaged times [-]")
     repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
         description="interleaved repetitions of every timing [-]"
     )
@@ -98,8 +98,10 @@ class BenchConfig(Section):
     mill: Name = Field(description="mill whose jar is timed and whose motion every case has: a file in config/mills")
     contact: Name = Field(description="contact set: a file in config/contacts")
     speed_rpm: Positive = Field(description="speed of the mill [rpm]")
-    time_step_s: Positive = Field(description="integration step, made a little smaller to divide a revolution [s]")
-    settle_s: Positive = Field(description="time for the balls to come to rest before the shared start [s]")
+    time_step_s: Positive = Field(description="integration step, reduced a little so that it divides a revolution [s]")
+    settle_s: Positive = Field(
+        description="time for the balls to come to rest before the start, which is the same for all codes [s]"
+    )
     repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
         description="interleaved repetitions of every timing [-]"
     )
@@ -115,7 +117,7 @@ class BenchConfig(Section):
         return next(case for case in self.cases if case.name == name)
 
     def quickened(self) -> "BenchConfig":
-        """The quick bench: the same cases, with less of each; the large one once, for its cost changes on the way."""
+        """The quick benchmark: shortened cases, but the large one once in full, since its cost changes with time."""
         share, physics = self.quick.time_share, self.physics
         means = {"discard_s": physics.discard_s * share, "window_s": physics.window_s * share}
         return self.model_copy(
@@ -145,7 +147,7 @@ class BenchConfig(Section):
 
     @model_validator(mode="after")
     def _jars_are_those_of_lammps(self) -> "BenchConfig":
-        """LAMMPS is told an upright cylinder without fillets, and a box, both on z = 0."""
+        """Check that LAMMPS has the same jars: an upright cylinder without fillets, and a box, both on z = 0."""
         cylinder = self.cylinder
         if cylinder.axis != "z" or cylinder.fillet_radius_mm:
             raise ValueError("cylinder: must have axis = z and fillet_radius_mm = 0, as LAMMPS's has")

@@ -22,7 +22,7 @@ Bounds = tuple[Coefficient, Coefficient]
 
 
 class DropTestConfig(Section):
-    """A ball falls on a flat floor, its bounce gives the restitution (Eq. 3.19)."""
+    """A ball falls on a flat floor; its bounce gives the restitution (Eq. 3.19)."""
 
     ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
     heights_mm: list[Positive] = Field(
@@ -34,7 +34,7 @@ class DropTestConfig(Section):
 
 
 class ReleaseConfig(Section):
-    """The jar lies on its side or stands on edge, and a ball is let go at its wall. By default its z axis is level."""
+    """The jar lies on its side or stands on edge; a ball starts at its wall. Its z axis is horizontal by default."""
 
     down: Vector = Field(default=(-1.0, 0.0, 0.0), description="direction of gravity in the jar's own axes [-]")
     across: Vector = Field(
@@ -54,7 +54,7 @@ class ReleaseConfig(Section):
 
 
 class ExperimentConfig(Section):
-    """One track to which the friction pair is fitted: measured, or made by a simulation with a known pair."""
+    """A track to which the friction pair is fitted: measured, or simulated with a known pair."""
 
     name: Name = Field(description="name of the experiment")
     contact: Name = Field(description="contact set; its friction pair is kept for a simulated track alone")
@@ -113,7 +113,7 @@ class SwingConfig(Section):
 
 
 class OscillationConfig(SwingConfig):
-    """A ball swings along the jar's wall until it rests; its track gives both friction coefficients (Fig. 3.3)."""
+    """A ball swings along the wall of the jar until it rests; its track gives both friction coefficients (Fig. 3.3)."""
 
     experiments: list[ExperimentConfig] = Field(min_length=1, description="tracks to fit")
 

@@ -1,4 +1,4 @@
-"""Everything that must hold before a job starts: names, tables, balls that fit, a time step that is stable."""
+"""Loads the configuration and checks names and cases before a job starts."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,13 +15,13 @@ from millprint.errors import ConfigError
 
 MILL_FOLDER = "config/mills"
 CONTACT_FOLDER = "config/contacts"
-# What a fault names where no file is at fault: the configuration of a module, written in a Snakefile.
+# The name in messages about a configuration without a file, as in the Snakefile of a module.
 CONFIGURATION = "configuration"
 
 
 @contextmanager
 def stop_on_bad_input() -> Iterator[None]:
-    """Print each fault of the configuration on a line of its own and end the program, with no traceback."""
+    """Print a line for each fault of the input and end the program, without a traceback."""
     try:
         yield
     except ConfigError as error:

@@ -8,8 +8,8 @@ from millprint.config.section import Name, NamedSection
 class ContactConfig(NamedSection):
     """One contact set, the same for ball-ball and ball-wall contacts."""
 
-    name: Name = Field(description="name of the set, equal to the file's name")
-    source: str = Field(description="where the numbers come from")
+    name: Name = Field(description="name of the set, equal to the name of the file")
+    source: str = Field(description="source of the numbers")
     restitution: float = Field(gt=0, le=1, description="coefficient of restitution e [-], thesis Eq. 3.19")
     static_friction: float = Field(ge=0, le=100, description="static friction coefficient mu [-]")
     rolling_friction: float = Field(ge=0, le=100, description="rolling friction coefficient mu_r [-], thesis Eq. 3.16")

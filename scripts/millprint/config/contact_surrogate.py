@@ -24,7 +24,7 @@ class CoarseConfig(Section):
 
 
 class TraceConfig(Section):
-    """A simulation whose contacts are followed coarse step by coarse step."""
+    """A simulation whose contacts are recorded at each coarse step."""
 
     mill: Name
     """mill"""

@@ -1,4 +1,4 @@
-"""Counting rules: what is one collision."""
+"""Counting rules: what counts as one collision."""
 
 from typing import Annotated
 
@@ -46,7 +46,7 @@ def recorded_count(summary: dict, rule_name: str) -> dict:
 
 
 def check_names(rules: list[CountingRule]) -> list[CountingRule]:
-    """Refuse two rules of one name."""
+    """Raise ValueError if two rules have the same name."""
     if twice := first_repeated(rule.name for rule in rules):
-        raise ValueError(f"two counting rules are called {twice}; every rule needs a name of its own")
+        raise ValueError(f"two counting rules have the name {twice}; names must differ")
     return rules

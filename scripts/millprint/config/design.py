@@ -42,11 +42,11 @@ class Factor(Section):
 
     @property
     def numeric(self) -> bool:
-        """Whether the levels are numbers, so that a trend along them has a meaning."""
+        """Whether the levels are numbers, so that they can have a trend."""
         return isinstance(self.levels[0], float)
 
     def text(self, code: int) -> str:
-        """A level as it is shown to a reader."""
+        """A level as text for tables and figures."""
         return f"{self.levels[code]:g}" if self.numeric else str(self.levels[code])
 
 
@@ -95,28 +95,28 @@ class DesignConfig(Section):
         description="generated factors, such as 'D = A + B + C' modulo the levels; none: a full factorial",
     )
     replicates: Annotated[int, Field(ge=1, le=10_000)] = Field(
-        default=1, description="how often each treatment is run [-]"
+        default=1, description="number of runs of each treatment [-]"
     )
     order_seed: Seed = Field(default=2, description="seed of the randomised order of the runs")
 
     @property
     def symbols(self) -> list[str]:
-        """The factors' letters, in order."""
+        """The symbols of the factors, in order."""
         return [factor.symbol for factor in self.factors]
 
     @property
     def parsed_generators(self) -> list[Generator]:
-        """The generators, read."""
+        """The parsed generators."""
         return [parse_generator(text) for text in self.generators]
 
     @property
     def base_factors(self) -> list[Factor]:
-        """The factors that no generator makes."""
+        """The factors without a generator."""
         made = {generator.factor for generator in self.parsed_generators}
         return [factor for factor in self.factors if factor.symbol not in made]
 
     def factor(self, symbol: str) -> Factor:
-        """The factor of a letter."""
+        """The factor with this symbol."""
         return next(factor for factor in self.factors if factor.symbol == symbol)
 
     @model_validator(mode="after")

@@ -29,11 +29,11 @@ FILES = {
 HEAD = """# Every key
 
 Made by `make reference` from the models in `scripts/millprint/config`; do not edit. [README.md](README.md) says how to
-write a configuration of your own. The column `default` says what holds where a key is left out:
+write a configuration of your own. The column `default` shows the value if a key is missing:
 
 - `required`: the key must be given if its section is.
-- see the section: every key of that section has a default of its own, in the section's table.
-- left out: there is no value, and the meaning says what follows.
+- see the section: every key of that section has its own default, in the table of the section.
+- left out: there is no value; the column `meaning` says what that means.
 """
 
 # The sign of each bound, by its name in a JSON schema.
@@ -41,7 +41,7 @@ SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "max
 
 
 def schema_text(name: str) -> str:
-    """The JSON schema of a model, as it is committed in workflow/schemas."""
+    """The JSON schema of a model, as stored in workflow/schemas."""
     return json.dumps(MODELS[name].model_json_schema(by_alias=True), indent=1) + "\n"
 
 
@@ -81,7 +81,7 @@ def _row(key: str, field: FieldInfo, schema: dict) -> str:
 
 
 def _default(field: FieldInfo) -> str:
-    """The value as a YAML file has it; a section whose keys all have their own defaults is told by its own table."""
+    """The default as YAML; for a section whose keys all have defaults, a reference to its table."""
     value = field.default
     if value is PydanticUndefined or _is_empty_section(value):
         return "see the section"
@@ -95,7 +95,7 @@ def _is_empty_section(value: Any) -> bool:
 
 
 def _in_yaml(value: Any) -> str:
-    """A value in one line of YAML: numbers as people write them, sections without what they have by default."""
+    """A value as one line of YAML: readable numbers, and sections without their default values."""
     if isinstance(value, BaseModel):
         value = value.model_dump(mode="json", exclude_defaults=True)
     if isinstance(value, dict):

@@ -18,12 +18,14 @@ class ChemistryConfig(Section):
 
     limiting: str = Field(description="formula of the limiting reactant, such as NaBO2.4H2O")
     reductant: str = Field(description="formula of the other reactant, such as MgH2")
-    stoichiometric_ratio: Positive = Field(description="mol of reductant that a mol of limiting reactant takes up [-]")
-    gas_per_mole: Positive = Field(
-        description="mol of gas collected for a mol of limiting reactant that is all converted [-]"
+    stoichiometric_ratio: Positive = Field(
+        description="mol of reductant that reacts with a mol of limiting reactant [-]"
     )
-    limiting_purity: Purity = Field(default=1.0, description="mass share of the limiting reactant in its powder [-]")
-    reductant_purity: Purity = Field(default=1.0, description="mass share of the reductant in its powder [-]")
+    gas_per_mole: Positive = Field(
+        description="mol of gas collected per mol of limiting reactant at full conversion [-]"
+    )
+    limiting_purity: Purity = Field(default=1.0, description="mass fraction of the limiting reactant in its powder [-]")
+    reductant_purity: Purity = Field(default=1.0, description="mass fraction of the reductant in its powder [-]")
 
 
 class HalfLifeConfig(Section):
@@ -37,19 +39,19 @@ class PowderConfig(Section):
     """The charge of the jar in the screening runs."""
 
     balls: Count = Field(description="number of balls in the jar [-]")
-    ball_mass_g: Positive = Field(description="mass of all of them together [g]")
+    ball_mass_g: Positive = Field(description="total mass of the balls [g]")
 
 
 class GasConfig(Section):
-    """Conditions of the hydrogen collected over water; within the bounds the vapour never reaches the pressure."""
+    """Conditions of the hydrogen collected over water. Within the bounds, the vapour pressure stays below the total."""
 
     temperature_k: float = Field(
         default=298.15, ge=273.15, le=353.15, description="temperature of the gas and the water [K]"
     )
     pressure_pa: float = Field(default=101325.0, ge=5e4, le=2e5, description="total pressure of the gas [Pa]")
-    saturated: bool = Field(default=True, description="whether the gas holds water vapour, which is then taken off")
+    saturated: bool = Field(default=True, description="whether the gas holds water vapour, which is then subtracted")
     yield_max_percent: float = Field(
-        default=105.0, ge=100, description="computed yield above which a reading of the gas is refused [%]"
+        default=105.0, ge=100, description="a gas reading that gives a larger yield is refused [%]"
     )
 
 
@@ -64,7 +66,7 @@ class InteractionFigure(Section):
     """A figure of interaction plots side by side."""
 
     name: Name = Field(description="last part of the file's name")
-    title: str = Field(description="what the figure is, for the report")
+    title: str = Field(description="title of the figure in the report")
     panels: list[tuple[Symbol, Symbol]] = Field(
         min_length=1, max_length=3, description="for each panel the factor on the axis and the factor of the curves"
     )
@@ -78,10 +80,10 @@ class AnalysisConfig(DesignConfig):
     )
     confidence: Fraction = Field(default=0.95, description="level of the intervals of the effect sizes [-]")
     simulations: Annotated[int, Field(ge=100, le=100_000)] = Field(
-        default=2000, description="simulated sets of normal errors behind the residual checks' p-values"
+        default=2000, description="simulated sets of normal errors for the p-values of the residual checks"
     )
     repeatability_percent: Positive | None = Field(
-        default=None, description="standard deviation of a repeated run's yield, where the laboratory knows it [%]"
+        default=None, description="standard deviation of the yield of repeated runs, if known from the laboratory [%]"
     )
     interactions: list[InteractionFigure] = Field(default=[], description="figures of interaction plots")
 

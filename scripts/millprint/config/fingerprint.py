@@ -27,8 +27,8 @@ class TargetConfig(Section):
     name: Name = Field(description="name of the target")
     normal_energy_J: Positive | None = Field(default=None, description="mean normal energy per collision [J]")
     tangential_energy_J: Positive | None = Field(default=None, description="mean tangential energy per collision [J]")
-    frequency_per_ball_hz: Positive | None = Field(default=None, description="collisions of one ball a second [1/s]")
-    like: LikeConfig | None = Field(default=None, description="a condition of another mill, in place of numbers")
+    frequency_per_ball_hz: Positive | None = Field(default=None, description="collisions per ball and second [1/s]")
+    like: LikeConfig | None = Field(default=None, description="a condition of another mill, instead of numbers")
 
     @property
     def given(self) -> dict[str, float]:
@@ -43,7 +43,7 @@ class TargetConfig(Section):
 
 
 class WeightsConfig(Section):
-    """How much each descriptor counts when conditions are ranked."""
+    """Weights of the descriptors when conditions are ranked."""
 
     normal_energy_J: NonNegative = Field(default=1.0, description="weight of the normal energy [-]")
     tangential_energy_J: NonNegative = Field(default=1.0, description="weight of the tangential energy [-]")
@@ -61,7 +61,7 @@ class MatchConfig(Section):
         default=[], description="densities of the balls, if not as simulated [kg/m3]"
     )
     weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
-    ranked: Count = Field(default=10, description="conditions to list for each target")
+    ranked: Count = Field(default=10, description="number of conditions to list for each target")
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> "MatchConfig":
@@ -92,11 +92,13 @@ class InverseConfig(MatchConfig):
 
 
 class MapsConfig(Section):
-    """Which simulations the heat maps show."""
+    """Simulations shown as heat maps."""
 
     ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
     speed_rpm: Positive = Field(description="mill speed [rpm]")
-    fill_ratios: list[Fraction] = Field(min_length=1, max_length=4, description="fill ratios, a row of maps each [-]")
+    fill_ratios: list[Fraction] = Field(
+        min_length=1, max_length=4, description="fill ratios, with a row of maps for each [-]"
+    )
 
 
 class FingerprintConfig(Section):
@@ -117,10 +119,10 @@ class ConvergenceConfig(Section):
     """
 
     counting_rules: list[RuleName] = Field(
-        default=["lifetimes"], description="further rules of dem.counting_rules that the tables show"
+        default=["lifetimes"], description="further rules of dem.counting_rules in the tables"
     )
     tolerance_percent: Positive = Field(
-        default=1.0, description="largest deviation of a descriptor from that at the finest step, if not chance [%]"
+        default=1.0, description="largest significant deviation of a descriptor from its value at the finest step [%]"
     )
     confidence: Fraction = Field(
         default=0.95, description="probability that no comparison of a sweep is taken for a deviation by chance [-]"

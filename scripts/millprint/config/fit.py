@@ -1,4 +1,4 @@
-"""The section `fit`: the jar's shape and the counting rule, fitted to some published values and held to the rest."""
+"""The section `fit`: jar shape and counting rule, fitted to some published values and checked with the rest."""
 
 from typing import Annotated
 
@@ -13,7 +13,7 @@ Count = Annotated[int, Field(ge=1)]
 
 
 class RangeConfig(Section):
-    """A parameter of the jar's shape: where it is looked for, and on which grid."""
+    """A parameter of the jar's shape: the range and grid of its search."""
 
     low: NonNegative = Field(description="smallest value, in the parameter's unit")
     high: Positive = Field(description="largest value, in the parameter's unit")
@@ -32,7 +32,9 @@ class ShapeConfig(Section):
     straight_ratio: RangeConfig = Field(description="length of the straight sides over the end radius [-]")
     height_mm: RangeConfig = Field(description="inner height [mm]")
     facets_per_half_circle: RangeConfig = Field(description="flat facets of each round end [-]")
-    facet_unevenness: RangeConfig = Field(description="how far facets differ in width, by turns [-]")
+    facet_unevenness: RangeConfig = Field(
+        description="facets are alternately this much wider and narrower than the mean [-]"
+    )
     fillet_radius_mm: RangeConfig = Field(description="radius of the bottom edge's fillet [mm]")
 
     @model_validator(mode="after")
@@ -52,7 +54,7 @@ class StageConfig(Section):
 
 
 class TrialConfig(Section):
-    """What a jar is held against, and how it is simulated for that."""
+    """The values that a jar is compared with, and the simulations for it."""
 
     contact: Name = Field(description="contact set of the published values")
     fitted: list[ValueName] = Field(min_length=1, description="fitted values, at most half of each kind")

@@ -49,7 +49,7 @@ def _known_keys(model: type[BaseModel] | None) -> list[str]:
 
 
 def _where_it_belongs(model: type[BaseModel], place: tuple) -> str:
-    """A hint for a key that a section does not know, but one further out does; nothing if none does."""
+    """A hint if an unknown key belongs to an enclosing section; empty otherwise."""
     for depth in reversed(range(len(place) - 1)):
         section, outer = _follow(model, place[:depth])
         if place[-1] in _known_keys(section):

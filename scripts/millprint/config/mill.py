@@ -1,4 +1,4 @@
-"""Mills (config/mills/*.yaml): geometry, motion, bodies inside the vessel, and where the numbers come from."""
+"""Mills (config/mills/*.yaml): geometry, motion, bodies inside the vessel, and source of the numbers."""
 
 from typing import Annotated, Literal
 
@@ -35,13 +35,14 @@ class MillConfig(NamedSection):
     volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
         default=0.02,
         exclude=True,
-        description="how far volume_ml may be from the volume of the geometry without inserts, as a share of it [-]",
+        description="how far volume_ml may be from the volume of the geometry without inserts, as a fraction of it [-]",
     )
     geometry: VesselGeometry
     motion: Motion
     inserts: list[InsertConfig] = Field(default=[], description="solid bodies inside the vessel; none if left out")
     speed_unit: Literal["rpm", "hz"] = Field(
-        default="rpm", description="unit of the mill's speed in its figures: turns a minute, or cycles a second"
+        default="rpm",
+        description="unit of the mill's speed in its figures: revolutions per minute, or cycles per second",
     )
     sweep: MillSweepConfig | None = Field(
         default=None, description="conditions that make its fingerprint; derived from the mill if left out"

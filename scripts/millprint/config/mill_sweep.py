@@ -1,4 +1,4 @@
-"""Which conditions make the fingerprint of a mill: its own `sweep`, and the settings that all mills share (`mills`)."""
+"""The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
 from typing import Annotated
 
@@ -19,20 +19,22 @@ class MillSweepConfig(Section):
     ratio and with every seed.
     """
 
-    speeds_rpm: Speeds | None = Field(default=None, description="speeds of a mill that is set in turns a minute [rpm]")
-    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in cycles a second [Hz]")
+    speeds_rpm: Speeds | None = Field(
+        default=None, description="speeds of a mill that is set in revolutions per minute [rpm]"
+    )
+    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in cycles per second [Hz]")
     ball_diameters_mm: Several = Field(description="ball diameters [mm]")
     fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
         description="ball volume over the nominal volume [-]"
     )
     seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = Field(
-        default=[0], description="seeds of the starting positions: each condition is simulated with every one"
+        default=[0], description="seeds of the starting positions: each condition is simulated with every seed"
     )
     discard_turns: Turns | None = Field(
-        default=None, description="turns of the mill left out of every average; at least 0.25 s if left out [-]"
+        default=None, description="revolutions of the mill before the averages begin; by default at least 0.25 s [-]"
     )
     window_turns: Turns | None = Field(
-        default=None, description="turns of the mill that are recorded; at least 3, and 0.8 s, if left out [-]"
+        default=None, description="recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"
     )
 
     @model_validator(mode="after")
@@ -52,18 +54,18 @@ class MillSweepConfig(Section):
 
 
 class MatchMillsConfig(Section):
-    """Which conditions of one mill come nearest to a condition of another: target `match`."""
+    """The conditions of one mill that come nearest to a condition of another: target `match`."""
 
-    mill: Name = Field(description="mill whose conditions are sought: a file in config/mills")
+    mill: Name = Field(description="mill whose conditions are searched: a file in config/mills")
     like_mill: Name = Field(description="mill whose condition is to be met: a file in config/mills")
     like_speed_rpm: Positive = Field(description="its speed [rpm]")
     like_ball_diameter_mm: Positive = Field(description="its balls [mm]")
     like_fill_ratio: Fraction = Field(description="its fill ratio [-]")
     speeds_rpm: Range | None = Field(
-        default=None, description="speeds that can be set, from and to [rpm]; those that were simulated if left out"
+        default=None, description="range of possible speeds [rpm]; the simulated range if left out"
     )
     ball_diameters_mm: list[Positive] | None = Field(
-        default=None, description="balls at hand [mm]; those that were simulated if left out"
+        default=None, description="available balls [mm]; the simulated ones if left out"
     )
     ranked: Annotated[int, Field(ge=1, le=1000)] = Field(default=10, description="conditions to list")
 
@@ -76,9 +78,13 @@ class ScaleUpConfig(Section):
     ball_diameter_mm: Positive = Field(description="balls of the small mill [mm]")
     fill_ratio: Fraction = Field(description="fill ratio of both [-]")
     speed_rpm: PositiveSpeed = Field(description="speed of the small mill [rpm]")
-    revolutions: Turns = Field(default=10.0, description="turns of the large mill after its start, for the costs [-]")
+    revolutions: Turns = Field(
+        default=10.0, description="revolutions of the large mill after its start, for which the cost is estimated [-]"
+    )
     cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
-    run_turns: Turns = Field(default=1.0, description="turns of the large run, of which the last half counts [-]")
+    run_turns: Turns = Field(
+        default=1.0, description="revolutions of the large run, of which the second half is evaluated [-]"
+    )
     run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
 
 
@@ -98,10 +104,10 @@ class MillsConfig(Section):
     )
     settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest before the mill starts [s]")
     first_case_only: bool = Field(
-        default=False, description="simulate the first case of each mill of the box and no more, for a smoke test"
+        default=False, description="simulate only the first case of each mill of the box, for a smoke test"
     )
     collapse_max: Fraction = Field(
-        default=0.2, description="spread of scaled power, in logarithms, up to which curves are said to collapse [-]"
+        default=0.2, description="curves collapse if the scaled power spreads by no more than this, in logarithms [-]"
     )
     match: MatchMillsConfig | None = Field(
         default=None, description="conditions of one mill that come nearest to one of another; none if left out"

@@ -198,7 +198,9 @@ class PointsMotion(MotionSection):
 
     kind: Literal["points"]
     path: Annotated[str, project_path(".tsv")] = Field(description="the table, from the project's root: .tsv")
-    scale: Scale = Field(default=1.0, description="factor on the table's places, to make a mill of another size [-]")
+    scale: Scale = Field(
+        default=1.0, description="factor on the coordinates of the table, for a mill of another size [-]"
+    )
 
     def drive(self) -> Drive:
         """The table."""
@@ -206,7 +208,7 @@ class PointsMotion(MotionSection):
 
 
 class RestMotion(MotionSection):
-    """A body that stands still."""
+    """A body at rest."""
 
     kind: Literal["rest"]
 

@@ -1,4 +1,4 @@
-"""Settings of what follows from a yield model: predictions for new conditions, and the next experiments."""
+"""Settings of the uses of a yield model: predictions for new conditions, and the next experiments."""
 
 from typing import Annotated, Literal
 
@@ -11,7 +11,7 @@ Settings = Annotated[list[Positive], Field(min_length=1)]
 
 
 class RegionConfig(Section):
-    """Every value that the user can set; the region is all their combinations."""
+    """Possible values of each factor; the region is all their combinations."""
 
     bpr: Settings = Field(description="ball-to-powder mass ratios")
     molar_ratio: Settings = Field(description="mol of MgH2 to mol of NaBO2.4H2O")
@@ -26,17 +26,17 @@ class RegionConfig(Section):
 class ProposalConfig(Section):
     """The next experiments."""
 
-    runs: Count = Field(default=4, description="experiments to propose for each purpose, done as one batch")
+    runs: Count = Field(default=4, description="experiments for each purpose, proposed as one batch")
     curves: Literal["published", "fingerprint"] = Field(
         default="published",
-        description="master curves behind the descriptors: those of data.regimes, or those that were simulated",
+        description="master curves for the descriptors: those of data.regimes, or the simulated ones",
     )
     regimes: bool = Field(default=True, description="whether the cases of data.regimes train the model too")
     level: Fraction = Field(default=0.95, description="level of the predictive intervals [-]")
     shortlist: Count = Field(
         default=400, description="conditions that are compared jointly, half by merit and half at random"
     )
-    draws: Count = Field(default=2000, description="joint draws from the model behind the expected improvement")
+    draws: Count = Field(default=2000, description="joint draws from the model for the expected improvement")
     seed: Seed = Field(default=42, description="of the shortlist and the draws")
     region: RegionConfig
 
@@ -45,7 +45,7 @@ class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
     start_runs: Annotated[int, Field(ge=3, le=100_000)] = Field(default=8, description="runs known at the start")
-    starts: Count = Field(default=60, description="random starts, none of which holds the best run")
+    starts: Count = Field(default=60, description="random starts, which do not contain the best run")
     seed: Seed = Field(default=42, description="of the starts")
     links: Annotated[list[LinkName], Field(min_length=1)] = Field(
         default=["identity", "logit", "avrami"], description="scales of the yield that are averaged"
@@ -65,11 +65,12 @@ class PredictionConfig(Section):
         description="stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs",
     )
     tolerance: NonNegative = Field(
-        default=0.01, description="distance beyond the trained range that is still answered [ranges]"
+        default=0.01,
+        description="largest distance outside a trained range with a prediction, as a fraction of the range [ranges]",
     )
     share_tolerance: NonNegative = Field(
         default=0.02,
-        description="distance of the tangential share beyond the trained ones that is still answered [-]",
+        description="largest distance outside the trained tangential shares with a prediction [-]",
     )
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 Item = TypeVar("Item", bound=Hashable)
 
-# The kind of a fault that lies with one key of a section, which its context names.
+# The type of an error that concerns one key of a section; its context names the key.
 TRUTH = "truth_value"
 
 
@@ -46,19 +46,19 @@ def _takes(annotation: Any, kind: type) -> bool:
     return annotation is kind or any(_takes(item, kind) for item in get_args(annotation))
 
 
-# Sizes and places of mills [mm], in bounds that no machine reaches and no number overflows in.
+# Sizes and positions of mills [mm], with bounds beyond any machine but without overflow.
 Size = Annotated[float, Field(ge=0.01, le=10_000)]
 Place = Annotated[float, Field(ge=-10_000, le=10_000)]
 Vector = tuple[float, float, float]
 PlaceVector = tuple[Place, Place, Place]
-# A factor on the lengths of a file.
+# A factor for the lengths of a file.
 Scale = Annotated[float, Field(ge=1e-3, le=1e3)]
 
-# Whole numbers that no job could count to, and seeds that a library would refuse, are errors of typing.
+# Larger whole numbers are typing errors: no job could count to them, and libraries refuse such seeds.
 Count = Annotated[int, Field(ge=1, le=10_000_000)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
-# Set speeds [rpm, Hz], in bounds that no number overflows in; what a mill can do is told by mill.speed_limits.
+# Speeds [rpm, Hz], bounded so that no number overflows; mill.speed_limits knows what mills can do.
 FASTEST = 10_000_000
 Speed = Annotated[float, Field(ge=0, le=FASTEST)]
 PositiveSpeed = Annotated[float, Field(gt=0, le=FASTEST)]
@@ -78,7 +78,7 @@ Fraction = Annotated[float, Field(gt=0, lt=1)]
 
 
 class NamedSection(Section):
-    """A section with a YAML file of its own, which bears its name."""
+    """A section with a YAML file of its own, named after it."""
 
     name: Name
 
@@ -110,6 +110,6 @@ def nested_models(annotation: Any) -> list[type[BaseModel]]:
 
 
 def kind_of(model: type[BaseModel]) -> str:
-    """What a YAML file calls a model that is one of several: its `kind`, or else the model's name."""
+    """The name of a model in YAML if it is one of several: its `kind`, otherwise the name of the model."""
     kind = model.model_fields.get("kind")
     return get_args(kind.annotation)[0] if kind else model.__name__

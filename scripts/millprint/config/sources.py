@@ -28,7 +28,7 @@ class Sources:
     shipped: Callable[[str], str | None] = _nothing
 
     def find(self, path: str) -> str:
-        """The path as it is, or that of the workflow's file where the working folder has none."""
+        """The path itself, or that of the workflow's file if the working folder has no such file."""
         return path if Path(path).exists() else self.shipped(path) or path
 
     def names(self, folder: str | Path) -> list[str]:
@@ -37,7 +37,7 @@ class Sources:
         return sorted({file.stem for place in folders if place for file in Path(place).glob("*.yaml")})
 
     def resolve(self, section: Kept) -> Kept:
-        """A section with the place of every file that it names; see `find`."""
+        """The section with the location of every file that it names; see `find`."""
         changes: dict = {}
         for name, field in type(section).model_fields.items():
             value = getattr(section, name)
@@ -51,7 +51,7 @@ class Sources:
         return section.model_copy(update=changed) if changed else section
 
 
-# The files of the working folder alone.
+# Only the files of the working folder.
 WORKING_FOLDER = Sources()
 
 
@@ -73,7 +73,7 @@ def named_files(section: Section, place: str = "") -> Iterator[tuple[str, str]]:
 
 
 def check_paths(section: Section, source: str) -> None:
-    """Raise ConfigError for the first path that leads out of the working directory, or is none."""
+    """Raise ConfigError for the first text that is not a path inside the working directory."""
     root = Path.cwd().resolve()
     for key, value in named_files(section):
         try:

@@ -1,4 +1,4 @@
-"""YAML as configuration needs it: plain data, no key twice, no aliases that blow up, no nesting without end."""
+"""YAML for configuration: plain data, no key twice, a bounded number of aliases and levels."""
 
 from collections.abc import Hashable
 from pathlib import Path
@@ -38,7 +38,7 @@ class _StrictLoader(_Parser):
 
 
 def read_yaml(path: str | Path) -> object:
-    """Read a YAML file as plain data; raises ConfigError, in one line, with the place of what is wrong in it."""
+    """Read a YAML file as plain data. Raises ConfigError, in one line, with the position of the fault."""
     try:
         if Path(path).stat().st_size > LARGEST_BYTES:
             raise ConfigError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, which no configuration is")
@@ -66,7 +66,7 @@ def _check_depth(text: str, path: str | Path) -> None:
 
 
 def _check_size(content: object, path: str | Path) -> None:
-    """Refuse aliases (&a, *a) that repeat each other into a content without bound, or that hold themselves."""
+    """Refuse aliases (&a, *a) that multiply the content without bound, or contain themselves."""
     sizes: dict[int, int] = {}
     pending: set[int] = set()
 

@@ -1,4 +1,4 @@
-"""DEM settings and sweeps: which cases are simulated, the names that tell them apart, and what each changes."""
+"""DEM settings and sweeps: the simulated cases, their names, and what each changes."""
 
 import itertools
 from typing import Annotated
@@ -27,35 +27,40 @@ class DemConfig(Section):
     settle_s: Positive = Field(
         default=0.25, description="time for the balls to come to rest before the mill starts [s]"
     )
-    discard_s: NonNegative = Field(default=0.5, description="time of motion left out of every average [s]")
+    discard_s: NonNegative = Field(default=0.5, description="time of motion before the averages begin [s]")
     window_s: Positive = Field(default=1.0, description="time of motion that is recorded [s]")
     ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = Field(
-        default=20, description="samples of the energy ledger in each revolution"
+        default=20, description="samples of the energy ledger per revolution"
     )
     counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
-        default=DEFAULT_RULES, min_length=1, description="what counts as one collision: every run counts by each rule"
+        default=DEFAULT_RULES,
+        min_length=1,
+        description="definitions of one collision; every run counts by each of them",
     )
     skin_m: Annotated[float, Field(gt=0, le=0.1)] = Field(
         default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
     )
-    overlap_max: Fraction = Field(default=0.15, description="overlap over the ball's radius at which a run fails [-]")
+    overlap_max: Fraction = Field(
+        default=0.15, description="a run fails at this overlap, as a fraction of the ball's radius [-]"
+    )
     occupancy_interval_s: Positive = Field(
         default=5e-4, description="time between samples of occupancy, granular temperature and ball height [s]"
     )
     occupancy_cell_m: Positive = Field(default=0.002, description="side of the occupancy grid's square cells [m]")
     collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = Field(
-        default=3_000_000, description="longest table of collisions kept in run.h5; above it only its histograms are"
+        default=3_000_000,
+        description="run.h5 keeps a table of up to so many collisions; with more, only its histograms",
     )
     restart_interval_s: NonNegative = Field(
         default=60.0, description="wall time between restart files, from which a stopped run continues [s]"
     )
     closure_max: Fraction = Field(
-        default=0.002, description="energy balance error, as a fraction of the wall work, at which a run fails [-]"
+        default=0.002, description="a run fails at this energy balance error, as a fraction of the wall work [-]"
     )
     threads: Threads = Field(
         default=1,
-        description="threads inside one simulation, worth it from some thousands of balls; results depend on their "
-        "number by rounding",
+        description="threads inside one simulation, useful from some thousands of balls on; their number changes the "
+        "rounding of results",
     )
 
 
@@ -70,44 +75,42 @@ class SweepConfig(Section):
     speeds_rpm: list[Speed] = Field(min_length=1, description="mill speeds [rpm]")
     seeds: list[Seed] = Field(min_length=1, description="seeds of the starting positions")
     young_moduli_gpa: list[Positive] | None = Field(
-        default=None, description="Young's moduli in place of the contact set's [GPa]"
+        default=None, description="Young's moduli instead of the contact set's [GPa]"
     )
     amplitudes_mm: list[Positive] | None = Field(
         default=None, description="radii of the mill's circle or sun wheel in place of the mill's own [mm]"
     )
     densities_kg_m3: list[Positive] | None = Field(
-        default=None, description="densities of the balls in place of the contact set's [kg/m3]"
+        default=None, description="densities of the balls instead of the contact set's [kg/m3]"
     )
     time_steps_s: list[Positive] | None = Field(
         default=None,
         min_length=1,
-        description="integration steps in place of dem.time_step_s; several are compared, one alone is simulated [s]",
+        description="integration steps instead of dem.time_step_s; several are compared, one is only simulated [s]",
     )
     rayleigh_fraction: Fraction | None = Field(
-        default=None, description="step as a fraction of each case's own Rayleigh time, in place of dem.time_step_s [-]"
+        default=None, description="step as a fraction of each case's own Rayleigh time, instead of dem.time_step_s [-]"
     )
-    rayleigh_fraction_max: Fraction | None = Field(
-        default=None, description="in place of dem.rayleigh_fraction_max [-]"
-    )
-    closure_max: Fraction | None = Field(default=None, description="in place of dem.closure_max [-]")
-    threads: Threads | None = Field(default=None, description="in place of dem.threads")
-    settle_s: Positive | None = Field(default=None, description="in place of dem.settle_s [s]")
-    discard_s: NonNegative | None = Field(default=None, description="in place of dem.discard_s [s]")
-    window_s: Positive | None = Field(default=None, description="in place of dem.window_s [s]")
+    rayleigh_fraction_max: Fraction | None = Field(default=None, description="instead of dem.rayleigh_fraction_max [-]")
+    closure_max: Fraction | None = Field(default=None, description="instead of dem.closure_max [-]")
+    threads: Threads | None = Field(default=None, description="instead of dem.threads")
+    settle_s: Positive | None = Field(default=None, description="instead of dem.settle_s [s]")
+    discard_s: NonNegative | None = Field(default=None, description="instead of dem.discard_s [s]")
+    window_s: Positive | None = Field(default=None, description="instead of dem.window_s [s]")
     power_error_max: Fraction | None = Field(
         default=None,
         description="the window grows until the standard errors of normal and tangential power are below this [-]",
     )
     window_max_s: Positive | None = Field(
-        default=None, description="longest window where power_error_max asks for more than window_s [s]"
+        default=None, description="longest window if power_error_max requires more than window_s [s]"
     )
     snapshot_interval_s: Positive | None = Field(
-        default=None, description="time between recorded snapshots of every ball; none are recorded if left out [s]"
+        default=None, description="time between snapshots of every ball; none are recorded if left out [s]"
     )
     disturbances_m: list[Disturbance] | None = Field(
         default=None,
-        description="by how far every ball is displaced, each its own way, where the recorded window begins; 0 for the "
-        "run that the others are compared with [m]",
+        description="every ball is displaced by this distance, in a direction of its own, at the start of the recorded "
+        "window; 0 for the reference run [m]",
     )
 
     @model_validator(mode="after")
@@ -128,7 +131,7 @@ class SweepConfig(Section):
 
     @property
     def compares_steps(self) -> bool:
-        """Whether the sweep is a study of the time step, which takes more than one."""
+        """Whether the sweep compares several time steps."""
         return len(set(self.time_steps_s or [])) > 1
 
 
@@ -202,7 +205,7 @@ def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
 
 
 def threads_of(case: Case, dem: DemConfig) -> int:
-    """The threads that a case asks for: its own, or those of `dem`."""
+    """The threads of a case: its own number, or that of `dem`."""
     return case.threads or dem.threads
 
 
@@ -212,7 +215,7 @@ def ball_count(fill_ratio: float, volume_m3: float, diameter_m: float) -> int:
 
 
 def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[MillConfig, ContactConfig]:
-    """The mill and the contact set as a case runs them, its own values in place of theirs.
+    """The mill and the contact set of a case, with the values that the case changes.
 
     Raises ConfigError as `mill_of`.
     """

@@ -16,7 +16,7 @@ from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
-# Folders that no result may be written into.
+# Folders in which no result may be written.
 SOURCES = ("config", "envs", "scripts", "tests", "workflow")
 
 
@@ -27,7 +27,7 @@ class DataConfig(Section):
     wear: ProjectFile = Field(description="mass of the balls before and after milling")
     regimes: ProjectFile = Field(description="the five cases of chapter 4")
     split: ProjectFile = Field(description="the locked train-test split of the screening runs")
-    claims: ProjectFile = Field(description="every number the thesis states, with a tolerance")
+    claims: ProjectFile = Field(description="every number that the thesis states, with a tolerance")
     published: ProjectFile = Field(description="published values shown as marks in figures")
 
 
@@ -46,12 +46,10 @@ class ChapterSections(Section):
 
 
 class WorkflowConfig(Section):
-    """Everything that a run of the pipeline can be told. Only `mill` must be."""
+    """The complete configuration of a run. Only `mill` is required."""
 
     name: Name = Field(default="run", description="name of the run, shown in the report")
-    results: str = Field(
-        default="results", pattern=r"^[\w-]+(/[\w-]+)*$", description="folder that everything is written to"
-    )
+    results: str = Field(default="results", pattern=r"^[\w-]+(/[\w-]+)*$", description="folder for all results")
     mill: Name = Field(description="the mill of the run: a file in config/mills")
     contacts: list[Name] = Field(
         default=["calibrated"],
@@ -59,7 +57,7 @@ class WorkflowConfig(Section):
         description="contact sets of the run: files in config/contacts; mills have the first",
     )
     sweep: MillSweepConfig | None = Field(
-        default=None, description="conditions that make the mill's fingerprint; if left out, those of the mill's file"
+        default=None, description="conditions of the fingerprint of the mill; if left out, those of the mill's file"
     )
     data: DataConfig | None = Field(default=None, description="measured tables; for the chapters of the thesis")
     doe: DoeConfig | None = Field(default=None, description="chapter 2; for the chapters of the thesis")
@@ -75,7 +73,7 @@ class WorkflowConfig(Section):
     mills: MillsConfig = Field(
         default=MillsConfig(), validate_default=True, description="fingerprints of any mills, a match, a large mill"
     )
-    fit: FitConfig | None = Field(default=None, description="what was fitted to published values; none if left out")
+    fit: FitConfig | None = Field(default=None, description="fit to published values; none if left out")
     partition: PartitionConfig | None = Field(default=None, description="chapter 4; for the chapters of the thesis")
     yields: YieldConfig | None = Field(default=None, description="chapter 5; for the chapters of the thesis")
     surrogate: SurrogateConfig | None = Field(default=None, description="chapter 6; for the chapters of the thesis")
@@ -100,7 +98,7 @@ class WorkflowConfig(Section):
     def _chapters_have_all_their_sections(self) -> "WorkflowConfig":
         parts = self._chapter_parts()
         missing = [key for key, part in parts.items() if part is None]
-        # What was fitted is held against a table of `data`, in chapter 3.
+        # Chapter 3 compares the fit with a table of `data`.
         if missing and (len(missing) < len(parts) or self.fit):
             given = [key for key in parts if key not in missing] + (["fit"] if self.fit else [])
             raise ValueError(
@@ -117,6 +115,6 @@ class WorkflowConfig(Section):
 
     @property
     def chapters(self) -> ChapterSections | None:
-        """What the chapters of the thesis are told; None for a configuration without them."""
+        """The sections of the chapters; None for a configuration without chapters."""
         parts = {key.split(".")[-1]: part for key, part in self._chapter_parts().items()}
         return None if any(part is None for part in parts.values()) else ChapterSections(**parts)

@@ -1,4 +1,4 @@
-"""Settings of the yield stage: the models, the search of their hyper-parameters, and how they are judged."""
+"""Settings of the yield stage: models, search of hyper-parameters, and evaluation."""
 
 from typing import Annotated, Literal
 
@@ -22,12 +22,12 @@ class Bounded(Section):
         for name in type(self).model_fields:
             low, high = getattr(self, name)
             if low >= high:
-                raise ValueError(f"{name} = [{low}, {high}]: a lower and then a higher bound is wanted")
+                raise ValueError(f"{name} = [{low}, {high}]: the first bound must be below the second")
         return self
 
 
 class GprSpace(Bounded):
-    """Table 5.2. The values drawn are where the marginal likelihood (Eq. 5.10) starts to climb."""
+    """Table 5.2: starting points for maximising the marginal likelihood (Eq. 5.10)."""
 
     constant: Interval = Field(default=[0.1, 1000.0], description="constant scaling C, uniform [pp2]")
     length_scale: Interval = Field(
@@ -71,7 +71,7 @@ class XgbSpace(Bounded):
 
 
 class Spaces(Section):
-    """Where each algorithm's hyper-parameters are looked for."""
+    """The search space of each algorithm."""
 
     gpr: GprSpace = GprSpace()
     rf: RfSpace = RfSpace()
@@ -100,9 +100,9 @@ class SearchConfig(Section):
 
 
 class HeldOutConfig(SearchConfig):
-    """Predictions of every run by models that have not seen it: all repeated inside every outer fold."""
+    """Predictions of every run by models that were not trained on it; each outer fold repeats search and fit."""
 
-    # By default a smaller search than that of the models themselves: it is repeated many times.
+    # By default a smaller search than for the models themselves, since it is repeated many times.
     evaluations: Evaluations = Field(
         default=Evaluations(gpr=5, rf=5, svr=20, xgb=5),
         description="sets of hyper-parameters that are tried for each step of a model, in every outer fold",
@@ -131,12 +131,12 @@ class HeldOutConfig(SearchConfig):
 class HonestConfig(HeldOutConfig):
     """Evaluation over all runs, with scaling, search and fit repeated inside every outer fold."""
 
-    resamples: Count = Field(default=10_000, description="bootstrap resamples behind each interval")
+    resamples: Count = Field(default=10_000, description="bootstrap resamples for each interval")
     level: Fraction = Field(default=0.95, description="level of the bootstrap intervals [-]")
 
 
 class Choices(Section):
-    """What the thesis leaves open. The values are those that come nearest to its Table 5.6 (see choices.tsv)."""
+    """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6 (see choices.tsv)."""
 
     linear_features: list[str] = Field(
         default=["bpr", "molar_ratio", "time_h"], min_length=1, description="features of the linear baseline"
@@ -151,10 +151,11 @@ class Choices(Section):
         default="same", description="first step of a two-step model: the same algorithm, or a straight line"
     )
     residual_weights: Literal["yield", "residual"] = Field(
-        default="yield", description="what decides the weight of Eq. 5.3 while the residual model is tuned"
+        default="yield",
+        description="the weight of Eq. 5.3, when the residual model is tuned, follows the yield or the residual",
     )
     max_features: Annotated[float, Field(gt=0, le=1)] = Field(
-        default=1.0, description="fraction of the features that a forest's node sees [-]"
+        default=1.0, description="fraction of the features available at a forest's node [-]"
     )
 
 
@@ -162,9 +163,9 @@ class TrainingConfig(Section):
     """How a model is trained, whatever the budget of its search."""
 
     high_yield_percent: NonNegative = Field(
-        default=70.0, description="yield above which an error counts more, Eq. 5.3 [%]"
+        default=70.0, description="errors above this yield have a larger weight, Eq. 5.3 [%]"
     )
-    high_yield_weight: Positive = Field(default=2.0, description="weight of an error above it [-]")
+    high_yield_weight: Positive = Field(default=2.0, description="weight of an error above high_yield_percent [-]")
     seed: Seed = Field(default=42, description="of the folds, the search and the trees")
     spaces: Spaces = Spaces()
     choices: Choices = Choices()
