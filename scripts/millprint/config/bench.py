@@ -99,9 +99,7 @@ class BenchConfig(Section):
     contact: Name = Field(description="contact set: a file in config/contacts")
     speed_rpm: Positive = Field(description="speed of the mill [rpm]")
     time_step_s: Positive = Field(description="integration step, reduced a little so that it divides a revolution [s]")
-    settle_s: Positive = Field(
-        description="time for the balls to come to rest before the start, which is the same for all codes [s]"
-    )
+    settle_s: Positive = Field(description="time for the balls to come to rest before the common start [s]")
     repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
         description="interleaved repetitions of every timing [-]"
     )

@@ -18,9 +18,7 @@ class ChemistryConfig(Section):
 
     limiting: str = Field(description="formula of the limiting reactant, such as NaBO2.4H2O")
     reductant: str = Field(description="formula of the other reactant, such as MgH2")
-    stoichiometric_ratio: Positive = Field(
-        description="mol of reductant that reacts with a mol of limiting reactant [-]"
-    )
+    stoichiometric_ratio: Positive = Field(description="mol of reductant per mol of limiting reactant [-]")
     gas_per_mole: Positive = Field(
         description="mol of gas collected per mol of limiting reactant at full conversion [-]"
     )

@@ -97,7 +97,7 @@ class MapsConfig(Section):
     ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
     speed_rpm: Positive = Field(description="mill speed [rpm]")
     fill_ratios: list[Fraction] = Field(
-        min_length=1, max_length=4, description="fill ratios, with a row of maps for each [-]"
+        min_length=1, max_length=4, description="fill ratios; each has a row of maps [-]"
     )
 
 

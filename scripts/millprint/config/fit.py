@@ -32,9 +32,7 @@ class ShapeConfig(Section):
     straight_ratio: RangeConfig = Field(description="length of the straight sides over the end radius [-]")
     height_mm: RangeConfig = Field(description="inner height [mm]")
     facets_per_half_circle: RangeConfig = Field(description="flat facets of each round end [-]")
-    facet_unevenness: RangeConfig = Field(
-        description="facets are alternately this much wider and narrower than the mean [-]"
-    )
+    facet_unevenness: RangeConfig = Field(description="unevenness u of the facets, as in the stadium [-]")
     fillet_radius_mm: RangeConfig = Field(description="radius of the bottom edge's fillet [mm]")
 
     @model_validator(mode="after")

@@ -39,7 +39,7 @@ class StadiumGeometry(GeometrySection):
     facets_per_half_circle: HalfFacets = Field(description="flat facets of each round end [-]")
     facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = Field(
         default=0.0,
-        description="u: facets of a round end are by turns 1 + u and 1 - u times as wide as the mean, as in a mesh [-]",
+        description="u: facets of a round end are alternately 1 + u and 1 - u times as wide as the mean [-]",
     )
     fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
     fillet_facets: FilletFacets = Field(default=5, description="flat facets across the fillet [-]")

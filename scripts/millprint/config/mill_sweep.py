@@ -19,10 +19,8 @@ class MillSweepConfig(Section):
     ratio and with every seed.
     """
 
-    speeds_rpm: Speeds | None = Field(
-        default=None, description="speeds of a mill that is set in revolutions per minute [rpm]"
-    )
-    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in cycles per second [Hz]")
+    speeds_rpm: Speeds | None = Field(default=None, description="speeds of a mill that is set in rpm [rpm]")
+    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in Hz [Hz]")
     ball_diameters_mm: Several = Field(description="ball diameters [mm]")
     fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
         description="ball volume over the nominal volume [-]"
@@ -78,13 +76,9 @@ class ScaleUpConfig(Section):
     ball_diameter_mm: Positive = Field(description="balls of the small mill [mm]")
     fill_ratio: Fraction = Field(description="fill ratio of both [-]")
     speed_rpm: PositiveSpeed = Field(description="speed of the small mill [rpm]")
-    revolutions: Turns = Field(
-        default=10.0, description="revolutions of the large mill after its start, for which the cost is estimated [-]"
-    )
+    revolutions: Turns = Field(default=10.0, description="revolutions for which the cost is estimated [-]")
     cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
-    run_turns: Turns = Field(
-        default=1.0, description="revolutions of the large run, of which the second half is evaluated [-]"
-    )
+    run_turns: Turns = Field(default=1.0, description="revolutions of the large run; the second half counts [-]")
     run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
 
 

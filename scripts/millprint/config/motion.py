@@ -198,9 +198,7 @@ class PointsMotion(MotionSection):
 
     kind: Literal["points"]
     path: Annotated[str, project_path(".tsv")] = Field(description="the table, from the project's root: .tsv")
-    scale: Scale = Field(
-        default=1.0, description="factor on the coordinates of the table, for a mill of another size [-]"
-    )
+    scale: Scale = Field(default=1.0, description="factor on the coordinates of the table [-]")
 
     def drive(self) -> Drive:
         """The table."""

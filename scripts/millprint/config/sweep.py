@@ -40,9 +40,7 @@ class DemConfig(Section):
     skin_m: Annotated[float, Field(gt=0, le=0.1)] = Field(
         default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
     )
-    overlap_max: Fraction = Field(
-        default=0.15, description="a run fails at this overlap, as a fraction of the ball's radius [-]"
-    )
+    overlap_max: Fraction = Field(default=0.15, description="overlap over the ball's radius at which a run fails [-]")
     occupancy_interval_s: Positive = Field(
         default=5e-4, description="time between samples of occupancy, granular temperature and ball height [s]"
     )
