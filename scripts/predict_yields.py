@@ -51,7 +51,7 @@ def command_line() -> int:
     parser.add_argument("--extrapolate", action="store_true", help="predict outside the trained ranges too")
     given = parser.parse_args()
     if given.level is not None and not 0 < given.level < 1:
-        parser.error(f"--level = {given.level:g}: between 0 and 1 is wanted")
+        parser.error(f"--level = {given.level:g}: must be between 0 and 1")
     try:
         settings = read_settings(given.config)
         level = given.level or settings.interval_level

@@ -169,7 +169,7 @@ def test_means_are_averaged_over_whole_revolutions_of_the_box(config, mill, cont
     runs = [line for line in text.splitlines() if line.startswith("run ")]
     assert runs == ["run 300000", "run 500000"]
     assert text.index("run 300000") < text.index("fix means") < text.index("run 500000")
-    with pytest.raises(SimulationError, match="a multiple of 20 is wanted"):
+    with pytest.raises(SimulationError, match="must be a multiple of 20"):
         input_text(setup, config.lammps, 0.1 / 1001, [1], with_means=True)
 
 

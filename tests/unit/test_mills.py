@@ -181,7 +181,7 @@ def test_the_sweep_of_a_mill_that_has_none_follows_from_the_mill():
 
 
 def test_a_mill_that_never_moves_has_no_sweep():
-    with pytest.raises(ConfigError, match=r"config/mills/emax_rest.yaml: motion: nothing of this mill moves"):
+    with pytest.raises(ConfigError, match=r"config/mills/emax_rest.yaml: motion: nothing in this mill moves"):
         default_sweep(mill("emax_rest", sweep=None))
 
 

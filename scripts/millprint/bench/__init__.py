@@ -1,1 +1,1 @@
-"""`make bench`: millprint and LAMMPS side by side, for speed and as a check of the physics."""
+"""`make bench`: compares millprint with LAMMPS, in speed and in physics."""

@@ -1,4 +1,4 @@
-"""One case of the bench: a jar, its balls, and millprint's own simulations of it."""
+"""A case of the benchmark: a jar, its balls, and the simulation of it by millprint."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,16 +14,16 @@ from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError
 from millprint.mill.vessel import Vessel, build_vessel
 
-# Samples of a revolution in millprint's ledger: the recorded window that ends a timed run is one of them.
+# Ledger samples per revolution in millprint. The window that ends a timed run is one of them.
 SAMPLES = 200
 
-# The shortest time that a simulation can be told to settle [s]: one step of a jar at rest.
+# The shortest settling time of a simulation [s]: one step of a jar at rest.
 ONE_STEP_S = 1e-12
 
 
 @dataclass(frozen=True)
 class Jar:
-    """A jar as a mill, and how LAMMPS would write it; `region` is empty where it cannot."""
+    """A jar as a mill, and as a region of LAMMPS; `region` is empty if LAMMPS has no such shape."""
 
     name: str
     mill: MillConfig
@@ -82,7 +82,7 @@ class Setup:
         )
 
     def settings(self) -> DemConfig:
-        """Settings with next to no output."""
+        """Settings with almost no output."""
         return DemConfig(
             time_step_s=self.time_step_s,
             settle_s=self.settle_s,
@@ -128,7 +128,7 @@ def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int
 
 
 def at_rest(mill: MillConfig) -> MillConfig:
-    """The same mill standing still."""
+    """The same mill at rest."""
     return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
 
 
@@ -138,7 +138,7 @@ def settle(setup: Setup, seed: int, packed: np.ndarray | None = None) -> np.ndar
     packed: positions (n, 3) [m] in that frame to begin from, in place of the seed's packing.
     """
     still = replace(setup, jar=replace(setup.jar, mill=at_rest(setup.mill)))
-    # A jar at rest takes its samples as fractions of the window: one a step, not to shorten the step.
+    # A jar at rest has samples at fractions of the window: one per step, so that the step is not reduced.
     window = SAMPLES * setup.time_step_s
     simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))
     if packed is not None:
@@ -159,12 +159,12 @@ class Timing:
 
     @property
     def ns_per_ball_step(self) -> float:
-        """Wall time of a ball's step [ns]."""
+        """Wall time per ball and step [ns]."""
         return self.wall_s / self.steps / self.balls * 1e9
 
 
 def start_from(setup: Setup, start: np.ndarray, driven_s: float) -> Simulation:
-    """A simulation whose mill starts at once, with balls at rest at `start` (n, 3) [m] in the jar's frame."""
+    """A simulation whose mill starts at time 0, with balls at rest at `start` (n, 3) [m] in the jar's frame."""
     times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
     simulation = setup.simulation(setup.case(0, **times))
     simulation.balls.position[:] = start + simulation.motion.position(0.0)
@@ -180,5 +180,5 @@ def time_millprint(setup: Setup, start: np.ndarray, driven_s: float) -> Timing:
 
 
 def count_steps(simulation: Simulation) -> int:
-    """Steps of a whole run."""
+    """Number of steps of a run."""
     return simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1

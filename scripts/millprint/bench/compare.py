@@ -39,7 +39,7 @@ OURS, LAMMPS = "millprint", "LAMMPS"
 # Columns of results/bench/dem.tsv.
 COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")
 
-# Rough cost of a ball's step [ns], for the time to go alone.
+# Rough cost per ball and step [ns], only for the progress bar.
 ASSUMED_NS = {OURS: 40, LAMMPS: 300}
 
 
@@ -56,16 +56,16 @@ class Entry:
 
     @property
     def wall(self) -> str:
-        """What the wall is in this code."""
+        """The wall in this code: facets or smooth."""
         return f"facets ({len(self.setup.jar.vessel.facets)})" if self.code == OURS else "moving region"
 
     @property
     def cost(self) -> float:
-        """Seconds that a repetition may take."""
+        """Estimated time of a repetition [s]."""
         return self.steps * self.setup.balls * ASSUMED_NS[self.code] * 1e-9
 
     def time(self, lammps: Lammps, place: Path) -> Timing:
-        """Run it once."""
+        """Run the case once."""
         if self.code == OURS:
             return time_millprint(self.setup, self.start, self.driven_s)
         log = lammps.time(place / self.setup.name, self.setup, self.start, self.steps, self.step_s)

@@ -29,7 +29,7 @@ from millprint.config.bench import LammpsConfig, LammpsLaw
 from millprint.config.contact import ContactConfig
 from millprint.errors import SimulationError
 
-# Steps between the instants that means are taken of.
+# Steps between the samples of a mean.
 SAMPLE_EVERY = 20
 
 # Means in the order of `fix ave/time`, with the variable of the input that each is.
@@ -136,7 +136,7 @@ def means_lines(setup: Setup, step_s: float) -> list[str]:
     ]
     revolution = round(2 * math.pi / setup.angular_frequency / step_s)
     if revolution % SAMPLE_EVERY:
-        raise SimulationError(f"{revolution} steps a revolution: a multiple of {SAMPLE_EVERY} is wanted for means")
+        raise SimulationError(f"{revolution} steps a revolution: must be a multiple of {SAMPLE_EVERY} for means")
     return [
         "compute translation all ke",
         "compute spin all erotate/sphere",
@@ -155,7 +155,7 @@ def means_lines(setup: Setup, step_s: float) -> list[str]:
 
 @dataclass(frozen=True)
 class LammpsLog:
-    """What the log of a run says of its last loop."""
+    """The data of the last loop in the log of a run."""
 
     version: str
     loop_s: float

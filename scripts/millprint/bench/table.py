@@ -1,4 +1,4 @@
-"""The bench's tables on the terminal."""
+"""The tables of the benchmark as text."""
 
 import pandas as pd
 
@@ -16,7 +16,7 @@ def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
 
 
 def across_text(over_jar: dict[str, float], jar: str, large: tuple[str, str, float]) -> str:
-    """What compares rows of different jars, and so stands in no column."""
+    """The comparison between different jars, which has no column in the table."""
     ratios = ", ".join(f"{case} {ratio:.1f}" for case, ratio in over_jar.items())
     return (
         f"LAMMPS in the cylinder over millprint in the {jar} jar, which LAMMPS cannot express: {ratios}\n"
@@ -25,7 +25,7 @@ def across_text(over_jar: dict[str, float], jar: str, large: tuple[str, str, flo
 
 
 def physics_text(table: pd.DataFrame) -> str:
-    """The means of both codes, law by law, with what the laws differ in."""
+    """The means of both codes for each law, with the remaining differences between the laws."""
     parts = []
     for (law, differs), rows in table.groupby(["law", "differs"], sort=False):
         shown = pd.DataFrame(

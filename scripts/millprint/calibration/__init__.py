@@ -1,1 +1,1 @@
-"""Virtual calibration: contact coefficients from what a ball does in a jar (thesis Sec. 3.2.2)."""
+"""Virtual calibration: contact coefficients from the motion of a ball in a jar (thesis Sec. 3.2.2)."""

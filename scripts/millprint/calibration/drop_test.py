@@ -18,7 +18,7 @@ HEIGHTS = ["drop_height_mm", "bounce_height_mm"]
 
 
 def _room(diameter: float, height: float) -> Vessel:
-    """A box with room to spare: restitution belongs to the contact set and not to the mill."""
+    """A box much larger than the ball, since restitution depends on the contact set and not on the mill."""
     wide, tall = 6e3 * diameter, 1e3 * (height + 3 * diameter)
     box = BoxGeometry(kind="box", x_mm=wide, y_mm=wide, z_mm=tall)
     return Vessel(shape_facets(box, "drop test", solid=False), "drop test")

@@ -1,4 +1,4 @@
-"""One oscillation experiment from its track to the tables of its fit."""
+"""An oscillation experiment: from the track to the tables of the fit."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""The friction pair that fits the track of a swinging ball, and how well the track tells it (thesis Fig. 3.3).
+"""The friction pair that fits the track of a swinging ball, and its uncertainty (thesis Fig. 3.3).
 
 With one error of one size in all places, the most likely pair is the one of least squares,
 S(mu, mu_r) = sum (x_measured - x_simulated)^2. Both coefficients are searched for by their logarithms. S is rough: a
@@ -32,12 +32,12 @@ from millprint.config.calibration import SwingConfig
 FRICTION_PAIR = ("static_friction", "rolling_friction")
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends
-NO_BETTER = 0.01  # part of the error's variance by which S must fall for a pair to be better
+NO_BETTER = 0.01  # a pair is better if S falls by this fraction of the variance of the error
 NEAR = 0.15  # half width of the range, in the logarithm, that is searched again around the best pair
-ROUNDS_MAX = 3  # how often the search may begin again at a better pair
-PROFILE_REACH = 2.0  # profiles reach as many half widths of the interval, taken from the curvature, to either side
-NARROWEST = 0.01  # such a half width at least, in the logarithm: curvature says little where S is rough
-LONGER = 3  # a profile goes on up to so many times as far until it has left the interval
+ROUNDS_MAX = 3  # largest number of restarts at a better pair
+PROFILE_REACH = 2.0  # profiles reach this many half widths of the interval, from the curvature, to either side
+NARROWEST = 0.01  # smallest half width, in the logarithm, since the curvature of a rough S is unreliable
+LONGER = 3  # a profile is extended by up to this factor until it has left the interval
 
 Simulate = Callable[[tuple[float, float], float], CubicSpline]
 Tick = Callable[[int], object]
@@ -45,14 +45,14 @@ Tick = Callable[[int], object]
 
 @dataclass
 class Fit:
-    """The best pair, and what surrounds it."""
+    """The best pair, its intervals and its profiles."""
 
     pair: np.ndarray  # (2,) static and rolling friction [-]
-    release_s: float  # time of the track at which the ball was let go
+    release_s: float  # time of the track at which the ball was released
     rms_mm: float
-    effective_places: float  # places with independent errors
+    effective_places: float  # number of positions with independent errors
     simulations: int
-    summary: pd.DataFrame  # one row a parameter
+    summary: pd.DataFrame  # a row for each parameter
     profile: pd.DataFrame  # parameter, value, other, excess
 
 
@@ -80,7 +80,7 @@ class Misfit:
         return self._simulated(logarithms)[1]
 
     def best(self) -> np.ndarray:
-        """The best pair (2,) that was ever simulated, in logarithms."""
+        """The best simulated pair (2,), in logarithms."""
         return np.array(min(self.known, key=lambda key: float((self.known[key][0] ** 2).sum())))
 
     def pairs_within(self, squares: float) -> np.ndarray:
@@ -99,7 +99,7 @@ class Misfit:
         path = self.simulate(pair, self.times[-1] + widest)
 
         def difference(release: float) -> np.ndarray:
-            # Before it is let go, the ball stays where it is.
+            # Before its release, the ball is at rest.
             places = path(np.maximum(self.times - release, 0.0))[:, self.columns]
             return (places - self.measured).T.ravel()
 
@@ -130,7 +130,7 @@ class Misfit:
 
 
 class _Error(NamedTuple):
-    """What the misfit of the best pair says of the errors."""
+    """The errors, estimated from the misfit of the best pair."""
 
     places: float  # with independent errors
     variance: float  # by which S is divided for the F test [mm2]
@@ -176,7 +176,7 @@ def fit_friction(
 
 
 def _tables(profiles: list[pd.DataFrame], best: np.ndarray, misfit: Misfit, error: _Error) -> dict[str, pd.DataFrame]:
-    """The estimates with their intervals, and the profiles with the excess that the F test looks at."""
+    """The estimates with their intervals, and the profiles with the excess for the F test."""
     squares = misfit.squares(best)
     tables = [table.assign(excess=(table["squares_mm2"] - squares) / error.variance) for table in profiles]
     falls = np.concatenate([_falls(table["excess"].to_numpy()) for table in tables])
@@ -191,7 +191,7 @@ def _tables(profiles: list[pd.DataFrame], best: np.ndarray, misfit: Misfit, erro
 
 
 def _falls(excess: np.ndarray) -> np.ndarray:
-    """By how much a profile falls on its way out from its lowest point, wherever it does."""
+    """How much a profile falls outwards from its lowest point, at each point where it does."""
     lowest = int(excess.argmin())
     steps = np.concatenate([np.diff(excess[lowest::-1]), np.diff(excess[lowest:])])
     return -steps[steps < 0]
@@ -200,7 +200,7 @@ def _falls(excess: np.ndarray) -> np.ndarray:
 def _search(misfit: Misfit, bounds: np.ndarray, simulations: int) -> np.ndarray:
     """The best pair (2,) of a search through the whole range and of another one around what that has found."""
     for _ in range(2):
-        # DIRECT stops by its count of simulations, not by the size of a cell.
+        # DIRECT stops after a number of simulations, not at a cell size.
         best = direct(misfit.squares, list(bounds.T), maxfun=simulations // 2, vol_tol=0, len_tol=0).x
         bounds = np.clip(best + np.array([[-NEAR], [NEAR]]), bounds[0], bounds[1])
     return misfit.best()

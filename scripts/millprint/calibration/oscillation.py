@@ -1,4 +1,4 @@
-"""A ball let go at the wall of a jar, which swings until it rests (thesis Sec. 3.2.2, Figs 3.2 and 3.3).
+"""A ball that is released at the wall of a jar and swings until it rests (thesis Sec. 3.2.2, Figs 3.2 and 3.3).
 
 The jar is turned so that a curved wall is at the bottom: gravity has a direction in the jar's axes. The thesis starts
 the ball in the middle of a straight side that stands upright. It falls without rotation, slides on the curved wall,
@@ -28,7 +28,7 @@ from millprint.tables import Number, read_measured, refuse_rows
 SAMPLE_S = 4e-3  # between positions of the ball: a cubic through them is exact to about a micrometre
 PLACES = ["across_mm", "height_mm"]
 FEWEST_FRAMES = 20  # of a measured track
-STANDS_OUT_MM = 1.0  # a turn must differ from the middle by this much to count
+STANDS_OUT_MM = 1.0  # smallest distance of a counted turn from the middle
 START_GAP = 1e-4  # gap to the wall at the start over the ball's radius [-]
 
 
@@ -83,7 +83,7 @@ def make_swing(
     begin = middle + (level - middle @ axes[1]) * axes[1]
 
     def clearance(way: float) -> float:
-        """Gap between the ball and the wall, so far across from the middle [m]."""
+        """Gap between the ball and the wall at a distance across from the middle [m]."""
         return float(-signed_distance(vessel)(begin + way * axes[0])[0]) - radius * (1 + START_GAP)
 
     if clearance(0.0) <= 0:
@@ -118,7 +118,7 @@ def describe_swings(swing: Swing, pairs: list[tuple[float, float]], duration: fl
     first_rise_mm and second_rise_mm (height at the first and second turn), first_turn_s, last_turn_s.
     Raises SimulationError.
     """
-    # Takes long to import, and Snakemake imports this module to check what a user asks for.
+    # Slow to import, and the check of the input imports this module.
     from scipy.signal import find_peaks
 
     rows = []

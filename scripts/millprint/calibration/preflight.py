@@ -1,4 +1,4 @@
-"""What must hold of the calibration before a job starts: the user's tables, and a ball that fits the jar."""
+"""Checks of the calibration before a job starts: the user's tables, and that the ball fits the jar."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from millprint.errors import ConfigError
 def calibration_faults(
     config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
 ) -> Iterator[str]:
-    """A line for each fault; none if all holds, or if nothing is calibrated."""
+    """A line for each fault; none if everything is valid, or if nothing is calibrated."""
     settings, fraction = config.calibration, config.dem.rayleigh_fraction_max
     if settings is None:
         return

@@ -9,7 +9,7 @@ from scipy.constants import gas_constant
 from millprint.config.doe import ChemistryConfig
 from millprint.errors import ConfigError
 
-# A number, or an array or pandas column of them.
+# A number, an array, or a pandas column.
 Quantity = np.ndarray | float
 
 # The pressure of water vapour: Wagner and Pruss, J. Phys. Chem. Ref. Data 31, 387 (2002), Eq. 2.5.

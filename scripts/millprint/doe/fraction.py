@@ -59,7 +59,7 @@ class Fraction:
         return [place for place, levels in enumerate(self.levels) if levels == number]
 
     def normalised(self, word: Word) -> Word:
-        """The multiple of `word` whose first exponent of each number of levels is 1; the empty word as it is."""
+        """The multiple of `word` whose first exponent is 1 for each number of levels; the empty word stays empty."""
         result = list(word)
         for number in self.fractional:
             places = self._places(number)

@@ -1,4 +1,4 @@
-"""What other groups reported (thesis Tables 2.1 and 2.2), what each left out, and whether their numbers agree."""
+"""The literature (thesis Tables 2.1 and 2.2): unreported parameters, and numbers that disagree."""
 
 from math import isnan, pi
 
@@ -21,13 +21,13 @@ POSITIVE_PARAMETERS = (
     "ball_volume_percent",
     "bpr",
 )
-# Diameters and numbers of balls are text, for mixed balls are given as 10/4 mm.
+# Diameters and numbers of balls are text, because mixed balls are given as 10/4 mm.
 TEXT_PARAMETERS = ("ball_diameter_mm", "balls", "mill", "vessel")
 PARAMETERS = [*POSITIVE_PARAMETERS, *TEXT_PARAMETERS]
 REACTANTS = ("borate", "reductant")
 # Bearing and stainless steels lie within 2 % of it [g/cm3].
 STEEL_DENSITY = 7.8
-# Two digits of a mass and two of a ratio: numbers that agree are this close.
+# Masses and ratios have two digits, so numbers that agree differ by no more than this.
 TOLERANCE = 0.1
 
 
@@ -74,7 +74,7 @@ def _is_formula(text: str) -> bool:
 
 
 def unreported_table(studies: pd.DataFrame) -> pd.DataFrame:
-    """For each study how many of the process parameters it leaves out, and which."""
+    """The number and names of the process parameters that each study does not report."""
     missing = studies[PARAMETERS].isna()
     return studies[["reference", YIELD]].assign(
         parameters=len(PARAMETERS),
@@ -133,7 +133,7 @@ def _molar_ratio(study: pd.Series, borate: str) -> float:
 
 
 def _check_masses(study: pd.Series, borates: list[str]) -> list[dict]:
-    """The total mass and the molar ratio of a study against its two masses."""
+    """Compare the total mass and the molar ratio of a study with its two masses."""
     total, rows = study["borate_mass_g"] + study["reductant_mass_g"], []
     if isnan(total):
         return []

@@ -16,7 +16,7 @@ SMALLEST_VARIANCE = 1e-20
 
 
 def _formula_term(term: str) -> str:
-    # Prefixed, for a factor called C would hide the function C(); sum-to-zero coding, without which type III sums
+    # With a prefix, because a factor C would hide the function C(); sum-to-zero coding, without which type III sums
     # would depend on which level is the reference.
     return ":".join(f"C(factor_{symbol}, Sum)" for symbol in term.split(":"))
 

@@ -27,7 +27,7 @@ def _codes(frame: pd.DataFrame, factor: Factor, path: str) -> np.ndarray:
 
 
 def read_runs(path: str, factors: Sequence[Factor], positive: Sequence[str] = ()) -> pd.DataFrame:
-    """Read the runs as they were done: columns case (text), the settings, yield_percent, and a level code a factor.
+    """Read the measured runs: columns case (text), the settings, yield_percent, and a level code a factor.
 
     Columns `treatment` and `run_order` are kept where there are any; `positive` names further columns that must hold
     numbers above 0. Raises ConfigError, in one line, for a missing column, a text in a numeric column, a case that

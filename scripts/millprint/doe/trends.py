@@ -1,4 +1,4 @@
-"""What each factor does to the yield: trends of single factors within the whole model, and means of pairs of levels."""
+"""Effects of the factors on the yield: trends of single factors in the full model, and means of pairs of levels."""
 
 import numpy as np
 import pandas as pd

@@ -17,7 +17,7 @@ from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares
 
 
 def truncated(value: float, decimals: int = 3) -> str:
-    """A number cut off, not rounded, after `decimals`, or at its first digit that is not zero if that comes later.
+    """A number truncated after `decimals`, or after its first digit that is not zero if that comes later.
 
     0.000948 is 0.0009 and 0.2939 is 0.293, as in thesis Table 2.5.
     """

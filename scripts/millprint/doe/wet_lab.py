@@ -1,4 +1,4 @@
-"""Tables of the wet laboratory: a chemist's own readings, the screening runs, and the wear of the balls."""
+"""Tables of the wet laboratory: your own readings, the screening runs, and the wear of the balls."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ HOUR = 3600.0
 WATER_DENSITY = 998.0  # at 20 degC [kg/m3]
 ROOM_TEMPERATURE_K, GAS_COLLECTION_K = 298.15, 353.15
 
-# The masses of the balls are read to 0.01 g, so that their difference is known to twice half of that.
+# The masses of the balls are read to 0.01 g, so their difference is exact to 0.01 g.
 READING_G = 0.01
 
 
@@ -27,7 +27,7 @@ def _positive(*names: str) -> list[Number]:
     return [Number(name, 0, above=True) for name in names]
 
 
-# What a reading can be: beyond these bounds it has another unit or a digit too many.
+# Bounds of the readings: a value outside has another unit or a digit too many.
 YIELD_READINGS = (
     Number("gas_volume_ml", 0, 1e6),
     Number("temperature_k", 273.15, 373.0),

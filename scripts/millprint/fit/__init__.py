@@ -1,4 +1,4 @@
-"""What the thesis leaves open of its jar, fitted to some of the values that it prints.
+"""Fit of the jar, whose shape the thesis does not give, to some of the values that it prints.
 
 Which mill the fit is about is said here: the Snakefile asks, and nothing that takes long is imported.
 """
@@ -9,7 +9,7 @@ from millprint.config.workflow import WorkflowConfig
 
 
 def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillConfig | None:
-    """The mill that the fit is about; None in a run of another mill, or where its jar is no stadium any more."""
+    """The mill of the fit; None in a run of another mill, or if its jar is no longer a stadium."""
     if config.fit is None or config.fit.mill != config.mill:
         return None
     mill = mills[config.mill]

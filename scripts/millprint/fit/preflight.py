@@ -1,4 +1,4 @@
-"""What must hold of the section `fit` before a job starts."""
+"""Checks of the section `fit` before a job starts."""
 
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
@@ -9,7 +9,7 @@ from millprint.fit.published import published_values, with_roles
 
 
 def fit_faults(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> list[str]:
-    """A line for each fault, naming file, key, value and what would be right; none where nothing is fitted."""
+    """A line for each fault, with file, key, value and what would be right; none if nothing is fitted."""
     fit, data, faults = config.fit, config.data, []
     if fit is None or data is None or fitted_mill(config, mills) is None:
         return []

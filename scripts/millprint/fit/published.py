@@ -1,4 +1,4 @@
-"""The published values that a jar is held to, each with a name and the part that it plays."""
+"""The published values that a jar is compared with, with names and roles: fitted or held back."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""The search for a jar: all over the ranges, then step by step from the best."""
+"""The search for a jar: spread over the ranges, then step by step from the best jar."""
 
 import logging
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from millprint.fit.shape import JAR_PARAMETERS, on_grid
 
 logger = logging.getLogger("millprint")
 
-# What a trial of a jar in a stage gives: the published values with ours.
+# A function that simulates a jar in a stage of the search: the published values with ours.
 Trial = Callable[[dict[str, float], StageConfig], pd.DataFrame]
 Jar = tuple[float, ...]
 
@@ -48,7 +48,7 @@ class Search:
         return pd.DataFrame(self.rows)
 
     def run(self, present: dict[str, float]) -> dict[str, float]:
-        """The best jar that is found, the present one among the candidates."""
+        """The best jar of the search, which includes the present one."""
         screened = sorted(candidates(self.settings, present), key=lambda jar: self.misfit(jar, "screening"))
         best = min(screened[: self.settings.refining.jars], key=lambda jar: self.misfit(jar, "refining"))
         for _ in range(self.settings.rounds):

@@ -1,4 +1,4 @@
-"""Jars of one volume by the parameters that the thesis leaves open."""
+"""Jars of one volume, by the parameters that the thesis does not give."""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -12,7 +12,7 @@ from millprint.mill.vessel import enclosed_volume
 
 JAR_PARAMETERS = tuple(ShapeConfig.model_fields)
 
-# End radii that a jar is looked for between, over the cube root of its volume; it is found to this length [mm].
+# Range of the end radius in the search, over the cube root of the volume; tolerance of the radius [mm].
 NARROWEST, WIDEST, CLOSE_MM = 0.1, 3.0, 1e-4
 
 
@@ -23,7 +23,7 @@ def parameters_of(geometry: StadiumGeometry) -> dict[str, float]:
 
 
 def on_grid(value: float, allowed: RangeConfig) -> float:
-    """The value of a parameter's grid that is nearest."""
+    """The nearest value on the grid of a parameter."""
     last = int((allowed.high - allowed.low) / allowed.step + 1e-9)
     steps = np.clip(round((value - allowed.low) / allowed.step), 0, last)
     return float(np.round(allowed.low + allowed.step * steps, 9))

@@ -1,4 +1,4 @@
-"""fit.tsv: the jar, every published value beside ours, and what a step of each parameter does."""
+"""fit.tsv: the jar, every published value next to ours, and the effect of a step of each parameter."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Short simulations of one jar at the conditions that the fitted values ask for."""
+"""Short simulations of one jar at the conditions of the fitted values."""
 
 import itertools
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: S
 
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> dict:
-    """The summary of one case, with no file written. Raises SimulationError as any run does."""
+    """The summary of one case, without writing a file. Raises SimulationError as any run does."""
     simulation = Simulation(case, mill, contact, dem)
     recording = simulation.run(case.path)
     series = ledger_series(np.concatenate(recording.samples))

@@ -20,7 +20,7 @@ EDGE_SAMPLES = 9
 TOUCH = 1e-6
 # A bound on the poses that the check looks at, for bodies whose speeds are far apart.
 POSES_MAX = 2000
-# A speed at which the mill turns once a second [rpm]: the check does not depend on it.
+# One revolution per second [rpm]: the check does not depend on the speed.
 CHECK_RPM = 60.0
 
 

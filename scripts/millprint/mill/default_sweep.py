@@ -1,4 +1,4 @@
-"""The sweep of a mill that names none: from the size of its vessel and from how its walls agitate the balls."""
+"""The sweep of a mill without one, from the size of its vessel and from how its walls agitate the balls."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ GRAVITY = 9.81
 # Commercial ball sizes [mm], and the largest share of the vessel's narrowest inside that a ball may take.
 BALL_SIZES_MM = (0.5, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100)
 WIDEST = 1 / 5
-# Most balls of a case, so that a sweep takes minutes.
+# Largest number of balls in a case, so that a sweep takes minutes.
 BALLS_MAX = 600
 # Shares of the critical speed of a drum; accelerations of a shaken wall over gravity; speeds of a stirrer's tip [m/s].
 CRITICAL, SHAKEN, TIP = (0.6, 0.8), (6.0, 12.0), (0.5, 0.9)
@@ -49,7 +49,7 @@ def _stirred(mill: MillConfig, bodies: list[Body], diameter_m: float) -> list[fl
     """Speeds of a mill whose vessel stands still [rpm], by the tip of its stirrer."""
     reach = travel_m(bodies, CHECK_RPM)
     if reach == 0:
-        raise ConfigError(f"config/mills/{mill.name}.yaml: motion: nothing of this mill moves, so no speeds suit it")
+        raise ConfigError(f"config/mills/{mill.name}.yaml: motion: nothing in this mill moves, so no speeds suit it")
     own_turns = [insert.motion.drive().own_turns for insert in mill.inserts if insert.motion]
     return [_rounded(speed / reach / max(own_turns, default=1.0) * 30 / math.pi) for speed in TIP]
 

@@ -1,4 +1,4 @@
-"""Coplanar triangles merged into flat facets with outlines, so that a ball feels one wall where there is one."""
+"""Merges coplanar triangles into flat facets with outlines, so that a ball meets one wall instead of many."""
 
 from typing import NamedTuple
 

@@ -80,7 +80,7 @@ def loft(rings: list[np.ndarray]) -> list[list[np.ndarray]]:
 def stadium_outline(end_radius: float, straight: float, facets: int, unevenness: float = 0.0) -> np.ndarray:
     """Vertices (2 facets + 2, 2) of a stadium, counter-clockwise; the long side runs along x, all in one unit.
 
-    Facets of a round end are by turns 1 + unevenness and 1 - unevenness times as wide as the mean. Each end begins
+    Facets of a round end are alternately 1 + unevenness and 1 - unevenness times as wide as the mean. Each end begins
     with a wide one, so that half a turn brings the outline onto itself.
     """
     widths = 1.0 + unevenness * (-1.0) ** np.arange(facets)

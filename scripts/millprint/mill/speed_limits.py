@@ -114,7 +114,7 @@ def _pace(body: Body, law: MotionSection, bounds: Bounds) -> Pace:
     motion = motion_from_law(law, CHECK_RPM)
     fastest = _harmonic(motion)
     samples, step = min(SAMPLES_MAX, SAMPLES * fastest), DIFFERENCE / fastest
-    # A turn that begins after the start, before which the mill stands still.
+    # A turn after the start, because the mill is at rest before it.
     times = 0.5 + np.arange(samples) / samples
     turned, placed = zip(
         *((motion.rotation(t), motion.position(t)) for t in (times - step, times, times + step)), strict=True
@@ -127,7 +127,7 @@ def _pace(body: Body, law: MotionSection, bounds: Bounds) -> Pace:
 def _largest(points: np.ndarray, turning: np.ndarray, moving: np.ndarray) -> float:
     """The largest |turning x + moving| of points x (n, 3), for changes of the pose (t, 3, 3) and (t, 3) over time.
 
-    One time after another, for a vessel from a file has many points.
+    One time after another, because a vessel from a file has many points.
     """
     changes = zip(turning, moving, strict=True)
     return max(float(np.linalg.norm(points @ matrix.T + shift, axis=1).max()) for matrix, shift in changes)

@@ -52,7 +52,7 @@ def _is_convex(loop: np.ndarray) -> bool:
 
 def _contour_triangles(points: np.ndarray, loops: list[np.ndarray]) -> np.ndarray:
     """Triangles (t, 3) of an outline with holes by VTK; fewer than fill it where the outline crosses itself."""
-    # Take long to import, and few jars need them.
+    # Slow to import, and few jars need them.
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData

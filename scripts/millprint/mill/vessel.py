@@ -21,7 +21,7 @@ WELD = 1e-7
 # wherever it comes from, and with it the motion in it.
 LATTICE = 2.0**-40
 
-# Above it a simulation takes days for the walls alone.
+# With more facets, a simulation takes days only for the walls.
 MOST_FACETS = 20_000
 
 

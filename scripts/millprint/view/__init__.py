@@ -1,1 +1,1 @@
-"""Snapshots of a run made to be looked at: files for ParaView, frames of an animation."""
+"""Snapshots of a run for viewing: files for ParaView, and frames of an animation."""

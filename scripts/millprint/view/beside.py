@@ -1,4 +1,4 @@
-"""Balls of a prediction beside those of the simulation: frames of both in one movie."""
+"""Balls of a prediction next to those of the simulation, in one movie."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from millprint.view.frames import VIEWS, Frame, Movie, Stage
 from millprint.view.snapshots import Snapshots, open_run
 
 SIDES = ("DEM", "surrogate")
-# Where a ball that ran away is drawn [m]: outside every picture, and a number that every renderer can draw.
+# Position at which an escaped ball is drawn [m]: outside every picture, but a number that every renderer can draw.
 AWAY_M = 1.0
 
 

@@ -14,7 +14,7 @@ from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
 from millprint.view.snapshots import Block, Snapshots, open_run
 
-# Edges at which the wall turns by more than this are drawn, besides the silhouette [rad].
+# Edges with a larger angle between their facets are drawn, in addition to the silhouette [rad].
 SHARP = np.radians(30)
 MARGIN_MM = 4.0
 MM = 1e3
@@ -31,11 +31,11 @@ class View:
     sign: int
 
     def flat(self, points: np.ndarray) -> np.ndarray:
-        """Points (..., 3) [m] as they are seen, (..., 2) [mm]."""
+        """Points (..., 3) [m] in the plane of the view, (..., 2) [mm]."""
         return points[..., [self.right, self.up]] * MM
 
     def nearness(self, vectors: np.ndarray) -> np.ndarray:
-        """How far points or directions (..., 3) lie towards the eye."""
+        """Component of points or directions (..., 3) towards the eye."""
         return self.sign * vectors[..., self.towards]
 
 
@@ -210,7 +210,7 @@ def frequency_of(config: dict) -> float:
 
 
 def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Snapshots:
-    """As many snapshots as the settings ask for, at equal distances in time."""
+    """The number of snapshots in the settings, equally spaced in time."""
     every = Snapshots(file)
     time_s, frames = every.time_s, round(settings.revolutions * settings.frames_per_revolution)
     frequency_hz = frequency_of(every.config)
@@ -224,7 +224,7 @@ def _chosen(file: h5py.File, settings: ViewConfig, start_s: float | None) -> Sna
         return Snapshots(file, max(1, (len(time_s) - first) // frames), first)
     interval_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     stride = max(1, round(1 / frequency_hz / settings.frames_per_revolution / interval_s))
-    # The frame that ends the last revolution would repeat the jar's place of the first.
+    # The frame at the end of the last revolution would repeat the jar's position in the first.
     last = min(len(time_s), first + round(settings.revolutions / frequency_hz / interval_s))
     return Snapshots(file, stride, first, max(last, first + 1))
 

@@ -1,4 +1,4 @@
-"""What the figures of a mill draw: views of it, and moments of a turn, from its description alone."""
+"""Views of a mill, and moments of its motion, from its description only."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from millprint.view.frames import VIEWS, Drawing, Shape, View, draw_bodies
 
 FRAMES = 8
 PATH_POINTS = 361
-# A margin around all that moves, as a share of its size.
+# A margin around everything that moves, as a fraction of its size.
 MARGIN = 0.06
 
 
@@ -56,7 +56,7 @@ def picture_mill(mill: MillConfig) -> MillPicture:
     """The picture of a mill; raises ConfigError for a shape or a motion that is refused."""
     bodies = build_bodies(mill, CHECK_RPM)
     shapes = [Shape(*body.vessel.triangles()) for body in bodies]
-    # One turn a second, so that times are turns.
+    # One turn per second, so that times are turns.
     turns = np.arange(FRAMES) / FRAMES
     moving = next((k for k, body in enumerate(bodies) if body.motion.frequency_hz), 0)
     corners = shapes[moving].vertices_m
