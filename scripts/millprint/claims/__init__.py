@@ -1,1 +1,1 @@
-"""The claims of the thesis against what was computed."""
+"""Comparison of the claims of the thesis with the computed values."""

@@ -30,7 +30,7 @@ def screening_runs(evidence: Evidence) -> Finding:
 
 @claim("2.half_life")
 def half_life(evidence: Evidence) -> Finding:
-    """Eq. 2.7, and what the temperature would give that the thesis rounds."""
+    """Eq. 2.7, also with the temperature that the thesis has rounded."""
     own = evidence.row("doe/half_life.tsv", "half_life_h", "note == 'as configured'")
     exact = evidence.table("doe/half_life.tsv", "note == '25 degC, not rounded'").iloc[0]
     return Finding(

@@ -1,4 +1,4 @@
-"""Why a value of chapter 3 deviates, as far as our runs tell: single conditions, the jar's shape, counting rules."""
+"""Possible causes of deviations in chapter 3, from our runs: single conditions, jar shape, counting rules."""
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ TOLERANCE_PERCENT = 15.0  # of the published powers and frequencies
 
 
 def _conditions(evidence: Evidence, fill: str, quantity: str) -> str:
-    """The single conditions behind a mean over ball sizes and speeds."""
+    """The single conditions of a mean over ball sizes and speeds."""
     found = evidence.table(DESCRIPTORS, f"{AS_BUILT} and fill_ratio == {fill}")
     if found.empty:
         return ""
@@ -31,7 +31,7 @@ def _conditions(evidence: Evidence, fill: str, quantity: str) -> str:
 
 
 def _jar(evidence: Evidence, name: str) -> str:
-    """What steps of the jar's parameters do to a value, and to the others where a step mends the value."""
+    """Effect of steps of the jar's parameters on a value and, if a step corrects it, on the others."""
     own = evidence.table(FIT, f"record == 'value' and name == '{name}'")
     steps = evidence.table(FIT, f"record == 'sensitivity' and name == '{name}'")
     if own.empty or steps.empty:
@@ -50,7 +50,7 @@ def _jar(evidence: Evidence, name: str) -> str:
 
 
 def _price(evidence: Evidence, name: str, step: pd.Series) -> str:
-    """The other powers that a step takes further from the published ones, in words."""
+    """The other powers that a step moves away from the published ones, as text."""
     same_step = f"parameter == '{step['parameter']}' and parameter_value == {float(step['parameter_value'])}"
     changed = evidence.table(FIT, f"record == 'sensitivity' and {same_step}").set_index("name")
     errors = _values(evidence)["error_percent"]

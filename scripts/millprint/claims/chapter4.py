@@ -1,4 +1,4 @@
-"""Claims of thesis chapter 4: the five cases, what their energy buys, the two lines, and earlier work."""
+"""Claims of thesis chapter 4: the five cases, their use of energy, the two lines, and earlier work."""
 
 import pandas as pd
 

@@ -42,7 +42,7 @@ def contact_duration(evidence: Evidence) -> Finding:
 
 
 def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
-    """What the variant of the thesis scores in a test, which decides a claim."""
+    """A measure of the variant of the thesis in a test, which decides a claim."""
     where = f"test == '{test}' and measure == '{measure}'"
     return evidence.row(
         f"surrogate/{VARIANT}/metrics.tsv", "value", where, f"no roll-out of variant {VARIANT}, test {test}"
@@ -50,7 +50,7 @@ def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
 
 
 def _all_measures(evidence: Evidence, test: str) -> pd.Series:
-    """Every value that the variant of the thesis scores in a test, by measure, for explanations."""
+    """All measures of the variant of the thesis in a test, by name, for explanations."""
     return evidence.table(METRICS, f"variant == '{VARIANT}' and test == '{test}'").set_index("measure")["value"]
 
 
@@ -81,7 +81,7 @@ def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
 
 
 def _course(own: pd.Series) -> str:
-    """What became of a roll-out."""
+    """The course of a roll-out, as text."""
     if own["stable"] == 1:
         return (
             f"the roll-out's mean square speed is {own['mean_square_speed_ratio']:.2g} of the DEM's: a small error of "
@@ -95,7 +95,7 @@ def _course(own: pd.Series) -> str:
 
 
 def _budget(evidence: Evidence) -> str:
-    """How long the variant was trained, beside the thesis."""
+    """The training of the variant, compared with the thesis, as text."""
     history = evidence.table(f"surrogate/{VARIANT}/loss.tsv")
     if history.empty:
         return ""
@@ -104,7 +104,7 @@ def _budget(evidence: Evidence) -> str:
 
 
 def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
-    """What the other variants score."""
+    """The measures of the other variants, as text."""
     rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
     return "".join(f"; variant {row.variant}: {row.value:.3g} {unit}" for row in rows.itertuples())
 
@@ -199,7 +199,7 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
 
 @claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")
 def statement_on_an_ablation(evidence: Evidence, variant: str) -> Finding:
-    """Whether what appendix A says of an ablation holds here."""
+    """Whether the statement of appendix A on an ablation holds here."""
     return _ablation(evidence, variant, "holds")
 
 

@@ -12,7 +12,7 @@ from millprint.claims.tabulate import chapter_of
 from millprint.files import read_table
 from millprint.surrogate.tables import covered_share
 
-# What is printed, what follows, and the numbers that lead to it.
+# The printed value, the computed value, and the calculation.
 Contradiction = tuple[str, str, str]
 ERRATA_COLUMNS = ["chapter", "locus", "printed", "computed", "calculation", "source"]
 ERRATA: list[tuple[str, str, str, Callable[[Evidence], Iterator[Contradiction]]]] = []
@@ -20,7 +20,7 @@ ERRATA: list[tuple[str, str, str, Callable[[Evidence], Iterator[Contradiction]]]
 AUDIT, LITERATURE, INVERSE = "doe/audit.tsv", "doe/literature_checks.tsv", "fingerprint/inverse.tsv"
 SCREENING = "config/data/screening.tsv"
 TRAINING_RUNS, WALL_CONTACTS = "dem/emax/calibrated/d10_f0.10_n300_s*/summary.json", "surrogate/wall_contacts.tsv"
-# Energies are printed in whole microjoules, rounded or truncated; a departure that counts exceeds what that does.
+# Energies are printed in whole microjoules, rounded or truncated; only a larger departure counts.
 ROUNDING_UJ, DEPARTURE_PERCENT = 1.0, 1.0
 # Table 6.3.
 BALL_THRESHOLD_M, SNAP_BACK_M = 0.0015, -0.0049

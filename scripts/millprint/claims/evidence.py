@@ -14,7 +14,7 @@ from millprint.files import read_json, read_table
 
 @dataclass(frozen=True)
 class Finding:
-    """What was computed for one claim.
+    """The computed value for one claim.
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
     explanation: how it was computed, from how many runs, or why it was not run.
@@ -29,7 +29,7 @@ class Finding:
 
 
 class NotRun(Exception):
-    """The run has not computed what a claim needs; the message says what is missing."""
+    """The run has not computed a value that a claim needs; the message says what is missing."""
 
 
 @dataclass(frozen=True)

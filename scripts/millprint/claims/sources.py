@@ -1,4 +1,4 @@
-"""Where the claims' values come from: which rule writes each file, and which function computes what is in it."""
+"""The sources of the claims' values: the rule that writes each file, and the function that computes its content."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The explorer: one HTML file that carries the fingerprints and the yield model of a run, and what a user can set."""
+"""The explorer: an HTML file with the fingerprints and the yield model of a run, and the ranges of its sliders."""
 
 from pathlib import Path
 
@@ -18,17 +18,17 @@ from millprint.predict.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHT
 from millprint.predict.features import CHEMICAL
 from millprint.predict.structured import JITTER, MEAN_VARIANCE
 
-# A slider reaches past what was simulated, and by this factor either way where a single value was.
+# A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25
 LONE = 2.0
-# What the page's search takes of the request.
+# The keys of the request that the search of the page uses.
 SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "weights", "ranked"}
 FOLDER = Path(__file__).parent
 SCRIPTS = ("numerics.js", "fingerprint.js", "yields.js", "search.js", "charts.js", "page.js")
 
 
 def explorer_page(content: dict) -> str:
-    """The page that carries `content`, as `explorer_content` makes it, and computes from it in the browser."""
+    """The page with `content` from `explorer_content`, from which it computes in the browser."""
     abouts = [stored["about"] for stored in content["fingerprints"]]
     first = abouts[0]
     return render_page(
@@ -64,7 +64,7 @@ def explorer_content(
     answered; level: of the yield's interval [-]. Raises ConfigError for a file that is not what it should be.
     """
     contents = [read_content(path) for path in fingerprints]
-    # The processes' own data is all that is computed from; formats and names of files stay behind.
+    # Only the data of the processes are needed, without format and file name.
     kept = [{key: content[key] for key in ("about", "inputs", "processes")} for content in contents]
     return {
         "name": name,
@@ -85,7 +85,7 @@ def explorer_content(
 
 
 def yield_content(path: str | Path, prediction: PredictionConfig, level: float) -> dict:
-    """An averaged yield model with its data as it sees them: scaled inputs and standardised yields of every member."""
+    """An averaged yield model with its transformed data: scaled inputs and standardised yields of every member."""
     model = load_averaged(str(path))
     ranges = trained_ranges(training_rows(str(path)), prediction)
     return {
@@ -123,7 +123,7 @@ def _member(member: Member, weight: float) -> dict:
 
 
 def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
-    """From and to of every slider in SI: what can be set and what was simulated, and some way beyond."""
+    """The range of every slider in SI units: the possible and the simulated values, and a margin."""
     asked = {
         "speed_hz": [speed / 60 for speed in request.speeds_rpm],
         "fill_ratio": request.fill_ratios,
@@ -135,7 +135,7 @@ def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
         every = [*values, *(end for about in abouts for end in about["ranges"][name])]
         factor = BEYOND if max(every) > min(every) * BEYOND else LONE
         found[name] = [min(every) / factor, max(every) * factor]
-    # Balls at random do not fill more than some 0.6 of a vessel.
+    # Random packings of balls fill at most about 0.6 of a vessel.
     found["fill_ratio"][1] = min(found["fill_ratio"][1], 0.6)
     return found
 

@@ -1,4 +1,4 @@
-"""The simulations that fingerprints are made of: those of the sweeps, of a mill's own sweep, and of a mill enlarged.
+"""The simulations for fingerprints: those of the sweeps, of a mill's own sweep, and of the large mill.
 
 The Snakefile asks for them, so nothing that takes long is imported here.
 """
@@ -13,13 +13,13 @@ from millprint.config.section import Section
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 
-# Where a sweep gives no turns: at least so many, and as many as fill so long a time [s].
+# Defaults of a sweep: at least this many turns, and at least this time [s].
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
 
 
 @dataclass(frozen=True)
 class Way:
-    """A way to run the large mill: its speed over the small one's is L^power; whether its balls grow with it."""
+    """A way to run the large mill: its speed is L^power times that of the small one; whether its balls are enlarged."""
 
     name: str
     keeps: str
@@ -27,7 +27,7 @@ class Way:
     balls_grow: bool = False
 
 
-# The way that the large run takes: the energy of a collision is what chemistry depends on.
+# The way of the large run: chemistry depends on the energy of a collision.
 RUN_WAY = Way("energy", "energy of a collision, balls as they are", -1.0)
 WAYS = (
     Way("similar", "everything scaled, balls enlarged", -0.5, balls_grow=True),
@@ -39,7 +39,7 @@ WAYS = (
 
 
 def is_as_built(case: Case) -> bool:
-    """Whether a case runs the mill and the balls as they are described."""
+    """Whether a case changes neither mill nor balls."""
     return case.amplitude_mm is None and case.density_kg_m3 is None
 
 
@@ -84,10 +84,10 @@ def mapped_cases(config: WorkflowConfig, cases: dict[str, Case], contact: str) -
 
 
 def sweep_of(mill: MillConfig) -> MillSweepConfig:
-    """The sweep of a mill, or the one derived from it. Raises ConfigError for a mill whose shape does not hold."""
+    """The sweep of a mill, or the one derived from it. Raises ConfigError for a mill with an invalid shape."""
     if mill.sweep:
         return mill.sweep
-    # Takes long to import, and few mills need it.
+    # Slow to import, and few mills need it.
     from millprint.mill.default_sweep import default_sweep
 
     return default_sweep(mill)

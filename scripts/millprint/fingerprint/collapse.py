@@ -32,7 +32,7 @@ def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> lis
 
 
 def _with_reference(runs: pd.DataFrame, varied: str) -> pd.DataFrame:
-    """The conditions of a sweep over amplitude or density, and those as built that are like them in all else."""
+    """The conditions of a sweep over amplitude or density, and the otherwise equal ones as built."""
     alike = ["ball_diameter_mm", "fill_ratio", "speed_rpm"]
     swept = runs[runs["varied"] == varied]
     built = as_built(runs)

@@ -45,7 +45,7 @@ class Descriptor:
 
 @dataclass(frozen=True, kw_only=True)
 class Measured(Descriptor):
-    """What a run measured; the table has the mean over the seeds.
+    """A column measured in each run; the table has the mean over the seeds.
 
     key: its place in the run's summary, with a dot between group and key. The group `rule` holds the collisions that
     the counting rule found.
@@ -60,7 +60,7 @@ class Measured(Descriptor):
 
 @dataclass(frozen=True, kw_only=True)
 class Computed(Descriptor):
-    """What follows from the columns before it.
+    """A column computed from the columns before it.
 
     values: of the conditions (n,), from their table; standard_error: likewise, for the column NAME_se.
     """
@@ -111,7 +111,7 @@ def _tangential_error(table: pd.DataFrame) -> pd.Series:
 
 
 def _counting_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of a number of independent collisions; a lower bound, for they are not quite that."""
+    """Relative standard error of a number of independent collisions; a lower bound, as they are not quite independent."""
     return 1.0 / np.sqrt(table["collisions"])
 
 

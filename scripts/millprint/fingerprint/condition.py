@@ -16,7 +16,7 @@ Quantity = TypeVar("Quantity", float, np.ndarray)
 
 @dataclass(frozen=True)
 class Condition(Generic[Quantity]):
-    """How a mill is run, and with which balls: numbers, or arrays of one shape (numbers among them hold for all).
+    """Settings of a mill and its balls: numbers, or arrays of one shape (a number holds for all rows).
 
     fill_ratio: volume of the balls over that of the jar; speed_hz: what the mill is set to, omega; amplitude_m: half
     the longest way of a point of the wall along an axis, A.
@@ -74,7 +74,7 @@ def universal_factor(effective: Quantity) -> Quantity:
     return np.sqrt(1.0 - effective)
 
 
-# The scaled quantities that all others follow from: specific powers (Eq. 3.28) and collision frequency (Eq. 3.29).
+# The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
 BASIC = ("Pn", "Pt", "f")
 
 

@@ -8,7 +8,7 @@ from statsmodels.stats.proportion import proportion_confint
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.model import Fingerprint
 
-# What is left out at a time -> the variables that its conditions share.
+# Name of what is left out at a time -> the variables that its conditions share.
 LEFT_OUT = {
     "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
     "fill ratio": ["fill_ratio"],

@@ -6,7 +6,7 @@ import pandas as pd
 from millprint.errors import ConfigError
 from millprint.fingerprint.condition import universal_factor
 
-# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then what predictions need besides.
+# Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
 PANELS = ("Pn", "Pt", "f", "ratio")
 CURVES = (*PANELS, "P", "En", "Et")
 CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
@@ -53,7 +53,7 @@ def average_curves(descriptors: pd.DataFrame) -> pd.DataFrame:
 
 
 def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
-    """The conditions at fill ratios that every contact set has: only there can sets be compared or averaged."""
+    """The conditions at the fill ratios of every contact set, where sets can be compared or averaged."""
     sets = descriptors.groupby("fill_ratio")["contact"].nunique()
     return descriptors[descriptors["fill_ratio"].isin(sets[sets == descriptors["contact"].nunique()].index)]
 

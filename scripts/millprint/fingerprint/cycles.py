@@ -48,7 +48,7 @@ def tabulate_densities(summaries: list[dict], fill_ratio: float, points: int = 1
 
     Of the mill as built; conditions with fewer than three revolutions have no density.
     """
-    # Takes long to import, and Snakemake imports this module to check what a user asks for.
+    # Slow to import, and the check of the input imports this module.
     from scipy.stats import gaussian_kde
 
     frames = [pd.DataFrame(columns=[*CONDITION, "channel", "energy_J", "density_per_J"])]

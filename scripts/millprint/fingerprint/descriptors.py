@@ -1,4 +1,4 @@
-"""Descriptors of dissipation: one row a condition, the mean over its seeds."""
+"""Descriptors of dissipation: a row for each condition, the mean over its seeds."""
 
 import numpy as np
 import pandas as pd
@@ -7,7 +7,7 @@ from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.inputs import counted
 
-# What tells conditions apart. `varied` names what a sweep changed of the mill or its balls: NOTHING where as built.
+# The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
 CONDITION_TEXT = ["mill", "contact", "varied"]
 CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
@@ -41,12 +41,12 @@ def condition_of(summary: dict) -> dict:
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the mill and balls as they are described, without those of sweeps over amplitude or density."""
+    """The rows of the unchanged mill and balls, without those of sweeps over amplitude or density."""
     return table[table["varied"] == NOTHING]
 
 
 def run_row(summary: dict, rule_name: str) -> dict:
-    """What one run measured, collisions counted by the rule of that name, which has no threshold."""
+    """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
     rule, error = counted(summary, rule_name), summary["power_standard_error_W"]
     return {
         **condition_of(summary),

@@ -1,4 +1,4 @@
-"""What the energy of milling buys: yield against fill ratio, specific yield, leverage and cost (thesis Sec. 4.3)."""
+"""Use of the milling energy: yield against fill ratio, specific yield, leverage and cost (thesis Sec. 4.3)."""
 
 from dataclasses import dataclass
 
@@ -70,7 +70,7 @@ def energy_leverage(runs: pd.DataFrame, chemistry: Chemistry, efficiency: float,
 
 
 def compare_with_prior(best: dict[str, float], prior: dict[str, float]) -> pd.DataFrame:
-    """Best case against earlier work (Table 4.3): both hold yield_percent, time_h, bpr and speed_hz.
+    """Comparison of the best case with earlier work (Table 4.3): both hold yield_percent, time_h, bpr and speed_hz.
 
     The change is relative, in per cent, but that of the yield, which is in percentage points.
     """

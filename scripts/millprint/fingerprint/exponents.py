@@ -9,9 +9,9 @@ from statsmodels.regression.linear_model import OLS
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import as_built
 
-# What the scaling is made of -> its symbol in Eqs 3.28 and 3.29.
+# Variable of the scaling -> its symbol in Eqs 3.28 and 3.29.
 SYMBOLS = {"density_kg_m3": "rho", "speed_hz": "omega", "amplitude_m": "A", "ball_diameter_m": "d"}
-# Exponents that the equations suppose, of the quantities of one ball or one collision.
+# Exponents in the equations, for quantities of one ball or one collision.
 POWER = {"rho": 1, "omega": 3, "A": 2, "d": 3}
 ENERGY = {"rho": 1, "omega": 2, "A": 2, "d": 3}
 FREQUENCY = {"rho": 0, "omega": 1, "A": 0, "d": 0}
@@ -43,7 +43,7 @@ def with_power_per_ball(descriptors: pd.DataFrame) -> pd.DataFrame:
 def _exponent(
     runs: pd.DataFrame, quantity: str, variable: str, supposed: float, alike: list[str], probability: float
 ) -> dict:
-    """The exponent of `variable` over groups of runs that are alike in all else: log y = c(group) + p log x.
+    """The exponent of `variable` over groups of otherwise equal runs: log y = c(group) + p log x.
 
     Ordinary least squares with a constant for each group that has two levels at least, and Student's interval. It is
     as wide as the exponents of the groups differ: an exponent that holds at some fill ratios only is not certain.

@@ -1,4 +1,4 @@
-"""What the fingerprint stage reads: summaries of simulations, and fingerprints that other runs have written.
+"""Readers of the fingerprint stage: summaries of simulations, and fingerprints of other runs.
 
 Each reader refuses, in one line, a file that lacks what is needed.
 """
@@ -14,7 +14,7 @@ from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.columns import MEASURED
 
-# The kind of a fingerprint's file, and what such files are called.
+# The format of a fingerprint file, and the usual name of such files.
 FORMAT = "millprint fingerprint 1"
 WHERE = "one is written as fingerprint_CONTACT.json"
 # Numbers that a summary must have: group.key, or a key of its own.
@@ -40,7 +40,7 @@ def check_summary(summary: dict, source: str) -> dict:
             continue
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             raise ConfigError(f"{source}: {key} = {value!r}: must be a finite number")
-    # A rule with a threshold may well count none; in a run something must touch.
+    # A rule with a threshold may count no collision, but a run must have contacts.
     if not any(rule["frequency_hz"] > 0 for rule in summary["collisions"]):
         raise ConfigError(f"{source}: no collision in {summary['window_s']:g} s; make dem.window_s longer")
     if summary["frequency_hz"] <= 0:
@@ -77,7 +77,7 @@ def counted(summary: dict, rule_name: str) -> dict:
 
 
 def read_content(path: str | Path) -> dict:
-    """The content of a fingerprint's file; raises ConfigError, in one line, for a missing or another file."""
+    """The content of a fingerprint file. Raises ConfigError, in one line, for a missing or an invalid file."""
     try:
         content = read_json(path)
     except FileNotFoundError:

@@ -10,10 +10,10 @@ from millprint.config.fingerprint import TARGET_DESCRIPTORS
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 
-# Descriptor -> power of the mill's speed that it grows with, at a fixed fill ratio and ball (Eqs 3.28, 3.29).
+# Descriptor -> its exponent of the mill's speed, at a fixed fill ratio and ball (Eqs 3.28, 3.29).
 SPEED_POWERS = {"normal_energy_J": 2, "tangential_energy_J": 2, "frequency_per_ball_hz": 1}
 
-# What a user may keep: both energies as the thesis does, each descriptor alone, or all three at once.
+# Descriptors to keep: both energies as in the thesis, each descriptor alone, or all three at once.
 KEPT = {
     "both energies": {"normal_energy_J": 1.0, "tangential_energy_J": 1.0},
     "normal energy": {"normal_energy_J": 1.0},
@@ -26,7 +26,7 @@ KEPT = {
 def nearest_speed(
     target: dict[str, float], basic: Mapping[str, float], condition: Condition[float], weights: dict[str, float]
 ) -> Condition[float]:
-    """The condition at the speed whose descriptors come nearest to `target`, its own speed left aside.
+    """The condition at the speed whose descriptors come nearest to `target`; its own speed is ignored.
 
     basic: Pn, Pt and f at its fill ratio [-]. Least squares of the weighted log residuals: each descriptor is c omega^p
     with p from SPEED_POWERS, so log(omega) = sum w p log(target / c) / sum w p^2. That is exact where one descriptor,

@@ -7,7 +7,7 @@ from statsmodels.regression.linear_model import OLS
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
-# Quantities of one ball or collision -> short name in the table of all mills, empty where that leaves it out.
+# Quantities of one ball or collision -> short name in the table of all mills; empty if not in it.
 COLLAPSED = {
     "power_per_ball_W": "power",
     "normal_power_per_ball_W": "normal",
@@ -80,7 +80,7 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
 
 
 def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
-    """The collapse of several mills: a row a mill, columns `power_*`, `normal_*`, `tangential_*` and `frequency_*`."""
+    """The collapse of several mills, a row each; columns `power_*`, `normal_*`, `tangential_*` and `frequency_*`."""
     kept = [f"spread_{name}" for name in ("before", "thesis", "own")]
     kept += [f"{name}{end}" for name in VARIED for end in ("", "_lower", "_upper")]
     rows = []

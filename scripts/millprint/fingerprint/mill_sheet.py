@@ -1,4 +1,4 @@
-"""The fingerprint sheet of a mill as a table: what it is, its descriptors, its exponents, and where they hold."""
+"""The fingerprint sheet of a mill as a table: the mill, descriptors, exponents, and range of validity."""
 
 from typing import NamedTuple
 
@@ -45,7 +45,7 @@ def sheet_condition(fingerprint: Fingerprint) -> Condition[float]:
 
 
 def shown_speed(mill: MillConfig, speed_hz: float) -> str:
-    """A speed in the unit that the mill is set in."""
+    """A speed as text, in the unit of the mill."""
     return f"{speed_hz:.3g} Hz" if mill.speed_unit == "hz" else f"{60 * speed_hz:.4g} rpm"
 
 

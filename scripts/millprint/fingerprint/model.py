@@ -1,4 +1,4 @@
-"""The fingerprint of one mill and contact set: an object that predicts descriptors with an interval, kept as JSON."""
+"""The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,13 +17,13 @@ from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.inputs import FORMAT, read_content
 from millprint.fingerprint.processes import Predictor, Process, logarithms, varied_components
 
-# What a fingerprint says of the runs that it was made of.
+# Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
 
 
 @dataclass(frozen=True)
 class Band:
-    """A value with the ends of its interval."""
+    """A value and its interval."""
 
     value: float
     lower: float
@@ -35,7 +35,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Descriptors of one condition; `outside` names what lies beyond the simulated range."""
+    """Descriptors of one condition; `outside` names the variables outside the simulated range."""
 
     balls: int
     normal_energy_J: Band
@@ -54,7 +54,7 @@ def share_of(ratio: Band) -> Band:
 
 
 def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) -> dict:
-    """What a fingerprint was made of: mill, balls, counting rule, settings of the mill as built, simulated ranges."""
+    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges."""
     built = as_built(descriptors)
     first = built.iloc[0]
     settings = built[["speed_hz", "ball_diameter_m"]].drop_duplicates().sort_values(["ball_diameter_m", "speed_hz"])
@@ -105,7 +105,7 @@ class Fingerprint:
         return cls(describe(descriptors, volume_m3, probability), processes)
 
     def write(self, path: str | Path) -> None:
-        """Write the fingerprint as JSON: what it was made of, its data and the parameters of its processes."""
+        """Write the fingerprint as JSON: description, data, and parameters of its processes."""
         inputs = np.exp(next(iter(self.processes.values())).inputs)
         content = {
             "format": FORMAT,
@@ -128,7 +128,7 @@ class Fingerprint:
 
     @cached_property
     def predictors(self) -> dict[str, Predictor]:
-        """Each quantity's predictor, made once."""
+        """The predictor of each quantity, made once."""
         return {name: process.predictor() for name, process in self.processes.items()}
 
     @property
@@ -201,7 +201,7 @@ class Fingerprint:
         return bands(self.curve(np.array([fill_ratio])))
 
     def outside(self, condition: Condition[float], volume_m3: float) -> tuple[str, ...]:
-        """Names of what lies beyond the simulated range, VARIABLES and the jar's volume."""
+        """Names of the variables, and of the jar's volume, that lie outside the simulated range."""
         beyond = []
         for name in VARIABLES:
             low, high = self.about["ranges"][name]

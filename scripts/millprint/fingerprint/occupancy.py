@@ -1,4 +1,4 @@
-"""Where the balls are in the jar, and their granular temperature, from a run's grid (thesis Figs 3.9, 3.10)."""
+"""Maps of the balls in the jar and of their granular temperature, from the grid of a run (thesis Figs 3.9, 3.10)."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What must hold between the fingerprint and partition sections, the sweeps and the data, before a job starts."""
+"""Checks the sections fingerprint and partition against the sweeps and the data, before a job starts."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from millprint.fingerprint.regimes import read_regimes
 
 
 def fingerprint_faults(config: WorkflowConfig, cases: dict[str, Case], source: str) -> list[str]:
-    """A line for each fault, naming file, key, value and what would be right; none if all holds.
+    """A line for each fault, with file, key, value and what would be right; none if everything is valid.
 
     Of a run without chapters the names alone are checked: the rest asks for simulations that it does not have.
     """

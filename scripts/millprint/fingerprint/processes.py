@@ -19,9 +19,9 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, Whi
 
 from millprint.fingerprint.condition import VARIABLES
 
-# Component -> what it depends on besides the fill ratio, the start and the bounds of its variance.
+# Component -> its variables besides the fill ratio, and the start and bounds of its variance.
 COMPONENTS = {
-    "fill": ((), 0.1, (0.04, 10.0)),  # curves that vary by 20 % or more
+    "fill": ((), 0.1, (0.04, 10.0)),  # curves vary by 20 % or more
     "machine": (("speed_hz", "ball_diameter_m"), 0.02, (1e-4, 0.5)),
     "amplitude": (("amplitude_m",), 0.02, (1e-4, 2.0)),
     "density": (("density_kg_m3",), 1e-3, (1e-5, 0.5)),
@@ -103,7 +103,7 @@ class Process:
         return regressor.fit(self.inputs[kept], self.logs[kept] - self.logs[kept].mean())
 
     def predictor(self, kept: np.ndarray | None = None) -> "Predictor":
-        """What predicts new conditions, from all known ones or from those of the indices `kept`."""
+        """A predictor of new conditions, from all known ones or from those with the indices `kept`."""
         kept = np.arange(len(self.logs)) if kept is None else kept
         return Predictor(self._regressor(kept), float(self.logs[kept].mean()), self.noise, self.stretch)
 
