@@ -111,7 +111,7 @@ def _tangential_error(table: pd.DataFrame) -> pd.Series:
 
 
 def _counting_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of a number of independent collisions; a lower bound, as they are not quite independent."""
+    """Relative standard error of a number of collisions, as if they were independent: a lower bound."""
     return 1.0 / np.sqrt(table["collisions"])
 
 
