@@ -1,4 +1,4 @@
-"""Figures of chapter 2: Pareto plot, interaction plots, residuals, and what other groups report."""
+"""Figures of chapter 2: Pareto plot, interaction plots, residuals, and the literature."""
 
 import textwrap
 
@@ -44,7 +44,7 @@ def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
 def _interaction_panel(axes: Axes, means: pd.DataFrame, factors: dict[str, Factor]) -> None:
     axis, curve = (factors[means[side].iloc[0]] for side in ("axis", "curve"))
     places = np.asarray(axis.levels if axis.numeric else range(len(axis.levels)), dtype=float)
-    # Curves stand a little aside from each other, or their ranges would hide one another.
+    # Curves are shifted a little, so that their ranges do not hide each other.
     shift = 0.03 * np.min(np.diff(places))
     count = len(curve.levels)
     for code, group in means.groupby("curve_code"):
@@ -101,7 +101,7 @@ def residuals(table: pd.DataFrame) -> Figure:
         axes.margins(x=0.12, y=0.12)
         largest = table.iloc[table[column].abs().fillna(0).argsort()[-3:]].sort_values(across)
         for place, (_, run) in enumerate(largest.iterrows()):
-            # The last of the marked runs has its name to the right, the others to the left: neighbours stay readable.
+            # The last marked run has its name on the right, the others on the left, so that neighbours stay readable.
             offset, side = ((4, 2), "left") if place == len(largest) - 1 else ((-4, 2), "right")
             point = (run[across], run[column])
             axes.annotate(run["case"], point, offset, textcoords="offset points", ha=side, fontsize=7)

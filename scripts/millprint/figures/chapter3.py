@@ -142,7 +142,7 @@ def plot_master_curves(
 
 
 def plot_exponents(exponents: pd.DataFrame) -> Figure:
-    """How far the exponents of our runs lie from those that Eqs 3.28 and 3.29 suppose, with their intervals.
+    """Differences between the exponents of our runs and those of Eqs 3.28 and 3.29, with intervals.
 
     exponents: contact, quantity, variable, supposed, exponent, lower, upper; a panel a variable, a row a quantity.
     """

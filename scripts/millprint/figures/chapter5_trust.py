@@ -1,4 +1,4 @@
-"""How far the yield models of chapter 5 can be trusted, and what to run next. They draw tables and compute nothing."""
+"""Figures on the reliability of the yield models, and the next experiments. They draw tables and compute nothing."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -59,7 +59,7 @@ def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     shifts = np.linspace(0.32, -0.32, len(SCHEMES))
     for shift, (scheme, (title, colour, marker)) in zip(shifts, SCHEMES.items(), strict=True):
         part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
-        # What lies beyond the axis is drawn at its edge.
+        # Values beyond the axis are drawn at its edge.
         value, lower = part["value"].clip(lower=R2_FROM), part["lower"].clip(lower=R2_FROM)
         errors = [value - lower, part["upper"].clip(lower=R2_FROM) - value]
         axis.errorbar(
@@ -137,7 +137,7 @@ def plot_retrospective(table: pd.DataFrame) -> Figure:
 
 
 def plot_proposals(proposals: pd.DataFrame) -> Figure:
-    """What each proposed experiment is expected to yield, with its settings as labels.
+    """The predicted yield of each proposed experiment, with its settings as labels.
 
     proposals: purpose, rank, the settings, predicted_percent, lower_percent, upper_percent.
     """

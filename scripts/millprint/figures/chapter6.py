@@ -170,7 +170,7 @@ def plot_error_growth(errors: pd.DataFrame) -> Figure:
         if test == "trained":
             panel.axhline(2e-4, color="black", linewidth=0.8, label="thesis, plateau")
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="MSE / m$^2$", yscale="log", xscale="log")
-        # What a disturbance of 1e-9 m begins with, and what balls that ran away end with, are of no interest.
+        # The axis leaves out the first errors after a disturbance of 1e-9 m, and the last ones of escaped balls.
         panel.set_ylim(1e-13, 30 * part["other_seed_m2"].max())
     handles, labels = next(iter(panels.values())).get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3)
@@ -190,7 +190,7 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
         note = f"error {errors['value'][test]:.3g} %"
         if pd.notna(errors["thesis"][test]):
             note += f"\nthesis {errors['thesis'][test]:g} %"
-        # A roll-out that loses half of the energy runs through the note.
+        # The curve of a roll-out that loses half of the energy crosses the note.
         paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1}
         panel.text(0.97, 0.05, note, transform=panel.transAxes, ha="right", va="bottom", bbox=paper)
         panel.set(xlabel="time since the start of the roll-out / s", ylabel="cumulative dissipation / J")

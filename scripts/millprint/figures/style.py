@@ -1,4 +1,4 @@
-"""The look of every figure: column width, units on axes, SVG for print and PNG for the screen."""
+"""The style of every figure: column width, units on axes, SVG for print and PNG for the screen."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -37,7 +37,7 @@ COLUMN_WIDTH_IN = 85 / 25.4
 PAGE_WIDTH_IN = 175 / 25.4
 PNG_DPI = 200
 
-# Okabe and Ito's palette, told apart with any colour vision.
+# Okabe and Ito's palette, distinguishable with any colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "v", "<", ">", "P", "X")
 PUBLISHED: LineLook = {"marker": "D", "linestyle": "none", "markerfacecolor": "none", "markeredgecolor": "#000000"}
@@ -74,8 +74,8 @@ def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int,
 
 
 def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None) -> None:
-    """Write a figure as SVG and PNG, and as PDF where wanted, with no date in any, and close it."""
-    # The layout is found once, and not anew for each file: that takes longer than to draw. Figure.savefig would still
+    """Write a figure as SVG, PNG and optionally PDF, all without a date, and close it."""
+    # The layout is computed once, not for each file: it takes longer than the drawing. Figure.savefig would still
     # go through the whole figure for it, so the canvases are asked themselves.
     if engine := figure.get_layout_engine():
         engine.execute(figure)

@@ -1,1 +1,1 @@
-"""Surrogates of the simulation: two variants, what rolls them out, and the measures that both are held to."""
+"""Surrogates of the simulation: two variants, their roll-outs, and the measures for both."""

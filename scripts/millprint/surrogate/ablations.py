@@ -1,4 +1,4 @@
-"""Appendix A: every ablation at one budget, beside what the thesis says of it."""
+"""Appendix A: every ablation with the same budget, next to the statement of the thesis."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from millprint.surrogate.tables import THESIS
 
 BASELINE = "baseline"
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
-# Of a statement that this budget cannot judge, as the baseline itself runs away.
+# A statement that cannot be checked with this budget, because the baseline itself is unstable.
 OPEN = "open"
-# A dissipation that "grows without bound" is held to be off by more than itself.
+# A dissipation that "grows without bound" must have an error larger than itself [%].
 UNBOUNDED_PERCENT = 100.0
 MEASURES = (
     "stable",

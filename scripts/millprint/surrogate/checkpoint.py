@@ -1,4 +1,4 @@
-"""Tensors: the device that computes them, their files, and what a killed training goes on from, exactly."""
+"""Tensors: their device, their files, and checkpoints from which a killed training continues exactly."""
 
 import hashlib
 import io
@@ -40,7 +40,7 @@ def identity(settings: Section, data: Iterable[np.ndarray]) -> str:
 
 
 def _as_bytes(content: dict) -> bytes:
-    """What torch would write. Into a file it would write the file's name too, which holds a process number."""
+    """The bytes that torch writes. In a file they would contain the file's name, with a process number."""
     memory = io.BytesIO()
     torch.save(content, memory)
     return memory.getvalue()
@@ -69,13 +69,13 @@ def read_checkpoint(path: str | Path, own_identity: str, device: torch.device) -
 
 
 def write_tensors(path: str | Path, content: dict) -> None:
-    """Write finished weights, plain: `torch.load` with weights_only=True reads them."""
+    """Write finished weights, readable by `torch.load` with weights_only=True."""
     with whole_file(path) as partial:
         partial.write_bytes(_as_bytes(content))
 
 
 def read_tensors(path: str | Path, device: torch.device | str = "cpu") -> dict:
-    """What `write_tensors` wrote. Raises ConfigError for a damaged file."""
+    """Read the file of `write_tensors`. Raises ConfigError for a damaged file."""
     try:
         return torch.load(path, map_location=device, weights_only=True)
     except (OSError, ValueError, RuntimeError, EOFError, pickle.UnpicklingError) as error:

@@ -1,4 +1,4 @@
-"""Roll-outs that are known to be right or wrong, made from simulations: what the measures must tell apart."""
+"""Roll-outs that are known to be right or wrong, made from simulations to test the measures."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Tables behind the figures of a roll-out: errors and dissipation over time, and distributions."""
+"""Tables for the figures of a roll-out: errors and dissipation over time, and distributions."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""A roll-out against the simulation it started from, with the distance of two simulations beside every measure.
+"""Compares a roll-out with the simulation that it started from, and every measure with that of two simulations.
 
 Two kinds of second simulation stand beside a roll-out. A twin goes on from the very state that the roll-out starts
 from, but for a disturbance of 1e-9 m: how fast it parts is what no model can beat. Another seed shares nothing with
@@ -36,7 +36,7 @@ class Evaluation:
 
 
 def growth(rollout: RollOut, truth: RollOut, saturation_m2: float) -> Values:
-    """How fast trajectories part: errors soon after the start, and times to a share of the saturated error."""
+    """How fast trajectories diverge: errors soon after the start, and times to a share of the saturated error."""
     error = measures.position_error(rollout.position_m, truth.position_m)
     found = {}
     for milliseconds in (10, 100):
@@ -56,7 +56,7 @@ def increments_J(rollout: RollOut) -> np.ndarray:
 
 
 def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
-    """Everything that two simulations of different seeds agree in.
+    """The statistics in which two simulations of different seeds agree.
 
     The Wasserstein distances are those of distributions that do not depend on which ball is where.
     """

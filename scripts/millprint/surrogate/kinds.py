@@ -72,6 +72,6 @@ def kind_of(name: str) -> SurrogateKind:
 
 
 def open_surrogate(setting: Setting) -> Surrogate:
-    """The surrogate of a weights file, of whatever kind. Raises ConfigError for a file that is damaged or unknown."""
+    """The surrogate of a weights file, of any kind. Raises ConfigError for a file that is damaged or unknown."""
     # The weights of graph networks name no kind.
     return kind_of(read_tensors(setting.weights).get("kind", GRAPH)).open(setting)

@@ -1,4 +1,4 @@
-"""How far a roll-out is from the simulation, and how far two simulations are from each other."""
+"""Measures of the difference between a roll-out and a simulation, or between two simulations."""
 
 import numpy as np
 from scipy.stats import wasserstein_distance

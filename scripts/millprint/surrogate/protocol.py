@@ -1,4 +1,4 @@
-"""What rolls out: the protocol of every surrogate, and what one is opened with."""
+"""The protocol of every surrogate, and the settings for opening one."""
 
 from dataclasses import dataclass
 from pathlib import Path

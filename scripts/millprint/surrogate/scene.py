@@ -1,4 +1,4 @@
-"""The scene of a roll-out: the walls of a vessel, its motion, and what is the same for every ball."""
+"""The scene of a roll-out: the walls of a vessel, its motion, and the properties of all balls."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,9 +1,9 @@
-"""Tables of the stage: a row a measure, with the figures of the thesis and the aims beside ours; wall contacts."""
+"""Tables of the stage: a row for each measure, with the values of the thesis and the aims; wall contacts."""
 
 import numpy as np
 import pandas as pd
 
-# What the thesis prints for its surrogate: Secs 6.3 and 6.4.
+# Values of the thesis for its surrogate: Secs 6.3 and 6.4.
 THESIS = {
     ("trained", "position_mse_plateau_m2"): 2e-4,
     ("trained", "dissipation_error_percent"): 2.78,
@@ -27,7 +27,7 @@ EVERY_TEST = {
     # A hundredth of a 10 mm ball: it creeps, and does not lift off.
     "rest_highest_lift_m": 1e-4,
 }
-# Aims over what a second simulation scores: distances should not exceed theirs, the horizon should not fall short.
+# Aims relative to a second simulation: distances should not be larger, the horizon not shorter.
 OF_REFERENCE = {
     "horizon_s": 0.5,
     "speed_wasserstein_m_s": 2.0,

@@ -1,1 +1,1 @@
-"""The `contact` variant: a pair of bodies is solved by physics, what they do to each other's pairs is learned."""
+"""The `contact` variant: each pair of bodies is solved by physics, the coupling of the pairs is learned."""

@@ -1,4 +1,4 @@
-"""Balls in a mill that are advanced by coarse steps: state, lists and scratch, driven from Python."""
+"""Balls in a mill, advanced by coarse steps from Python: state, lists and scratch arrays."""
 
 from dataclasses import dataclass
 
@@ -20,9 +20,9 @@ from millprint.surrogate.contact.samples import forget
 from millprint.surrogate.contact.scratch import Scratch, Weights, make_scratch, no_weights
 from millprint.surrogate.contact.step import Frames, gather_all, make_frames, predict, run_frames, run_steps
 
-# Overlap over the ball's radius at which a roll-out is given up: the network has lost the ball [-].
+# A roll-out ends at this overlap, as a fraction of the ball's radius: the network has lost the ball [-].
 OVERLAP_MAX = 0.5
-# Candidates are listed up to this far from contact, in radii [-]: a coarse step takes a ball far.
+# Candidates are listed up to this distance from contact, in radii [-], because coarse steps are long.
 SKIN = 0.6
 CANDIDATES_PER_BALL = 40
 
@@ -92,7 +92,7 @@ class CoarseSimulation:
         )  # fmt: skip
 
     def load(self, begin: SavedState) -> None:
-        """Take over a state; works and ended contacts count from here."""
+        """Load a state; works and ended contacts are counted from here."""
         forget(self.candidates, self.contacts, self.counters)
         self.totals[:], self._scratch.ended[:] = 0.0, 0.0
         self.counters[:] = 0
@@ -104,7 +104,7 @@ class CoarseSimulation:
         self.place(begin.position, begin.rate)
 
     def place(self, position: np.ndarray, rate: np.ndarray) -> None:
-        """Put the balls somewhere; open contacts and their springs stay."""
+        """Set the positions of the balls; open contacts and their springs stay."""
         self.balls.position[:] = position
         self.balls.rate[:] = self.balls.rate_now[:] = rate
 
@@ -130,7 +130,7 @@ class CoarseSimulation:
         return kept
 
     def expected(self, members: list[Weights]) -> np.ndarray:
-        """What each network expects of the contacts in the coming step: mean forces (members, contacts, 3) [N]."""
+        """Mean forces that each network predicts for the next step (members, contacts, 3) [N]."""
         found, before = [], self.weights
         for weights in members:
             self.weights = weights

@@ -21,7 +21,7 @@ CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
 
 
 class TracedModels(Section):
-    """What the traced simulations are made of: mills and contact sets by name, and the settings of the DEM."""
+    """Settings of the traced simulations: mills and contact sets by name, and those of the DEM."""
 
     mills: dict[str, MillConfig]
     contacts: dict[str, ContactConfig]
@@ -30,7 +30,7 @@ class TracedModels(Section):
 
 @dataclass(frozen=True)
 class Samples:
-    """Contacts of many states: rows (n, SAMPLE_COLUMNS) in single precision, and how many each state has (states,)."""
+    """Contacts of many states: rows (n, SAMPLE_COLUMNS) in single precision, and the number in each (states,)."""
 
     rows: np.ndarray
     sizes: np.ndarray
@@ -43,7 +43,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Truth:
-    """What the DEM makes of a state: works (2,) normal and tangential [J] after length_s, positions (n, 3) [m]."""
+    """The result of the DEM from a state: works (2,) normal and tangential [J] after length_s, positions (n, 3) [m]."""
 
     begin: SavedState
     works_J: np.ndarray
@@ -107,7 +107,7 @@ def write_dataset(parts: list[Samples], true_states: list[Truth], path: str | Pa
 
 
 def read_dataset(path: str | Path) -> tuple[list[Samples], list[Truth]]:
-    """Read what `write_dataset` wrote."""
+    """Read a file of `write_dataset`."""
     with open_hdf5(path) as file:
         parts = [Samples(group["rows"][:], group["sizes"][:]) for group in _groups(file, "samples")]
         true_states = []

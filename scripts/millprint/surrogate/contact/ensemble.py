@@ -1,4 +1,4 @@
-"""Several networks of one recipe, from different seeds: where their predictions differ, none of them is reliable."""
+"""Networks of one recipe with different seeds. Where their predictions differ, none of them is reliable."""
 
 import logging
 from functools import partial
@@ -27,12 +27,12 @@ from millprint.surrogate.contact.training import ContactTrainer
 
 logger = logging.getLogger("millprint")
 
-# Errors of a roll-out that has lost a ball [%].
+# Error assigned to a roll-out that has lost a ball [%].
 LOST_PERCENT = 1e6
 
 
 class ContactTrainingJob(Section):
-    """What the training of an ensemble takes: its settings, and what its traces refer to."""
+    """Input for the training of an ensemble: its settings, and the models of its traces."""
 
     settings: ContactSurrogateConfig
     models: TracedModels

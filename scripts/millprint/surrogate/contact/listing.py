@@ -1,4 +1,4 @@
-"""Which contacts a coarse step has to do with: listed, foreseen, closed."""
+"""The contacts of a coarse step: listed, opened in advance, closed."""
 
 import math
 
@@ -62,7 +62,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
 
 @inlined()
 def close_lane(candidates, contacts, coarse, lane, time, totals, counters, table):
-    """End a contact; one that was foreseen and never touched leaves no trace."""
+    """End a contact; one that was opened in advance and never touched is not counted."""
     block, m = lane // LANES, lane % LANES
     book_works(contacts, lane, totals)
     if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
@@ -104,7 +104,7 @@ def relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, coun
         k = find_candidate(walls, candidates, contacts.kept_ball[kept], contacts.kept_partner[kept])
         if k < 0:
             coarse.ended[0] += 1.0 if contacts.kept_history[kept, lanes.PEAK_OVERLAP] > 0.0 else 0.0
-            # It has come apart since, or its ball has moved off an edge.
+            # It has separated in the meantime, or its ball has moved off an edge.
             totals[state.TOTAL_NORMAL] += contacts.kept_history[kept, lanes.NORMAL]
             totals[state.TOTAL_DAMPING] += contacts.kept_history[kept, lanes.DAMPING]
             totals[state.TOTAL_TANGENTIAL] += contacts.kept_history[kept, lanes.TANGENTIAL]

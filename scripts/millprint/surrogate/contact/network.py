@@ -37,7 +37,7 @@ def size(a: Tensor) -> Tensor:
 
 
 class Graph:
-    """Contacts of many states: rows of samples (n, SAMPLE_COLUMNS), with different ball numbers in each state."""
+    """Contacts of many states: rows of samples (n, SAMPLE_COLUMNS), with separate ball numbers for each state."""
 
     def __init__(self, rows: Tensor, first: Tensor, second: Tensor, balls: int):
         """first (n,) and second (n,; -1 for a wall): numbers of the balls; balls: how many in all."""
@@ -82,7 +82,7 @@ class Graph:
 
 
 class Predictor(nn.Module):
-    """Rounds of messages, each with two hidden layers; untrained it expects what was at the end of the last step."""
+    """Rounds of messages, each with two hidden layers. Untrained, it predicts the last forces."""
 
     def __init__(self, width: int, rounds: int):
         super().__init__()

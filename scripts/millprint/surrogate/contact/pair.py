@@ -1,4 +1,4 @@
-"""The local problem of one contact over a coarse step: two bodies, their own contact law, the rest given.
+"""The local problem of one contact over a coarse step: two bodies with their contact law, all other forces given.
 
 Bodies i and j (or a wall), with relative position r = x_i - x_j, relative velocity u, and angular velocities w_i and
 w_j, obey
@@ -34,7 +34,7 @@ from millprint.mill.vectors import add, add_scaled, cross, dot, scale, subtract
     EXTERNAL_TILT, ANGULAR_TILT, OTHER_ANGULAR_TILT, FIXED,
 ) = range(lanes.QUANTITIES, lanes.QUANTITIES + 33, 3)  # fmt: skip
 INVERSE_MASS, INVERSE_INERTIA, OTHER_INVERSE_INERTIA, IS_PLANE, BEGIN, TAU = range(FIXED + 3, FIXED + 9)
-# What is expected of the contact: its mean force in the step and the tilt of that [N].
+# Prediction for the contact: its mean force in the step and the tilt of the force [N].
 EXPECTED, TILT = TAU + 1, TAU + 4
 # Out: impulse on i [N s], its first moment [N s2], impulses of the torques on i and j [N m s].
 IMPULSE, MOMENT, TWIST, OTHER_TWIST = range(TILT + 3, TILT + 15, 3)
@@ -55,7 +55,7 @@ def tilted(work, block, mean, tilt, m, when):
 
 @inlined()
 def middle(work, block, m, half):
-    """Half a drift: the relative position in the middle of a substep, held to the plane or the edge of a wall."""
+    """The relative position in the middle of a substep; at a wall it stays on the plane or edge."""
     away = add_scaled(lanes.get_vector(work, block, AWAY, m), half, lanes.get_vector(work, block, VELOCITY, m))
     fixed, plane = lanes.get_vector(work, block, FIXED, m), lanes.get(work, block, IS_PLANE, m)
     along = scale(dot(away, fixed), fixed)
@@ -100,7 +100,7 @@ def soon(work, block, m, half, externals):
 
 @inlined()
 def book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powers, stored):
-    """Spring, peaks and works of a substep; nothing of a contact that does not touch."""
+    """Spring, peaks and works of a substep; zero for a contact that does not touch."""
     lanes.put_vector(work, block, HISTORY + lanes.SPRING, m, scale(touches, spring))
     lanes.put_vector(work, block, SLIP, m, scale(touches, slip))
     lanes.raise_to(work, block, HISTORY + lanes.PEAK_FORCE, m, touches * normal_force)
@@ -123,7 +123,7 @@ def add_vector(work, block, quantity, m, factor, vector):
 
 @inlined()
 def kick(work, block, m, tau, left, away, externals, force, torque, back):
-    """Velocities a substep on, the other half of the drift, and what is handed to the balls; left: to the end [s]."""
+    """Velocities after the substep, second half of the drift, and impulses on the balls; left: to the end [s]."""
     external, angular, other_angular = externals
     pull = scale(lanes.get(work, block, INVERSE_MASS, m), force)
     twist = scale(lanes.get(work, block, INVERSE_INERTIA, m), torque)

@@ -20,7 +20,7 @@ from millprint.surrogate.contact import pair
 
 @inner()
 def gather(balls, candidates, contacts, walls, clock, coarse, lane):
-    """Put what the local problem begins with into a lane; returns whether it touches, or will soon."""
+    """Write the initial state of the local problem to a lane; returns whether the contact touches, or will soon."""
     block, m = lane // LANES, lane % LANES
     work, motions = coarse.work, clock.motions
     i, j = contacts.ball[lane], contacts.partner[lane]
@@ -67,7 +67,7 @@ def gather(balls, candidates, contacts, walls, clock, coarse, lane):
     lanes.put(work, block, pair.INVERSE_MASS, m, inverse_mass)
     lanes.put(work, block, pair.INVERSE_INERTIA, m, 1.0 / balls.inertia[a])
     lanes.put(work, block, pair.OTHER_INVERSE_INERTIA, m, other_inverse)
-    # What the contact did at the end of the last step is a first guess of what it does now.
+    # The force at the end of the last step is the first guess for this step.
     force = lanes.get_vector(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m)
     lanes.put_vector(work, block, pair.FORCE, m, force)
     lanes.put_vector(work, block, pair.EXPECTED, m, force)
@@ -87,7 +87,7 @@ def torques_of(contacts, work, block, m, force):
 
 @inner()
 def expect(contacts, coarse, lane):
-    """Add what a contact is expected to exert, mean and tilt, forces and torques, to its balls."""
+    """Add the predicted forces and torques of a contact, mean and tilt, to its balls."""
     block, m = lane // LANES, lane % LANES
     work, load = coarse.work, coarse.load
     i, j = contacts.ball[lane], contacts.partner[lane]
@@ -166,7 +166,7 @@ def touch_lane(contacts, clock, coarse, lane):
     reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
     begin = 0.0
     if distance > reach:
-        # One that has come apart and will touch again is two collisions.
+        # A contact that has separated and will touch again is two collisions.
         if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
             coarse.ended[0] += 1.0
             lanes.put(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m, 0.0)

@@ -1,4 +1,4 @@
-"""The network in the step loop: what every contact will do in the coming step, as its own state suggests.
+"""The network in the step loop: it predicts the force of every contact in the next step from its own state.
 
 All numbers are dimensionless in the units of the contact itself: the step h, the length L = (m / (K h^2))^2 / 16, a
 measure of the overlap at which the Hertz force K delta^(3/2) takes a reduced mass m by as much in a step, and the
@@ -21,7 +21,7 @@ from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
 from millprint.surrogate.contact import pair
 from millprint.surrogate.contact.pair import INPUTS, OUTPUTS
 
-# Where a compressed number turns from linear to its root; keeps quotients finite.
+# Where a compressed number changes from linear to its root; keeps quotients finite.
 KNEE = 0.02
 SMALL = 1e-6
 # The unit of length over (m / (K h^2))^2 [-]: so impacts take some units in a step of a tenth of their duration. The
@@ -158,7 +158,7 @@ def linear(weight, bias, inputs, outputs, lanes_used, activate):
 
 @inlined()
 def output(work, block, number, m):
-    """An output of the network, bounded: whatever the network says, it moves an expectation only so far."""
+    """A bounded output of the network, which limits its change of a prediction."""
     return bounded(lanes.get(work, block, pair.OUTPUTS_AT + number, m))
 
 
@@ -192,7 +192,7 @@ def combine(work, block, step):
 
 @inner()
 def predict_all(weights, layer, coarse, blocks, step):
-    """What every contact is expected to do in the step, as of a round of messages."""
+    """The predictions for all contacts after a round of messages."""
     work, first, second, n = coarse.work, coarse.first_row, coarse.second_row, blocks * LANES
     for block in range(blocks):
         describe(work, block, step)

@@ -1,4 +1,4 @@
-"""States of our DEM as a coarse step sees them, and what every contact then does: what the network learns from."""
+"""States of our DEM at coarse steps, and what every contact does next: the training data of the network."""
 
 import math
 
@@ -45,7 +45,7 @@ def put_contacts_aside(contacts, counters, to_contacts, to_counters):
 
 @kernel()
 def forget(candidates, contacts, counters):
-    """Drop all lists and open contacts; the next look at the lists makes them anew from what is set aside."""
+    """Drop all lists and open contacts; they are made again from the contacts that are set aside."""
     for k in range(listed(candidates)):
         candidates.lane[k] = -1
     for lane in range(contacts.slot.size):
@@ -62,7 +62,7 @@ def put_three(rows, at, column, array, block, quantity, m):
 
 @inner()
 def write_sample(balls, contacts, clock, coarse, lane, rows, at):
-    """What the network may see of a contact."""
+    """Write the inputs of the network for a contact."""
     block, m = lane // LANES, lane % LANES
     work = coarse.work
     i, j = contacts.ball[lane], contacts.partner[lane]
@@ -84,7 +84,7 @@ def write_sample(balls, contacts, clock, coarse, lane, rows, at):
     rows[at, OTHER_INVERSE_INERTIA] = lanes.get(work, block, pair.OTHER_INVERSE_INERTIA, m)
     rows[at, IS_WALL] = lanes.get(law, block, lanes.IS_WALL, m)
     rows[at, STEP] = clock.step
-    # Nothing is expected of any contact here, so that this is the acceleration without them.
+    # No contact force is predicted here, so that this is the acceleration without contacts.
     put_three(rows, at, BASE, work, block, pair.EXTERNAL, m)
 
 
@@ -136,7 +136,7 @@ def sample_step(dem, coarse_groups, coarse, followed, rows, at, fine_steps):
 
 @inlined()
 def mark(followed, contacts, lane, row):
-    """Note the row in which a contact's sample stands."""
+    """Store the row of a contact's sample."""
     partner = contacts.partner[lane]
     balls = followed.place.shape[0]
     followed.place[contacts.ball[lane], partner if partner >= 0 else balls - 1 - partner] = row

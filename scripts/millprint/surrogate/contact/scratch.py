@@ -1,4 +1,4 @@
-"""What a coarse step needs besides the state of a simulation: the weights of the network, and scratch."""
+"""The weights of the network and the scratch arrays of a coarse step."""
 
 from typing import NamedTuple
 
@@ -27,18 +27,18 @@ def make_weights(layers: list[np.ndarray]) -> Weights:
 
 
 def no_weights() -> Weights:
-    """No network: every contact is expected to go on as it ended the last step."""
+    """No network: every contact is predicted to continue as at the end of the last step."""
     return make_weights([np.zeros(shape) for shape in (
         (0, 1, pair.INPUTS), (0, 1), (0, 1, 1), (0, 1), (0, pair.OUTPUTS, 1), (0, pair.OUTPUTS),
     )])  # fmt: skip
 
 
-# By how much faster than at present two bodies may near each other in a step, to be foreseen [m/s].
+# Largest increase of the approach speed in a step for which contacts are opened in advance [m/s].
 MARGIN_M_S = 0.1
 
 
 class Scratch(NamedTuple):
-    """Scratch of a coarse step, and what is set once."""
+    """Scratch arrays of a coarse step, and its constants."""
 
     substeps: int  # of a pair's local problem
     margin: float  # a contact is foreseen that stays this far from touch at the present velocities [m]

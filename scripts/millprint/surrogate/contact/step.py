@@ -1,4 +1,4 @@
-"""One coarse step of all balls: contacts foreseen, forces expected, every pair solved, bodies moved."""
+"""One coarse step of all balls: open contacts, predict forces, solve every pair, move the bodies."""
 
 from typing import NamedTuple
 
@@ -61,7 +61,7 @@ def scatter(contacts, coarse, lane):
 
 @inner()
 def move(balls, clock, coarse):
-    """Balls a step on: v += (impulse) / m + g h, x += v h + moment / m + g h^2 / 2, w += twist / I."""
+    """Move the balls by a step: v += (impulse) / m + g h, x += v h + moment / m + g h^2 / 2, w += twist / I."""
     step = clock.step
     for i in range(balls.species.size):
         inverse_mass = 1.0 / balls.mass[balls.species[i]]
@@ -77,7 +77,7 @@ def move(balls, clock, coarse):
 
 @inner()
 def expect_all(contacts, coarse, counters):
-    """Sum what all contacts are expected to exert on every ball."""
+    """Sum the predicted forces of all contacts on every ball."""
     clear(coarse.load)
     for lane in range(counters[state.USED]):
         if contacts.slot[lane] >= 0:
@@ -116,7 +116,7 @@ def gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, 
 
 @kernel()
 def predict(balls, contacts, walls, clock, coarse, counters):
-    """Rounds of messages: external accelerations by the forces expected so far, and the forces expected under them."""
+    """Rounds of messages: external accelerations from the predicted forces, then new predictions."""
     expect_all(contacts, coarse, counters)
     put_all_externals(balls, contacts, walls, clock, coarse, counters)
     for layer in range(coarse.weights.first.shape[0]):
@@ -157,7 +157,7 @@ def run_steps(balls, candidates, contacts, laws, walls, clock, coarse, totals, c
 
 
 class Frames(NamedTuple):
-    """What is kept of a roll-out; `works` and `ended` count from its start."""
+    """The stored frames of a roll-out; `works` and `ended` count from its start."""
 
     position: np.ndarray  # (frames, n, 3) [m]
     rate: np.ndarray  # (frames, n, 6) velocity [m/s] and angular velocity [rad/s]
@@ -166,7 +166,7 @@ class Frames(NamedTuple):
 
 
 def make_frames(frames: int, balls: int) -> Frames:
-    """Room for `frames` states; what is never written stays not a number."""
+    """Arrays for `frames` states; states that are never written stay NaN."""
     return Frames(
         position=np.full((frames, balls, 3), np.nan),
         rate=np.full((frames, balls, 6), np.nan),

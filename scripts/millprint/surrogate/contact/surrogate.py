@@ -54,7 +54,7 @@ class ContactSurrogate:
         each to the next by coarse steps, where the balls are put as recorded, while contacts and their springs stay.
         """
         states = [self._warmed_up(start) for start in starts_s]
-        # One step that is thrown away, so that no roll-out waits for the compiler.
+        # A step whose result is not used, so that no roll-out waits for the compiler.
         self.coarse.load(states[0])
         self.coarse.record(1, 1)
         return states

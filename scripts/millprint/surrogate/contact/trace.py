@@ -1,4 +1,4 @@
-"""What every contact does in a coarse step, traced in our DEM: the labels that the network learns from."""
+"""The impulses and works of every contact in a coarse step of our DEM: the labels of the training data."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ COLUMNS = 14
 
 
 class Trace(NamedTuple):
-    """Contacts that are followed."""
+    """The recorded contacts."""
 
     place: np.ndarray  # (n, n + features) row of a pair of balls, or of a ball and a feature of the wall; -1 for none
     value: np.ndarray  # (rows, COLUMNS)
@@ -25,13 +25,13 @@ class Trace(NamedTuple):
 
 @inlined()
 def place_of(trace, i, partner):
-    """The row of a contact; -1 if it is not followed."""
+    """The row of a contact; -1 if it is not recorded."""
     return trace.place[i, partner if partner >= 0 else trace.place.shape[0] - 1 - partner]
 
 
 @inner()
 def begin_trace(contacts, counters, trace):
-    """Note what open contacts have done so far."""
+    """Store the works of open contacts so far."""
     for lane in range(counters[state.USED]):
         if contacts.slot[lane] >= 0:
             at = place_of(trace, contacts.ball[lane], contacts.partner[lane])

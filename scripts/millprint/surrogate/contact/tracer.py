@@ -1,4 +1,4 @@
-"""Our DEM driven one coarse step at a time: states to start from, and what every contact does next."""
+"""Our DEM, advanced by coarse steps: first states, and what every contact does next."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from millprint.surrogate.contact.coarse import CoarseSimulation, Groups, SavedSt
 from millprint.surrogate.contact.scratch import Weights, no_weights
 from millprint.surrogate.contact.trace import COLUMNS, Trace
 
-# Contacts that are followed at once, for each ball.
+# Recorded contacts at a time, per ball.
 ROWS_PER_BALL = 40
 
 
@@ -35,7 +35,7 @@ class Tracer(Simulation):
         self.followed = self._make_trace(self.coarse)
         self.counters[state.STEP] = -self.settle_steps
         self.to_step(0)
-        # The walls start with a jolt, which no look at the lists has foreseen.
+        # The walls start suddenly, so the planned rebuild of the lists may be too late.
         self.counters[state.CHECK_IN] = 0
 
     def _make_trace(self, coarse: CoarseSimulation) -> Trace:
@@ -108,7 +108,7 @@ class Tracer(Simulation):
             self.to_step(begin.step * self.fine_steps, check=False)
             if self.counters[state.STATUS] != state.CONTACT_LOST:
                 break
-            # A contact that has parted since, where the DEM lists nothing.
+            # A contact that has separated in the meantime, so that the DEM does not list it.
             open_now = open_now[begin.first[open_now] != self.counters[state.BALL]]
         self._put_forces(begin)
         return self.counters[state.STATUS] == state.RUNNING
@@ -149,7 +149,7 @@ class Tracer(Simulation):
             begin = self.saved()
             self.coarse.load(begin)
             if not self.coarse.run(own_steps) or not self.load(self.coarse.saved()):
-                # The surrogate has lost a ball: what it does there is no matter.
+                # The surrogate has lost a ball: this state is not used.
                 self.load(begin)
                 self.to_step(int(self.counters[state.STEP]) + between * self.fine_steps)
                 continue

@@ -1,4 +1,4 @@
-"""Training of one network of the ensemble: on states of the DEM, then also on states that it reaches itself."""
+"""Training of one network of the ensemble: on states of the DEM, later also on states that it has reached itself."""
 
 import logging
 from collections.abc import Callable
@@ -84,7 +84,7 @@ class ContactTrainer(ResumableTraining):
 
     @property
     def finished(self) -> bool:
-        """Whether every epoch is done, or no roll-out has become better for long."""
+        """Whether all epochs are done, or no roll-out has been better for `patience` epochs."""
         settled = self.epoch > self.settings.push_forward_after + self.settings.patience
         stale = settled and self.epoch - self.best["epoch"] > self.settings.patience
         return self.epoch >= self.settings.epochs or stale

@@ -27,7 +27,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 
 @dataclass(frozen=True)
 class Snapshots:
-    """What the network may see of a simulation, snapshot by snapshot.
+    """The data of a simulation for the network, snapshot by snapshot.
 
     ball (n, balls, 7): velocity, signed distance and its gradient; wall (n, 7): position, speed, zeros;
     position (n, balls, 3); finite_difference and net_force (n, balls, 3) [m/s2], and dissipation (n,) [J], belong
