@@ -11,7 +11,7 @@ from snakemake.cli import get_argument_parser
 
 from tests.workflow.conftest import ROOT, copy_planetary, run_snakemake
 
-HANDBOOKS = ("README.md", "config/README.md")
+HANDBOOKS = ("README.md", "config/README.md", "CONTRIBUTING.md")
 # For MILL/CONTACT/CASE of the handbooks: a case of config/config.yaml with snapshots.
 CASE = "emax/calibrated/d10_f0.10_n600_s2"
 
