@@ -1,5 +1,6 @@
 """The report of the smoke run in a real browser: nothing fetched, tables that sort, readable on a phone."""
 
+import importlib
 import json
 import re
 from itertools import pairwise
@@ -9,9 +10,10 @@ import pandas as pd
 import pytest
 from markupsafe import escape
 
-from millprint.files import read_table
+from millprint.files import read_json, read_table
 from millprint.report.catalogue import TABLES
 from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+from tests.workflow.conftest import run_snakemake
 
 PAGES = ["summary", "claims", "runtimes", "explorer", *(f"tables_{chapter}" for chapter in TABLES)]
 
@@ -124,6 +126,43 @@ def test_the_summary_counts_what_the_table_of_claims_holds(report):
             f"{row[name]} {name}" for name in ("reproduced", "erratum", "deviates", "not run") if row[name]
         )
         assert said in text
+
+
+def sources_of(claims: pd.DataFrame) -> pd.DataFrame:
+    """A row for each source of each claim: id, verdict, path, rows, columns, rule, function."""
+    form = r"(?P<path>\S+)(?: \[(?P<rows>.+)\])? (?P<columns>.+) \(rule (?P<rule>\w+), (?P<function>millprint[\w.]+)\)"
+    each = claims.assign(source=claims["source"].str.split("; ")).explode("source", ignore_index=True)
+    parts = each["source"].str.fullmatch(form)
+    assert parts.all(), each["source"][~parts].tolist()
+    return each[["id", "verdict"]].join(each["source"].str.extract(form))
+
+
+def test_every_claim_leads_to_rows_that_exist_and_to_the_rule_that_wrote_them(report):
+    """The summary of Snakemake says which rule makes which file."""
+    sources = sources_of(read_table(report / "claims.tsv", text=["id", "verdict", "source"]))
+    assert sources["id"].nunique() == 257
+    summary = run_snakemake(report.parents[1], "--summary", "--configfile", "config/smoke.yaml").stdout
+    rules = dict(re.findall(r"^results/(\S+)\t[^\t]*\t(\w+)\t", summary, re.MULTILINE))
+    for source in sources[sources["verdict"] != "not run"].itertuples():
+        module, name = source.function.rsplit(".", 1)
+        assert callable(getattr(importlib.import_module(module), name))
+        if source.rule == "tabulate_claims":
+            assert (report.parents[1] / source.path).is_file()
+            continue
+        assert rules[source.path] == source.rule, source
+        path = report.parent / source.path
+        table = pd.DataFrame([read_json(path)]) if path.suffix == ".json" else read_table(path)
+        assert len(table.query(source.rows, engine="python") if isinstance(source.rows, str) else table), source
+        assert set(source.columns.split(", ")) <= set(table), source
+
+
+def test_the_links_of_the_claims_lead_to_files_and_sections(report):
+    links = re.findall('<a href="(.*?)">', (report / "claims.html").read_text())
+    assert len(links) > 200
+    for link in set(links):
+        path, _, section = link.partition("#")
+        assert (report / path).is_file(), link
+        assert not section or f'id="{section}"' in (report / path).read_text(), link
 
 
 def test_every_erratum_that_a_smoke_run_can_show_is_listed(report):
