@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.files import read_table
 
-COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
+RUNTIME_COLUMNS = ["stage", "job", "wall_s", "processor_s", "memory_MB"]
 # The line that millprint.job writes at the end of a job.
 DONE = re.compile(r": done in ([\d.]+) s$", re.MULTILINE)
 
@@ -43,7 +43,7 @@ def tabulate_runtimes(benchmarks: Path, logs: Path) -> pd.DataFrame:
     rows = _benchmarks(Path(benchmarks))
     known = {(row["stage"], row["job"]) for row in rows}
     rows += [row for row in _logs(Path(logs)) if (row["stage"], row["job"]) not in known]
-    table = pd.DataFrame(rows, columns=COLUMNS)
+    table = pd.DataFrame(rows, columns=RUNTIME_COLUMNS)
     return table.sort_values(["stage", "job"], ignore_index=True)
 
 
