@@ -48,7 +48,7 @@ def run_case(case: ContactCase, frame: np.ndarray = UPRIGHT) -> Outcome:
     every = max(1, round(case.duration_s / case.step_s / SAMPLES))
     ledger = world.run(case.duration_s - case.step_s, sample_every=every)
     balls = world.balls
-    position, velocity, spin = (array @ frame for array in (balls.position, balls.velocity, balls.spin))
+    position, velocity, spin = (array @ frame for array in (balls.position, balls.velocity, balls.angular_velocity))
     if not case.wall:
         position[:, 2] -= width / 2
     return Outcome(position, velocity, spin, world.contacts, ledger)

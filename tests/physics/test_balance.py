@@ -5,8 +5,8 @@ import pytest
 
 from millprint.config.counting import CountingRule
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem import state
 from millprint.dem.collisions import collision_statistics, collision_table, merge_contacts, sort_by_pair
+from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
@@ -23,7 +23,7 @@ def simulate(mills, contacts, mill="emax", contact="calibrated", diameter=10, fi
     simulation = Simulation(case, mills[mill], contacts[contact], dem)
     recording = simulation.run("test")
     series = ledger_series(np.concatenate(recording.samples))
-    table = collision_table(*(np.concatenate(column) for column in zip(*recording.contacts, strict=True)))
+    table = collision_table(recording.table)
     return simulation, series, table
 
 
@@ -139,7 +139,7 @@ def test_history_survives_new_candidate_lists(mills, contacts):
     for skin in (3e-4, 1.5e-3):
         dem = DEM.model_copy(update={"skin_m": skin})
         runs.append(simulate(mills, contacts, dem=dem, settle_s=0.02, discard_s=0.0, window_s=0.02)[0])
-    rebuilds = [run.counters[state.REBUILDS] for run in runs]
+    rebuilds = [run.counters[COUNTER.rebuilds] for run in runs]
     assert rebuilds[0] > 3 * rebuilds[1]
     assert np.abs(runs[0].balls.position - runs[1].balls.position).max() < 1e-8
 

@@ -41,7 +41,9 @@ def assert_same(one: World, other: World, move: np.ndarray, drift=STILL, sense=1
     """Positions [m], velocities and rim speeds [m/s] of `one` are those of `other`, moved and drifted."""
     assert one.balls.position - 0.03 * drift == pytest.approx(other.balls.position @ move.T, abs=tolerance)
     assert one.balls.velocity - drift == pytest.approx(other.balls.velocity @ move.T, abs=1e3 * tolerance)
-    assert one.balls.spin == pytest.approx(sense * other.balls.spin @ move.T, abs=1e5 * tolerance)
+    assert one.balls.angular_velocity == pytest.approx(
+        sense * other.balls.angular_velocity @ move.T, abs=1e5 * tolerance
+    )
 
 
 def test_a_vessel_in_uniform_motion_is_a_vessel_at_rest(still):
@@ -81,13 +83,13 @@ def test_the_order_of_the_balls_does_not_matter(still):
     shuffled = world(order=order)
     shuffled.run(0.03)
     assert shuffled.balls.position == pytest.approx(still.balls.position[order], abs=1e-11)
-    assert shuffled.balls.spin == pytest.approx(still.balls.spin[order], abs=1e-6)
+    assert shuffled.balls.angular_velocity == pytest.approx(still.balls.angular_velocity[order], abs=1e-6)
 
 
 def test_the_same_start_gives_the_same_end_to_the_last_bit(still):
     again = world()
     again.run(0.03)
-    for name in ("position", "velocity", "spin"):
+    for name in ("position", "velocity", "angular_velocity"):
         assert np.array_equal(getattr(again.balls, name), getattr(still.balls, name))
     assert all(np.array_equal(one, other) for one, other in zip(again.collisions, still.collisions, strict=True))
 
@@ -97,4 +99,4 @@ def test_a_run_in_two_parts_is_the_run_in_one(still):
     parts.run(0.013)
     parts.run(0.017)
     assert np.array_equal(parts.balls.position, still.balls.position)
-    assert np.array_equal(parts.balls.spin, still.balls.spin)
+    assert np.array_equal(parts.balls.angular_velocity, still.balls.angular_velocity)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from millprint.config.sweep import Case, DemConfig, threads_of
-from millprint.dem import state
+from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.dem.threads import chunk
@@ -58,7 +58,7 @@ def test_threads_change_a_run_by_rounding_alone(runs, name):
         assert np.array_equal(a, b)
     np.testing.assert_allclose(second[3], first[3], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(shared.totals, serial.totals, rtol=1e-9)
-    assert shared.counters[state.REBUILDS] == serial.counters[state.REBUILDS]
+    assert shared.counters[COUNTER.rebuilds] == serial.counters[COUNTER.rebuilds]
 
 
 def test_the_same_number_of_threads_gives_the_same_bits(runs):
@@ -85,7 +85,7 @@ def test_lists_that_are_too_short_are_made_longer_with_threads(mills, contacts, 
     names = ("ball", "partner", "plane", "sure", "lane", "trigger")
     cut = {name: getattr(scarce.candidates, name)[:100] for name in names}
     scarce.candidates = scarce.candidates._replace(**cut, found=scarce.candidates.found[:101])
-    scarce._share_out()
+    scarce.shares = scarce._make_shares()
     scarce.run("scarce")
     assert scarce.candidates.partner.size > 100
     assert np.array_equal(scarce.balls.position, runs["2"][0].balls.position)

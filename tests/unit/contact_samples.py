@@ -6,6 +6,7 @@ import torch
 from millprint.config.contact_surrogate import CoarseConfig, ContactTrainingConfig, PredictorConfig, TraceConfig
 from millprint.config.sweep import DemConfig
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
+from millprint.dem.layout import HISTORY_WIDTH
 from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState
 from millprint.surrogate.contact.dataset import open_tracer
 from millprint.surrogate.contact.network import Predictor
@@ -46,4 +47,6 @@ def in_mid_air(
     """Balls without contacts, before the mill starts; `position` in the jar's frame."""
     position = position + coarse.bodies[0].motion.position(-1.0)
     none = np.zeros(0, dtype=np.int64)
-    return SavedState(position, np.hstack([velocity, angular_velocity]), none, none, np.zeros((0, 14)), -1_000_000)
+    return SavedState(
+        position, np.hstack([velocity, angular_velocity]), none, none, np.zeros((0, HISTORY_WIDTH)), -1_000_000
+    )

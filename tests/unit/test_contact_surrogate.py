@@ -7,14 +7,16 @@ import pytest
 import torch
 from scipy.spatial.transform import Rotation
 
+from millprint.columns import span_of
 from millprint.config.contact_surrogate import ContactRecipe, ValidationConfig
-from millprint.dem import lanes, state
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
+from millprint.dem.layout import COUNTER, LANES, TOTAL
 from millprint.surrogate.checkpoint import write_tensors
-from millprint.surrogate.contact import pair, samples
+from millprint.surrogate.contact import samples
 from millprint.surrogate.contact.coarse import CoarseSimulation, coarse_step
 from millprint.surrogate.contact.dataset import Samples, follow, read_dataset, truths, write_dataset
 from millprint.surrogate.contact.ensemble import ensemble_content, reached_states, read_ensemble, roll_out_errors
+from millprint.surrogate.contact.pair import PAIR, PAIR_WIDTH
 from millprint.surrogate.contact.scratch import make_weights, no_weights
 from millprint.surrogate.contact.step import gather_all, predict
 from millprint.surrogate.contact.training import ContactTrainer, batch_of
@@ -108,12 +110,10 @@ def test_kernel_and_torch_expect_the_same(tracer):
     groups = coarse.groups
     gather_all(*groups[:6], coarse.scratch, *groups[6:], begin.step * coarse.step)
     predict(coarse.balls, coarse.contacts, coarse.walls, coarse.clock, coarse.scratch, coarse.counters)
-    used = [lane for lane in range(coarse.counters[state.USED]) if coarse.contacts.slot[lane] >= 0]
-    for quantity, wanted in ((pair.EXPECTED, mean), (pair.TILT, tilt)):
-        found = [
-            [lanes.get.py_func(coarse.scratch.work, lane // 8, quantity + c, lane % 8) for c in range(3)]
-            for lane in used
-        ]
+    used = [lane for lane in range(coarse.counters[COUNTER.used]) if coarse.contacts.slot[lane] >= 0]
+    for quantity, wanted in ((PAIR.expected_force, mean), (PAIR.expected_tilt, tilt)):
+        rows = coarse.scratch.work.reshape(-1, PAIR_WIDTH, LANES)
+        found = [rows[lane // LANES, span_of(quantity), lane % LANES] for lane in used]
         wanted = wanted * graph.unit.numpy()
         assert np.abs(wanted).max() > 1e-4
         np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())
@@ -131,7 +131,7 @@ def test_three_balls_that_meet_keep_their_momentum():
     kept = coarse.record(60, 1)
     momentum = kept.rate[:, :, :3].sum(axis=1)
     np.testing.assert_allclose(momentum, np.broadcast_to(velocity.sum(axis=0), momentum.shape), atol=1e-12)
-    assert kept.works[-1, state.TOTAL_NORMAL] > 0
+    assert kept.works[-1, TOTAL.normal_damping_J] > 0
     assert np.abs(kept.rate[-1, :, :3] - velocity).max() > 0.3
 
 
@@ -172,9 +172,9 @@ def test_dissipation_never_falls_and_no_ball_leaves_a_jar_that_nobody_has_learne
     kept = coarse.record(400, 5)
     coarse.weights = no_weights()
     assert np.isfinite(kept.position).all()
-    for channel in (state.TOTAL_NORMAL, state.TOTAL_DAMPING, state.TOTAL_ROLLING):
+    for channel in (TOTAL.normal_damping_J, TOTAL.tangential_damping_J, TOTAL.rolling_J):
         assert (np.diff(kept.works[:, channel]) >= 0).all()
-    tangential = kept.works[:, state.TOTAL_TANGENTIAL] - kept.works[:, state.ELASTIC_TANGENTIAL]
+    tangential = kept.works[:, TOTAL.tangential_work_J] - kept.works[:, TOTAL.elastic_tangential_J]
     assert tangential[-1] > 0
     body = (
         kept.position
@@ -191,7 +191,7 @@ def test_coarse_steps_follow_the_dem_through_impacts(tracer):
     steps = round(0.004 / coarse.step)
     assert coarse.run(steps)
     tracer.to_step((begin.step + steps) * tracer.fine_steps)
-    assert tracer.works()[state.TOTAL_NORMAL] > before[state.TOTAL_NORMAL]
+    assert tracer.works()[TOTAL.normal_damping_J] > before[TOTAL.normal_damping_J]
     moved = np.linalg.norm(tracer.balls.position - begin.position, axis=1)
     error = np.linalg.norm(coarse.balls.position - tracer.balls.position, axis=1)
     assert np.median(error) < 0.01 * np.median(moved)

@@ -8,13 +8,23 @@ import h5py
 import numpy as np
 import pytest
 
+from millprint.columns import width_of
 from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.collisions import COLUMNS, RANGE, collision_statistics, collision_table, merge_contacts, sort_by_pair
+from millprint.dem.collisions import (
+    HISTOGRAM_NAMES,
+    RANGE,
+    collision_statistics,
+    collision_table,
+    merge_contacts,
+    sort_by_pair,
+)
+from millprint.dem.layout import COLLISION
 from millprint.dem.ledger import LEDGER_CHANNELS
+from millprint.dem.recording import Table, make_table
 from millprint.dem.run import run_case
 from millprint.errors import SimulationError
 from millprint.files import read_json
@@ -34,10 +44,19 @@ CONTACTS = (
 def table():
     """Pair (0, 1) touches at 0, 2 and 7 ms, ball 0 and facet 3 once, and a pair from before the window once."""
     first, second, start, force, normal, tangential = (np.array(column) for column in zip(*CONTACTS, strict=True))
-    value = np.zeros((len(first), 9))
-    value[:, 0], value[:, 1], value[:, 3], value[:, 5] = start, 0.001, force, normal
-    value[:, 6], value[:, 7] = 0.25 * tangential, tangential
-    return collision_table(first, second, np.ones(5), value)
+    columns = {
+        "start_s": start, "duration_s": 0.001, "peak_force_N": force, "normal_J": normal,
+        "damping_J": 0.25 * tangential, "tangential_J": tangential,
+    }  # fmt: skip
+    return collision_table(made_up(first, second, **columns))
+
+
+def made_up(first, second, **columns) -> Table:
+    """Contacts that have ended, with some of the values of layout.CollisionColumns."""
+    value = np.zeros((len(first), width_of(COLLISION)))
+    for name, column in columns.items():
+        value[:, getattr(COLLISION, name)] = column
+    return Table(first, second, np.ones(len(first)), value)
 
 
 def count(**parameters):
@@ -96,13 +115,13 @@ def test_merging_agrees_with_a_plain_loop():
     n, gap = 4000, 0.003
     first = rng.integers(0, 6, n)
     second = np.where(rng.random(n) < 0.5, first + rng.integers(1, 4, n), -1 - rng.integers(0, 5, n))
-    value = np.zeros((n, 9))
-    value[:, 1], value[:, 3], value[:, 5] = rng.exponential(1e-3, n), rng.exponential(1, n), rng.random(n)
+    duration, force, energy, start = rng.exponential(1e-3, n), rng.exponential(1, n), rng.random(n), np.zeros(n)
     # No pair touches again before it has parted.
     order = np.lexsort([second, first])
-    value[order, 0] = np.cumsum(np.concatenate([[0], value[order, 1][:-1]]) + rng.exponential(gap, n))
+    start[order] = np.cumsum(np.concatenate([[0], duration[order][:-1]]) + rng.exponential(gap, n))
+    table = made_up(first, second, start_s=start, duration_s=duration, peak_force_N=force, normal_J=energy)
     shuffled = rng.permutation(n)
-    contacts = collision_table(first[shuffled], second[shuffled], np.ones(n), value[shuffled])
+    contacts = collision_table(Table(*(column[shuffled] for column in table)))
     expected = []
     for pair in sorted(set(zip(first.tolist(), second.tolist(), strict=True))):
         rows = contacts[(contacts["first"] == pair[0]) & (contacts["second"] == pair[1])].sort_values("start_s")
@@ -125,7 +144,7 @@ def test_sliding_is_what_damping_leaves_of_the_tangential_work():
 
 
 def test_no_contacts_at_all():
-    empty = collision_table(*(np.empty(0, int),) * 3, np.empty((0, 9)))
+    empty = collision_table(make_table(0))
     (row,) = collision_statistics(empty, [CountingRule(name="r", gap_s=0.003, peak_force_min_N=1)], 0.0, 1.0, 3)
     none = {"count": 0.0, "normal": 0.0, "tangential": 0.0}
     assert row == {
@@ -239,7 +258,7 @@ def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path):
         assert not table.attrs["is_histogram"] and group.attrs["is_histogram"]
         assert group.attrs["rows"] == table.attrs["rows"] == len(table["first"])
         assert "first" not in group
-        for name in COLUMNS[3:11]:
+        for name in HISTOGRAM_NAMES:
             values = table[name][:]
             # The table is in single precision, which knows nothing below 1e-45.
             assert (values > 0).sum() <= group[f"{name}_histogram_counts"][:].sum() <= len(values)

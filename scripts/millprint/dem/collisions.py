@@ -8,37 +8,29 @@ lifetimes. The rule is stated with every number.
 import numpy as np
 import pandas as pd
 
+from millprint.columns import names_of
 from millprint.config.counting import CountingRule
+from millprint.dem.layout import COLLISION
+from millprint.dem.recording import Table
 
-# Columns of a collision, with their units in the name.
-COLUMNS = (
-    "first",
-    "second",
-    "start_s",
-    "duration_s",
-    "approach_speed_m_s",
-    "peak_force_N",
-    "peak_overlap_m",
-    "normal_J",
-    "damping_J",
-    "sliding_J",
-    "rolling_J",
-    "complete",
-)
+# What a collision has in the column of all its tangential work: the work less the damping share.
+SLIDING = "sliding_J"
+# Values of a collision, with their units in the name, and all columns of the table.
+VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(COLLISION)]
+COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
 
 
-def collision_table(first: np.ndarray, second: np.ndarray, ended: np.ndarray, value: np.ndarray) -> pd.DataFrame:
-    """One row for each contact that was open in the window.
+def collision_table(contacts: Table) -> pd.DataFrame:
+    """The contacts that were open in the window, a row each, in COLLISION_NAMES.
 
     first: ball; second: ball, or -1 - feature of the wall. start_s counts from the start of the mill and may lie
     before the window; energies are those within the window. sliding_J is the tangential work less the damping share.
     complete is 0 where the window ended before the contact.
     """
-    start, duration, approach, force, overlap, normal, damping, tangential, rolling = value.T
-    columns = (first, second, start, duration, approach, force, overlap, normal, damping, tangential - damping, rolling)
-    table = pd.DataFrame(dict(zip(COLUMNS, columns, strict=False)))
-    table["complete"] = ended.astype(np.uint8)
-    return table
+    values = dict(zip(names_of(COLLISION), contacts.value.T, strict=True))
+    values[SLIDING] = values.pop("tangential_J") - values["damping_J"]
+    columns = {"first": contacts.first, "second": contacts.second, **values, "complete": contacts.ended}
+    return pd.DataFrame(columns)[COLLISION_NAMES].astype({"complete": np.uint8})
 
 
 def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
@@ -125,15 +117,17 @@ def collision_statistics(
 
 # The smallest value that a histogram tells apart, over the largest.
 RANGE = 1e-12
+# A start has no distribution.
+HISTOGRAM_NAMES = [name for name in VALUE_NAMES if name != "start_s"]
 
 
 def histograms(table: pd.DataFrame, bins: int = 120) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Counts of every column of the table over logarithmic bins, as (edges, counts).
+    """Counts of the columns HISTOGRAM_NAMES of the table over logarithmic bins: (edges (bins + 1,), counts (bins,)).
 
     Values below RANGE of the largest, such as the damping of a contact that hardly slips, are in the first bin.
     """
     made = {}
-    for name in COLUMNS[3:11]:
+    for name in HISTOGRAM_NAMES:
         value = table[name].to_numpy()
         value = value[value > 0]
         if value.size:

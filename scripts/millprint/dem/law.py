@@ -12,6 +12,10 @@ Choices that the equations leave open, each tested in tests/physics:
 - Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
   takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
+
+To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
+coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact.py. Both step loops,
+that of the DEM (dem/contact.py) and that of the contact surrogate, call `contact_law` and nothing else.
 """
 
 import math
@@ -19,12 +23,10 @@ import math
 import numpy as np
 
 from millprint.config.contact import ContactConfig
+from millprint.dem.lanes import get
+from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.kernel import inlined
 from millprint.mill.vectors import add, add_scaled, dot, scale
-
-# Columns of a row of parameters; LIMIT is the bound on the overlap [m].
-KN, KT, CN, CT, MU, MU_ROLLING, STOP, REACH, LIMIT = range(9)
-COLUMNS = 9
 
 # Keeps a quotient finite where a force [N] or an angular velocity [rad/s] is nothing; its root is added to them.
 TINY = 1e-60
@@ -42,28 +44,27 @@ def damping_ratio(restitution: float) -> float:
 def law_row(
     contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, limit: float, step: float
 ) -> np.ndarray:
-    """Coefficients of one kind of contact, all of a power of the overlap: Eqs 3.4 to 3.12.
+    """Coefficients of one kind of contact, in the columns of layout.LawColumns (Eqs 3.4 to 3.12).
 
-    radius, mass and inertia are the reduced ones, R*, m* and I*; for a wall those of the ball. reach is the distance
-    of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m]; step the
-    integration step [s]. K_n delta is KN delta^(3/2), K_t is KT delta^(1/2), and the damping coefficients are CN and
-    CT times delta^(1/4).
+    radius, mass and inertia are the reduced ones, R* [m], m* [kg] and I* [kg m2]; for a wall those of the ball. reach
+    is the distance of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m];
+    step the integration step [s].
     """
     modulus = contact.young_modulus_gpa * 1e9
     poisson = contact.poisson_ratio
     effective = modulus / (2 * (1 - poisson**2))
     shear = modulus / (4 * (2 - poisson) * (1 + poisson))
     damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
-    row = np.empty(COLUMNS)
-    row[KN] = 4 / 3 * effective * math.sqrt(radius)
-    row[KT] = 8 * shear * math.sqrt(radius)
-    row[CN] = damping * math.sqrt(2 * effective * math.sqrt(radius) * mass)
-    row[CT] = damping * math.sqrt(row[KT] * mass)
-    row[MU] = contact.static_friction
-    row[MU_ROLLING] = contact.rolling_friction
-    row[STOP] = STOP_SHARE * inertia / step
-    row[REACH] = reach
-    row[LIMIT] = limit
+    row = np.empty(LAW_WIDTH)
+    row[LAW.normal_stiffness] = 4 / 3 * effective * math.sqrt(radius)
+    row[LAW.tangential_stiffness] = 8 * shear * math.sqrt(radius)
+    row[LAW.normal_damping] = damping * math.sqrt(2 * effective * math.sqrt(radius) * mass)
+    row[LAW.tangential_damping] = damping * math.sqrt(row[LAW.tangential_stiffness] * mass)
+    row[LAW.friction] = contact.static_friction
+    row[LAW.rolling_friction] = contact.rolling_friction
+    row[LAW.largest_resistance] = STOP_SHARE * inertia / step
+    row[LAW.reach] = reach
+    row[LAW.largest_overlap] = limit
     return row
 
 
@@ -82,14 +83,14 @@ def turn_spring(spring, normal):
 
 
 @inlined()
-def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, step):
+def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocity, spring, last_slip, step):
     """Force and rolling torque on the first body of a contact, its new spring, and the power in each channel.
 
-    law: (KN, KT, CN, CT, MU, MU_ROLLING, STOP); overlap delta_n [m], not zero; normal: unit vector from the second
-    body to the first; arm: distance from the centre to the contact point [m]; velocity: relative velocity of the first
-    body at the contact point [m/s]; spin: relative angular velocity [rad/s]; spring: tangential displacement a step
-    ago [m]; last_slip: tangential velocity a step ago [m/s]; step [s]. Written without branches, so that several
-    contacts go through one instruction.
+    The coefficients are in lane m of a block. overlap: delta_n [m], not zero; normal: unit vector (3,) from the second
+    body to the first; arm: distance from the centre to the contact point [m]; velocity: relative velocity (3,) of the
+    first body at the contact point [m/s]; angular_velocity: the relative one (3,) [rad/s]; spring: tangential
+    displacement (3,) a step ago [m]; last_slip: tangential velocity (3,) a step ago [m/s]; step [s]. Written without
+    branches, so that several contacts go through one instruction.
 
     Returns (normal force along `normal` [N], tangential force [N], torque [N m], spring [m], slip [m/s],
     (normal damping, tangential damping, total tangential, rolling) [W], (normal, tangential) elastic energy [J]).
@@ -97,20 +98,20 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     root = math.sqrt(overlap)
     quarter = math.sqrt(root)
     approach = dot(velocity, normal)
-    elastic = law[KN] * overlap * root
-    damping = law[CN] * quarter * approach
-    stiffness = law[KT] * root
+    elastic = get(lanes, block, LANE.law.normal_stiffness, m) * overlap * root
+    damping = get(lanes, block, LANE.law.normal_damping, m) * quarter * approach
+    stiffness = get(lanes, block, LANE.law.tangential_stiffness, m) * root
 
     slip = add_scaled(velocity, -approach, normal)
     # The trapezoidal rule: with velocities at the end of a step alone the spring would damp in proportion to the step.
     spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
-    viscous = law[CT] * quarter
-    cap = law[MU] * elastic
+    viscous = get(lanes, block, LANE.law.tangential_damping, m) * quarter
+    cap = get(lanes, block, LANE.law.friction, m) * elastic
     pull = stiffness * math.sqrt(dot(spring, spring))
     spring = scale(cap / pull if pull > cap else 1.0, spring)
     force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     size = math.sqrt(dot(force, force) + TINY)
-    turning = math.sqrt(dot(spin, spin) + TINY)
+    turning = math.sqrt(dot(angular_velocity, angular_velocity) + TINY)
     # Two quotients by one division, which is what takes the processor longest.
     inverse = 1.0 / (size * turning)
     slides = size > cap
@@ -119,9 +120,10 @@ def contact_law(law, overlap, normal, arm, velocity, spin, spring, last_slip, st
     tangential_power = -dot(force, slip)
 
     # Torque over angular velocity [N m s].
-    resistance = law[MU_ROLLING] * elastic * arm * inverse * size
-    resistance = resistance if resistance < law[STOP] else law[STOP]
-    torque = scale(-resistance, spin)
+    resistance = get(lanes, block, LANE.law.rolling_friction, m) * elastic * arm * inverse * size
+    largest = get(lanes, block, LANE.law.largest_resistance, m)
+    resistance = resistance if resistance < largest else largest
+    torque = scale(-resistance, angular_velocity)
     powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)
     stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
     return elastic - damping, force, torque, spring, slip, powers, stored

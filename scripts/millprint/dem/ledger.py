@@ -3,17 +3,20 @@
 import numpy as np
 import pandas as pd
 
-from millprint.dem.advance import SAMPLE_COLUMNS
+from millprint.dem.recording import SAMPLE_NAMES
 from millprint.errors import SimulationError
 
 
 def ledger_series(samples: np.ndarray) -> pd.DataFrame:
-    """The ledger as a time series [J], with works counted from the first sample.
+    """The ledger as a time series of energies [J], with works counted from the first sample.
+
+    samples: (m, width) rows of layout.SampleColumns, at least one. Returns m rows with those columns and with
+    sliding_J, kinetic_J, elastic_J, gravity_work_J and imbalance_J.
 
     sliding_J is the tangential work that is neither damping nor held by the tangential springs. It takes in what a
     spring gives up when its stiffness falls with the overlap, so that nothing of the tangential work is lost.
     """
-    series = pd.DataFrame(samples, columns=list(SAMPLE_COLUMNS))
+    series = pd.DataFrame(samples, columns=SAMPLE_NAMES)
     works = ["wall_work_J", "normal_damping_J", "tangential_damping_J", "tangential_work_J", "rolling_J"]
     series[works] -= series[works].iloc[0]
     stored = series["elastic_tangential_J"] - series["elastic_tangential_J"].iloc[0]

@@ -4,38 +4,24 @@ import math
 
 import numpy as np
 
-from millprint.dem import lanes
-from millprint.dem.lanes import HISTORY, HISTORY_COLUMNS, LANES
-from millprint.dem.law import REACH
-from millprint.dem.state import (
-    ASIDE,
-    BALL,
-    CANDIDATES_FULL,
-    CHECK_IN,
-    CONTACT_LOST,
-    ESCAPED,
-    FREE,
-    NOT_FINITE,
-    REBUILDS,
-    RUNNING,
-    STATUS,
-    USED,
-)
+from millprint.dem.lanes import get_of, put_of
+from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
 from millprint.dem.touching import check_overlaps, listed, occupy
 from millprint.kernel import inlined, inner, kernel
-from millprint.mill.vectors import cross, dot, row, subtract
+from millprint.mill.pose import POSE
+from millprint.mill.vectors import cross, dot, row, subtract, vector
 from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
 
 # Below this number of balls every pair is looked at; above it a grid of cells is used.
 ALL_PAIRS = 160
 
-# Steps between two looks at the lists and at the overlaps, at most.
-LOOK_EVERY = 100.0
+# The most steps between two checks of the lists and of the overlaps.
+CHECK_EVERY = 100.0
 
 
 @kernel()
 def put_aside(candidates, contacts, counters):
-    """Copy the open contacts to the side, in the order of the lists, and free all lanes; counters[ASIDE] counts."""
+    """Copy the open contacts to the side, in the order of the lists, and free all lanes; counts them."""
     kept = 0
     for k in range(listed(candidates)):
         lane = candidates.lane[k]
@@ -43,13 +29,13 @@ def put_aside(candidates, contacts, counters):
             continue
         contacts.kept_ball[kept] = candidates.ball[k]
         contacts.kept_partner[kept] = candidates.partner[k]
-        for c in range(HISTORY_COLUMNS):
-            contacts.kept_history[kept, c] = lanes.get(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES)
+        for c in range(HISTORY_WIDTH):
+            contacts.kept_history[kept, c] = get_of(contacts, lane, LANE_HISTORY + c)
         contacts.slot[lane] = -1
         kept += 1
-    counters[USED] = 0
-    counters[FREE] = 0
-    counters[ASIDE] = kept
+    counters[COUNTER.used] = 0
+    counters[COUNTER.free] = 0
+    counters[COUNTER.aside] = kept
 
 
 @inlined()
@@ -65,20 +51,26 @@ def find_candidate(walls, candidates, i, partner):
     return -1
 
 
+@inlined()
+def put_back(balls, candidates, contacts, laws, counters, kept, k):
+    """Open the contact of candidate k with the history of the contact set aside as number `kept`."""
+    lane = occupy(balls, candidates, contacts, laws, counters, k)
+    for c in range(HISTORY_WIDTH):
+        put_of(contacts, lane, LANE_HISTORY + c, contacts.kept_history[kept, c])
+
+
 @inner()
-def put_back(balls, candidates, contacts, laws, walls, counters):
-    """Give the contacts set aside their histories back, exactly; sets the status if one has lost its candidate."""
-    for kept in range(counters[ASIDE]):
+def put_all_back(balls, candidates, contacts, laws, walls, counters):
+    """Open all contacts set aside, with their exact histories; sets the status if one has lost its candidate."""
+    for kept in range(counters[COUNTER.aside]):
         i = contacts.kept_ball[kept]
         k = find_candidate(walls, candidates, i, contacts.kept_partner[kept])
         if k < 0:
-            counters[STATUS] = CONTACT_LOST
-            counters[BALL] = i
+            counters[COUNTER.status] = STATUS.contact_lost
+            counters[COUNTER.ball] = i
             return
-        lane = occupy(balls, candidates, contacts, laws, counters, k)
-        for c in range(HISTORY_COLUMNS):
-            lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, contacts.kept_history[kept, c])
-    counters[ASIDE] = -1
+        put_back(balls, candidates, contacts, laws, counters, kept, k)
+    counters[COUNTER.aside] = -1
 
 
 @inlined()
@@ -97,7 +89,7 @@ def add_candidate(candidates, k, i, partner, sure, trigger):
 def add_pair(balls, candidates, laws, i, j, skin, k):
     """Append the pair if it is within reach; `candidates.anchor` holds the positions."""
     away = subtract(row(candidates.anchor[0], i), row(candidates.anchor[0], j))
-    reach = laws.pair[balls.species[i], balls.species[j], REACH]
+    reach = laws.pair[balls.species[i], balls.species[j], LAW.reach]
     if dot(away, away) < (reach + skin) * (reach + skin):
         return add_candidate(candidates, k, i, j, 0, reach * reach)
     return k
@@ -150,16 +142,17 @@ def sort_into_cells(candidates, pitch):
         candidates.cell_first[c] = 0
     for i in range(n):
         for axis in range(3):
-            candidates.cell_place[i, axis] = int((candidates.anchor[0, i, axis] - low[axis]) / pitch)
-        place = row(candidates.cell_place, i)
+            along = int((candidates.anchor[0, i, axis] - low[axis]) / pitch)
+            candidates.cell_place[i, CELL.place.x + axis] = along
+        place = vector(candidates.cell_place, i, CELL.place)
         cell = (place[0] * shape[1] + place[1]) * shape[2] + place[2]
-        candidates.cell_place[i, 3] = cell
+        candidates.cell_place[i, CELL.number] = cell
         candidates.cell_first[cell] += 1
     # Counts become ends; filling from the back turns ends into beginnings.
     for c in range(1, cells + 1):
         candidates.cell_first[c] += candidates.cell_first[c - 1]
     for i in range(n - 1, -1, -1):
-        cell = candidates.cell_place[i, 3]
+        cell = candidates.cell_place[i, CELL.number]
         candidates.cell_first[cell] -= 1
         candidates.cell_member[candidates.cell_first[cell]] = i
     return shape
@@ -168,7 +161,7 @@ def sort_into_cells(candidates, pitch):
 @inner()
 def add_cell_pairs(balls, candidates, laws, i, skin, shape, k):
     """Append the pairs of ball i with higher numbers in the 27 cells around it."""
-    x, y, z = candidates.cell_place[i, 0], candidates.cell_place[i, 1], candidates.cell_place[i, 2]
+    x, y, z = vector(candidates.cell_place, i, CELL.place)
     for a in range(max(x - 1, 0), min(x + 2, shape[0])):
         for b in range(max(y - 1, 0), min(y + 2, shape[1])):
             # Cells along the last axis follow each other in the list of members.
@@ -205,36 +198,32 @@ def list_candidates(balls, candidates, laws, walls, clock, counters):
             candidates.first_wall[body, i] = k
             k = add_walls(balls, candidates, walls, body, i, clock.skin, k)
             if k < 0:
-                counters[STATUS] = ESCAPED
-                counters[BALL] = i
+                counters[COUNTER.status] = STATUS.escaped
+                counters[COUNTER.ball] = i
                 return
         candidates.first_wall[body, n] = k
     if k > candidates.partner.size:
-        counters[STATUS] = CANDIDATES_FULL
+        counters[COUNTER.status] = STATUS.candidates_full
 
 
 @inner()
-def rebuild(balls, candidates, contacts, laws, walls, clock, counters):
-    """Make the candidate lists anew, open contacts kept; sets counters[STATUS] if a ball is lost or a list full.
+def relist(balls, candidates, contacts, laws, walls, clock, counters):
+    """Set the open contacts aside and rebuild the lists; sets the status if a ball is lost or a list full.
 
     A full list may be made longer and the call repeated: the contacts set aside by the first one stay there.
     """
-    if counters[ASIDE] < 0:
+    if counters[COUNTER.aside] < 0:
         put_aside(candidates, contacts, counters)
     for body in range(candidates.anchor.shape[0]):
         for i in range(balls.species.size):
             point = to_body(clock.motions, body, row(balls.position, i))
             if not math.isfinite(point[0] + point[1] + point[2]):
-                counters[STATUS] = NOT_FINITE
-                counters[BALL] = i
+                counters[COUNTER.status] = STATUS.not_finite
+                counters[COUNTER.ball] = i
                 return
             for axis in range(3):
                 candidates.anchor[body, i, axis] = point[axis]
     list_candidates(balls, candidates, laws, walls, clock, counters)
-    if counters[STATUS] != RUNNING:
-        return
-    put_back(balls, candidates, contacts, laws, walls, counters)
-    counters[REBUILDS] += 1
 
 
 @inlined()
@@ -250,10 +239,10 @@ def farthest_and_fastest(balls, candidates, motions, body):
     for i in range(balls.species.size):
         point = to_body(motions, body, row(balls.position, i))
         moved = subtract(point, row(candidates.anchor[body], i))
-        speed = subtract(row(balls.rate, i), (pose[body, 3], pose[body, 4], pose[body, 5]))
+        speed = subtract(vector(balls.rate, i, RATE.velocity), vector(pose, body, POSE.velocity))
         if motions.turns[body]:
-            arm = subtract(row(balls.position, i), (pose[body, 0], pose[body, 1], pose[body, 2]))
-            speed = subtract(speed, cross((pose[body, 6], pose[body, 7], pose[body, 8]), arm))
+            arm = subtract(row(balls.position, i), vector(pose, body, POSE.position))
+            speed = subtract(speed, cross(vector(pose, body, POSE.angular_velocity), arm))
         moved2, speed2 = dot(moved, moved), dot(speed, speed)
         travelled2 = max(travelled2, moved2)
         fastest2 = max(fastest2, speed2)
@@ -261,14 +250,13 @@ def farthest_and_fastest(balls, candidates, motions, body):
     return travelled2, fastest2, total
 
 
-@kernel()
-def look(balls, candidates, contacts, laws, walls, clock, counters):
-    """Rebuild the lists if a ball may leave its skin within the next step; plan the next look.
+@inlined()
+def needs_rebuild(balls, candidates, clock):
+    """Whether a ball may leave its skin within the next step, and the number of steps to the next check [-].
 
-    No ball is taken to become faster, relative to a body, than twice the fastest one between two looks.
+    No ball is taken to become faster, relative to a body, than twice the fastest one between two checks.
     """
-    check_overlaps(contacts, counters)
-    strides = LOOK_EVERY
+    steps = CHECK_EVERY
     stale = False
     for body in range(candidates.anchor.shape[0]):
         travelled2, fastest2, total = farthest_and_fastest(balls, candidates, clock.motions, body)
@@ -278,7 +266,17 @@ def look(balls, candidates, contacts, laws, walls, clock, counters):
         if room <= stride or not math.isfinite(total):
             stale = True
             room = 0.5 * clock.skin
-        strides = min(strides, room / stride)
+        steps = min(steps, room / stride)
+    return stale, max(1, int(steps))
+
+
+@kernel()
+def check_lists(balls, candidates, contacts, laws, walls, clock, counters):
+    """Check the overlaps, rebuild the lists if that is needed, and plan the next check."""
+    check_overlaps(contacts, counters)
+    stale, counters[COUNTER.check_in] = needs_rebuild(balls, candidates, clock)
     if stale:
-        rebuild(balls, candidates, contacts, laws, walls, clock, counters)
-    counters[CHECK_IN] = max(1, int(strides))
+        relist(balls, candidates, contacts, laws, walls, clock, counters)
+        if counters[COUNTER.status] == STATUS.running:
+            put_all_back(balls, candidates, contacts, laws, walls, counters)
+            counters[COUNTER.rebuilds] += 1

@@ -10,7 +10,8 @@ import h5py
 import numpy as np
 
 from millprint.dem import state
-from millprint.dem.recording import Recording
+from millprint.dem.layout import COUNTER
+from millprint.dem.recording import Recording, Table
 from millprint.hdf5 import whole_hdf5
 from millprint.kernel import kernel_digest
 from millprint.sealed import seal, unsealed
@@ -81,7 +82,7 @@ def read_restart(path: str | Path, simulation: "Simulation", recording: Recordin
     recording.occupancy[:], recording.height[:] = sums
     for name, parts in pieces.items():
         getattr(recording, name).extend(parts)
-    logger.info("going on from %s at %.6f s", path, simulation.counters[state.STEP] * simulation.step)
+    logger.info("going on from %s at %.6f s", path, simulation.counters[COUNTER.step] * simulation.step)
     return True
 
 
@@ -105,5 +106,5 @@ def _read_pieces(group: h5py.Group) -> dict[str, list]:
     ends["samples"] = np.empty(0, dtype=np.int64)
     pieces: dict[str, list] = {name: np.split(group[name][:], ends[name]) for name in PIECES if name in group}
     if "contacts_0" in group:
-        pieces["contacts"] = [tuple(group[f"contacts_{c}"][:] for c in range(4))]
+        pieces["contacts"] = [Table(*(group[f"contacts_{c}"][:] for c in range(len(Table._fields))))]
     return pieces

@@ -64,8 +64,7 @@ def run_case(
     with use_threads(cores) if simulation.threads > 1 else nullcontext():
         recording = simulation.run(case.path, restart, _enough(case, dem))
     series = ledger_series(np.concatenate(recording.samples))
-    pieces = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
-    table = collision_table(*pieces) if pieces else collision_table(*(np.empty(0, int),) * 3, np.empty((0, 9)))
+    table = collision_table(recording.table)
     summary = summarise(simulation, series, table, recording.height_m)
     logger.info(
         "simulated in %.1f s (%.1f ns a ball-step); energy balance closes within %.2g of the wall work; %d contacts",

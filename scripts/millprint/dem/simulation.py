@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,23 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem import state
-from millprint.dem.advance import Recorder, Table, advance, begin_window, end_window
+from millprint.dem.advance import advance
+from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
 from millprint.dem.packing import pack
-from millprint.dem.recording import TABLE_ROWS, Recording, grid_edges, make_recorder, make_table, silent_recorder
+from millprint.dem.recording import (
+    TABLE_ROWS,
+    Recorder,
+    Recording,
+    Table,
+    begin_window,
+    end_window,
+    grid_edges,
+    make_recorder,
+    make_table,
+    silent_recorder,
+)
 from millprint.dem.restart import read_restart, write_restart
-from millprint.dem.threads import advance_threaded, make_shares, use_threads
+from millprint.dem.threads import Shares, make_shares, use_threads
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, wanted_step
 from millprint.errors import SimulationError
 from millprint.job import progress
@@ -66,8 +79,8 @@ class Simulation:
             pitch=max(0.4 * self.radius, 1e-3),
         )
         self.threads = threads_of(case, dem)
-        self._share_out()
-        self.totals = np.zeros(state.TOTALS)
+        self.shares = self._make_shares()
+        self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
         self.wall_clock_s = 0.0
         self.processor_s = 0.0
@@ -134,17 +147,17 @@ class Simulation:
         recording = Recording(
             edges=grid_edges(self.vessel.bounds[:, :2], recorder), occupancy=recorder.occupancy, height=recorder.height
         )
-        self.counters[state.STEP] = 0
+        self.counters[COUNTER.step] = 0
         if not (restart and read_restart(restart, self, recording)):
-            self.counters[state.STEP] = -self.settle_steps
+            self.counters[COUNTER.step] = -self.settle_steps
         self._restart, self._written = restart, time.monotonic()
         first_window = self.window_steps
         options = {"unit_scale": self.step, "bar_format": BAR, "disable": title is None}
         with progress(self._steps_in_all, title or "", "s", **options) as bar:
-            bar.update(int(self.counters[state.STEP]) + self.settle_steps)
+            bar.update(int(self.counters[COUNTER.step]) + self.settle_steps)
             self._drive_in(recording, bar)
             # A restarted run may be in a window that had been made longer.
-            while self.counters[state.STEP] > self.discard_steps + self.window_steps + 1:
+            while self.counters[COUNTER.step] > self.discard_steps + self.window_steps + 1:
                 self.window_steps += first_window
             while True:
                 self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
@@ -164,11 +177,11 @@ class Simulation:
     def _drive_in(self, recording: Recording, bar: tqdm) -> None:
         """Settle, start the mill, and run up to where the window begins; a restarted run may be past any of it."""
         silent, none = silent_recorder(), make_table(0)
-        if self.counters[state.STEP] <= 0:
+        if self.counters[COUNTER.step] <= 0:
             self._advance(-1, silent, none, recording, bar)
-            # The walls start with a jolt, which no look at the lists has foreseen.
-            self.counters[state.CHECK_IN] = 0
-        if self.counters[state.STEP] <= self.discard_steps:
+            # The walls start with a jolt, which no check of the lists has foreseen.
+            self.counters[COUNTER.check_in] = 0
+        if self.counters[COUNTER.step] <= self.discard_steps:
             self._advance(self.discard_steps - 1, silent, none, recording, bar)
             begin_window(self.contacts, self.totals, self.counters)
             self._disturb()
@@ -192,36 +205,33 @@ class Simulation:
         """Call the kernel in chunks up to and including `last_step`."""
         chunk = max(64, int(CHUNK_S / (ASSUMED_NS * 1e-9 * self.count)))
         counters = self.counters
-        while counters[state.STEP] <= last_step:
-            before = int(counters[state.STEP])
+        while counters[COUNTER.step] <= last_step:
+            before = int(counters[COUNTER.step])
             begin = time.perf_counter(), time.process_time()
             self._call_kernel(table, recorder, min(before + chunk, last_step))
             self.wall_clock_s += time.perf_counter() - begin[0]
             self.processor_s += time.process_time() - begin[1]
-            if counters[state.STATUS] == state.CANDIDATES_FULL:
+            if counters[COUNTER.status] == STATUS.candidates_full:
                 self._lengthen_lists()
-            elif counters[state.STATUS] != state.RUNNING:
+            elif counters[COUNTER.status] != STATUS.running:
                 raise SimulationError(self._trouble())
             recording.drain(table, recorder, counters)
             self._write_restart_if_due(recording)
-            bar.update(int(counters[state.STEP]) - before)
+            bar.update(int(counters[COUNTER.step]) - before)
 
-    def _share_out(self) -> None:
-        """What the threads write to, where there are any; anew whenever the lists are."""
-        if self.threads > 1:
-            self._shares = make_shares(self.threads, self.count, len(self.bodies), self.candidates, self.contacts)
+    def _make_shares(self) -> Shares | None:
+        """What the threads write to, where there are several; again whenever the lists are made."""
+        if self.threads == 1:
+            return None
+        return make_shares(self.threads, self.count, len(self.bodies), self.candidates, self.contacts)
 
     def _call_kernel(self, table: Table, recorder: Recorder, last_step: int) -> None:
-        """One call of the serial kernel, or of the one with threads, which only then is compiled."""
-        arguments = (
-            self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals, self.counters,
-            table, recorder, last_step,
-        )  # fmt: skip
-        if self.threads == 1:
-            advance(*arguments)
-        else:
-            with use_threads(self.threads):
-                advance_threaded(*arguments, self._shares)
+        """One call of the step loop; that with threads is compiled only where there are several."""
+        with use_threads(self.threads) if self.threads > 1 else nullcontext():
+            advance(
+                self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
+                self.counters, table, recorder, last_step, self.shares, None,
+            )  # fmt: skip
 
     def _write_restart_if_due(self, recording: Recording) -> None:
         """Write the restart file if the last one is old enough."""
@@ -232,30 +242,30 @@ class Simulation:
     def _lengthen_lists(self) -> None:
         """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
         per_ball = max(1, 2 * self.candidates.partner.size // self.count)
-        aside, kept = int(self.counters[state.ASIDE]), self.contacts
+        aside, kept = int(self.counters[COUNTER.aside]), self.contacts
         self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
         self.contacts = state.make_contacts(self.candidates.partner.size)
         self.contacts.kept_ball[:aside] = kept.kept_ball[:aside]
         self.contacts.kept_partner[:aside] = kept.kept_partner[:aside]
         self.contacts.kept_history[:aside] = kept.kept_history[:aside]
-        self._share_out()
-        self.counters[state.STATUS] = state.RUNNING
-        self.counters[state.CHECK_IN] = 0
+        self.shares = self._make_shares()
+        self.counters[COUNTER.status] = STATUS.running
+        self.counters[COUNTER.check_in] = 0
 
     def _trouble(self) -> str:
         """What went wrong, in words."""
-        ball, partner = int(self.counters[state.BALL]), int(self.counters[state.PARTNER])
-        when = f"at {self.counters[state.STEP] * self.step:.6f} s"
+        ball, partner = int(self.counters[COUNTER.ball]), int(self.counters[COUNTER.partner])
+        when = f"at {self.counters[COUNTER.step] * self.step:.6f} s"
         other = f"ball {partner}" if partner >= 0 else f"wall feature {-1 - partner}"
         return {
-            state.OVERLAP: (
+            STATUS.overlap: (
                 f"ball {ball} overlaps {other} by more than {100 * self.dem.overlap_max:g} % of its radius {when}: "
                 "the speed is too high for this Young's modulus, or the step too large"
             ),
-            state.ESCAPED: f"ball {ball} has left the vessel {when}",
-            state.NOT_FINITE: f"the position of ball {ball} is not a finite number {when}",
-            state.CONTACT_LOST: f"an open contact of ball {ball} was lost when the candidates were listed anew {when}",
-        }[int(self.counters[state.STATUS])]
+            STATUS.escaped: f"ball {ball} has left the vessel {when}",
+            STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
+            STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt {when}",
+        }[int(self.counters[COUNTER.status])]
 
 
 # Progress in simulated seconds, with the time to go.

@@ -5,33 +5,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.columns import span_of, width_of
 from millprint.config.contact import ContactConfig
-from millprint.dem.lanes import HISTORY_COLUMNS, IDLE, LANES
+from millprint.dem.lanes import IDLE
 from millprint.dem.law import law_row
+from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
 from millprint.mill.motion import Motion, Motions, stack_motions
-
-# Running totals: wall work, works of the contacts that have closed [J]; of the present step: elastic energies [J].
-WALL_WORK, TOTAL_NORMAL, TOTAL_DAMPING, TOTAL_TANGENTIAL, TOTAL_ROLLING, ELASTIC_NORMAL, ELASTIC_TANGENTIAL = range(7)
-TOTALS = 7
-
-# Counters of a run. CHECK_IN steps remain until the next look at the lists; USED lanes lie below the highest open one,
-# FREE ones among them; ASIDE contacts are set aside while the candidates are listed anew, -1 where none are.
-(
-    STEP, CHECK_IN, STATUS, BALL, PARTNER, RECORDS, SAMPLES, SNAPSHOTS, SNAPSHOT_CONTACTS, REBUILDS, USED, FREE, ASIDE,
-) = range(13)  # fmt: skip
-COUNTERS = 13
-
-# Status of a run. The last one says that the lists are too short: they may be made longer and the run goes on.
-RUNNING, OVERLAP, ESCAPED, NOT_FINITE, CONTACT_LOST, CANDIDATES_FULL = range(6)
 
 
 class Balls(NamedTuple):
     """State of the balls; rates are those of half a step ago, `rate_now` those expected at the present position."""
 
     position: np.ndarray  # (n, 3) [m]
-    rate: np.ndarray  # (n, 6) velocity [m/s] and angular velocity [rad/s]
-    rate_now: np.ndarray
-    load: np.ndarray  # (n, 6) contact force [N] and torque [N m]
+    rate: np.ndarray  # (n, 6) layout.RateColumns
+    rate_now: np.ndarray  # (n, 6)
+    load: np.ndarray  # (n, 6) of contacts, layout.LoadColumns
     species: np.ndarray  # (n,) row of the tables below
     radius: np.ndarray  # (species,) [m]
     mass: np.ndarray  # (species,) [kg]
@@ -40,12 +28,12 @@ class Balls(NamedTuple):
     @property
     def velocity(self) -> np.ndarray:
         """Velocities (n, 3) half a step ago [m/s]."""
-        return self.rate[:, :3]
+        return self.rate[:, span_of(RATE.velocity)]
 
     @property
-    def spin(self) -> np.ndarray:
+    def angular_velocity(self) -> np.ndarray:
         """Angular velocities (n, 3) half a step ago [rad/s]."""
-        return self.rate[:, 3:]
+        return self.rate[:, span_of(RATE.angular_velocity)]
 
 
 class Candidates(NamedTuple):
@@ -61,29 +49,29 @@ class Candidates(NamedTuple):
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; -1 while open
     found: np.ndarray  # (s + 1,) those that have come within reach in the present step
     anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
-    cell_place: np.ndarray  # (n, 4) a ball's cell along each axis, and its number
+    cell_place: np.ndarray  # (n, 4) layout.CellColumns
     cell_first: np.ndarray  # (cells + 1,) where a cell's members begin
     cell_member: np.ndarray  # (n,)
 
 
 class Contacts(NamedTuple):
-    """Open contacts. Each keeps its lane, and in it its history, until the candidates are listed anew."""
+    """Open contacts. Each keeps its lane, and in it its history, until the lists are rebuilt."""
 
-    lanes: np.ndarray  # (blocks, rows * LANES) see dem.lanes
+    lanes: np.ndarray  # (blocks, width * LANES) layout.LaneColumns, see dem.lanes
     ball: np.ndarray  # (c,) the first partner
     partner: np.ndarray  # (c,) the second one: a ball, or -1 - feature
     slot: np.ndarray  # (c,) the candidate; -1 in a lane that is free
     free: np.ndarray  # (c,) stack of free lanes
-    kept_ball: np.ndarray  # set aside while the candidates are listed anew
-    kept_partner: np.ndarray
-    kept_history: np.ndarray
+    kept_ball: np.ndarray  # (c,) of contacts that are set aside while the lists are rebuilt
+    kept_partner: np.ndarray  # (c,)
+    kept_history: np.ndarray  # (c, width) layout.HistoryColumns
 
 
 class Laws(NamedTuple):
     """Contact coefficients (law.law_row) by species."""
 
-    pair: np.ndarray  # (species, species, columns)
-    wall: np.ndarray  # (species, columns)
+    pair: np.ndarray  # (species, species, width) layout.LawColumns
+    wall: np.ndarray  # (species, width)
 
 
 class Clock(NamedTuple):
@@ -94,14 +82,14 @@ class Clock(NamedTuple):
     motions: Motions
     gain: np.ndarray  # (6 n,) change of the rates in a step by unit loads [m/s, rad/s]
     fall: np.ndarray  # (6 n,) change of the rates in a step by gravity [m/s]
-    load: np.ndarray  # (bodies, 6) force on the balls [N] and torque about the body's origin [N m] of the present step
+    load: np.ndarray  # (bodies, 6) on the balls, torque about the body's origin, of the present step
     skin: float  # a candidate is listed up to this far from contact [m]
 
 
 def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:
     """Balls at rest at `position` (n, 3) [m]; species (n,) are rows of `radii` [m]; density [kg/m3]."""
     position = np.ascontiguousarray(position, dtype=float)
-    rate, rate_now, load = (np.zeros((len(position), 6)) for _ in range(3))
+    rate, rate_now, load = (np.zeros((len(position), RATE_WIDTH)) for _ in range(3))
     radii = np.asarray(radii, dtype=float)
     mass = density * 4 / 3 * math.pi * radii**3
     species = np.asarray(species, dtype=np.int64)
@@ -123,7 +111,7 @@ def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidat
         trigger=np.zeros(room),
         found=np.zeros(room + 1, dtype=np.uint32),
         anchor=np.zeros((bodies, balls, 3)),
-        cell_place=np.zeros((balls, 4), dtype=np.int64),
+        cell_place=np.zeros((balls, width_of(CELL)), dtype=np.int64),
         cell_first=np.zeros(4 * balls + 1024, dtype=np.int64),
         cell_member=np.zeros(balls, dtype=np.int64),
     )
@@ -141,14 +129,14 @@ def make_contacts(room: int) -> Contacts:
         free=np.zeros(room, dtype=np.int64),
         kept_ball=np.zeros(room, dtype=np.int64),
         kept_partner=np.zeros(room, dtype=np.int64),
-        kept_history=np.zeros((room, HISTORY_COLUMNS)),
+        kept_history=np.zeros((room, HISTORY_WIDTH)),
     )
 
 
 def make_counters() -> np.ndarray:
     """Counters of a run that has not begun."""
-    counters = np.zeros(COUNTERS, dtype=np.int64)
-    counters[ASIDE] = -1
+    counters = np.zeros(width_of(COUNTER), dtype=np.int64)
+    counters[COUNTER.aside] = -1
     return counters
 
 
@@ -195,6 +183,6 @@ def make_clock(
         motions=stack_motions(motions),
         gain=np.repeat(step / np.column_stack([balls.mass, balls.inertia])[balls.species], 3),
         fall=np.tile(np.concatenate([step * down, np.zeros(3)]), len(balls.species)),
-        load=np.zeros((len(motions), 6)),
+        load=np.zeros((len(motions), LOAD_WIDTH)),
         skin=float(skin),
     )

@@ -8,27 +8,22 @@ rule. So the energy balance closes with the square of the step.
 
 import numpy as np
 
-from millprint.dem import lanes, state
-from millprint.dem.lanes import LANES, evaluate
-from millprint.dem.law import REACH
+from millprint.dem.contact import evaluate
+from millprint.dem.lanes import get, get_vector, put_vector
+from millprint.dem.layout import COUNTER, LANE, LANES, LOAD, LOAD_WIDTH, RATE, TOTAL
 from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
-from millprint.mill.vectors import cross, dot, row, scale, subtract
+from millprint.mill.pose import POSE
+from millprint.mill.vectors import cross, dot, row, scale, subtract, vector
 from millprint.mill.walls import body_of, wall_velocity
 
 
 @inlined()
-def spin_of(rates, i):
-    """Angular velocity of ball i [rad/s]; a row of rates is velocity, then spin."""
-    return rates[i, 3], rates[i, 4], rates[i, 5]
-
-
-@inlined()
 def add_load(load, i, force, torque):
-    """Add a force [N] and a torque [N m] to what acts on ball i."""
+    """Add a force [N] and a torque [N m] to what acts on ball or body i."""
     for c in range(3):
-        load[i, c] += force[c]
-        load[i, 3 + c] += torque[c]
+        load[i, LOAD.force.x + c] += force[c]
+        load[i, LOAD.torque.x + c] += torque[c]
 
 
 @inlined()
@@ -36,12 +31,12 @@ def gather_pair(balls, contacts, lane, block, m):
     """Put the state of two balls into their lane; returns whether they still touch."""
     i, j = contacts.ball[lane], np.uint32(contacts.partner[lane])
     away = subtract(row(balls.position, i), row(balls.position, j))
-    reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
-    lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
+    reach = get(contacts.lanes, block, LANE.law.reach, m)
+    put_vector(contacts.lanes, block, LANE.away, m, away)
     velocity = subtract(row(balls.rate_now, i), row(balls.rate_now, j))
-    lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
-    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, spin_of(balls.rate_now, i))
-    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, spin_of(balls.rate_now, j))
+    put_vector(contacts.lanes, block, LANE.velocity, m, velocity)
+    put_vector(contacts.lanes, block, LANE.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
+    put_vector(contacts.lanes, block, LANE.other_angular_velocity, m, vector(balls.rate_now, j, RATE.angular_velocity))
     return dot(away, away) < reach * reach
 
 
@@ -49,15 +44,15 @@ def gather_pair(balls, contacts, lane, block, m):
 def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
     """Put the state of a ball and the wall that it touches into their lane; returns whether they still touch."""
     i, body = contacts.ball[lane], body_of(walls, -1 - contacts.partner[lane])
-    reach = lanes.get(contacts.lanes, block, lanes.LAW + REACH, m)
+    reach = get(contacts.lanes, block, LANE.law.reach, m)
     position = row(balls.position, i)
     away = wall_away(walls, candidates, motions, np.uint32(contacts.slot[lane]), body, position, reach)
-    lanes.put_vector(contacts.lanes, block, lanes.AWAY, m, away)
+    put_vector(contacts.lanes, block, LANE.away, m, away)
     velocity = subtract(row(balls.rate_now, i), wall_velocity(motions, body, subtract(position, away)))
-    lanes.put_vector(contacts.lanes, block, lanes.VELOCITY, m, velocity)
-    lanes.put_vector(contacts.lanes, block, lanes.SPIN, m, spin_of(balls.rate_now, i))
-    turning = (motions.pose[body, 6], motions.pose[body, 7], motions.pose[body, 8])
-    lanes.put_vector(contacts.lanes, block, lanes.OTHER_SPIN, m, turning)
+    put_vector(contacts.lanes, block, LANE.velocity, m, velocity)
+    put_vector(contacts.lanes, block, LANE.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
+    turning = vector(motions.pose, body, POSE.angular_velocity)
+    put_vector(contacts.lanes, block, LANE.other_angular_velocity, m, turning)
     return away[0] < FAR
 
 
@@ -74,43 +69,40 @@ def load_body(walls, motions, load, position, away, feature, force, back):
     """Book what a body exerts on a ball: force [N], and torque about the body's origin [N m]."""
     body = body_of(walls, feature)
     arm = subtract(subtract(position, away), row(motions.pose, body))
-    torque = subtract(cross(arm, force), back)
-    for c in range(3):
-        load[body, c] += force[c]
-        load[body, 3 + c] += torque[c]
+    add_load(load, body, force, subtract(cross(arm, force), back))
 
 
 @inlined()
 def scatter(balls, contacts, walls, motions, load, body_load, lane, block, m):
     """Hand what came out of a lane to its partners: onto the loads of balls (n, 6) and of bodies (bodies, 6)."""
     i, j = contacts.ball[lane], contacts.partner[lane]
-    force = lanes.get_vector(contacts.lanes, block, lanes.FORCE, m)
-    back = lanes.get_vector(contacts.lanes, block, lanes.BACK, m)
-    add_load(load, i, force, lanes.get_vector(contacts.lanes, block, lanes.TORQUE, m))
+    force = get_vector(contacts.lanes, block, LANE.force, m)
+    back = get_vector(contacts.lanes, block, LANE.other_torque, m)
+    add_load(load, i, force, get_vector(contacts.lanes, block, LANE.torque, m))
     if j >= 0:
         add_load(load, np.uint32(j), scale(-1.0, force), back)
     else:
-        away = lanes.get_vector(contacts.lanes, block, lanes.AWAY, m)
+        away = get_vector(contacts.lanes, block, LANE.away, m)
         load_body(walls, motions, body_load, row(balls.position, i), away, -1 - j, force, back)
 
 
 @inlined()
-def width_of(counters, block):
+def width_in_use(counters, block):
     """The lanes of a block that have been in use."""
-    return np.uint64(min(LANES, counters[state.USED] - block * LANES))
+    return np.uint64(min(LANES, counters[COUNTER.used] - block * LANES))
 
 
 @inlined()
 def blocks_in_use(counters):
     """The number of blocks of lanes that have been in use."""
-    return (counters[state.USED] + LANES - 1) // LANES
+    return (counters[COUNTER.used] + LANES - 1) // LANES
 
 
 @inlined()
 def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table):
     """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
     first = np.uint64(block * LANES)
-    width = width_of(counters, block)
+    width = width_in_use(counters, block)
     for m in range(width):
         lane = first + m
         if contacts.slot[lane] < 0:
@@ -128,8 +120,12 @@ def book_wall_work(clock, totals):
     """Add the work of every body in this step, force . V + torque . omega, and clear the loads."""
     pose, load = clock.motions.pose, clock.load
     for body in range(load.shape[0]):
-        for c in range(6):
-            totals[state.WALL_WORK] += clock.step * load[body, c] * pose[body, 3 + c]
+        for c in range(3):
+            totals[TOTAL.wall_work_J] += clock.step * load[body, LOAD.force.x + c] * pose[body, POSE.velocity.x + c]
+        for c in range(3):
+            turning = pose[body, POSE.angular_velocity.x + c]
+            totals[TOTAL.wall_work_J] += clock.step * load[body, LOAD.torque.x + c] * turning
+        for c in range(LOAD_WIDTH):
             load[body, c] = 0.0
 
 

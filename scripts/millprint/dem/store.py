@@ -10,10 +10,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from millprint.columns import span_of
 from millprint.dem.collisions import histograms
+from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.hdf5 import whole_hdf5
+from millprint.mill.pose import POSE
 from millprint.mill.vessel import Vessel
 
 # What a column's last words say of its unit.
@@ -47,42 +50,45 @@ def _put_frame(group: h5py.Group, frame: pd.DataFrame, narrow: bool = False) -> 
 
 def _put_occupancy(group: h5py.Group, recording: Recording) -> None:
     """Occupancy and granular temperature, Theta = (<V^2> - <V>^2) / 3 (Eq. 3.26), of velocities relative to the jar."""
-    count, sums, squares = recording.occupancy[..., 0], recording.occupancy[..., 1:4], recording.occupancy[..., 4]
-    seen = np.where(count > 0, count, np.nan)
-    mean = sums / seen[..., None]
+    sums = recording.occupancy
+    count, squares = sums[..., OCCUPANCY.balls], sums[..., OCCUPANCY.speed_squared]
+    divisor = np.where(count > 0, count, np.nan)
+    mean = sums[..., span_of(OCCUPANCY.velocity)] / divisor[..., None]
     put(group, "edges_x_m", recording.edges[0])
     put(group, "edges_y_m", recording.edges[1])
     put(group, "count", count.astype(np.int64))
     put(group, "mean_velocity_m_s", mean)
-    put(group, "granular_temperature", (squares / seen - (mean**2).sum(axis=-1)) / 3)
+    put(group, "granular_temperature", (squares / divisor - (mean**2).sum(axis=-1)) / 3)
     group["granular_temperature"].attrs["units"] = "m2/s2"
 
 
 def _put_poses(group: h5py.Group, pose: np.ndarray) -> None:
-    """Poses (m, 18) of a body; rotations and angular velocities only of one that turns."""
-    put(group, "body_position_m", pose[:, 0:3])
-    put(group, "body_velocity_m_s", pose[:, 3:6])
-    rotation = pose[:, 9:].reshape(-1, 3, 3)
+    """Poses (m, width) of a body (mill.pose); rotations and angular velocities only of one that turns."""
+    put(group, "body_position_m", pose[:, span_of(POSE.position)])
+    put(group, "body_velocity_m_s", pose[:, span_of(POSE.velocity)])
+    rotation = pose[:, span_of(POSE.rotation)].reshape(-1, 3, 3)
     if (rotation != np.eye(3)).any():
         put(group, "body_rotation", rotation)
-        put(group, "body_spin_rad_s", pose[:, 6:9])
+        put(group, "body_spin_rad_s", pose[:, span_of(POSE.angular_velocity)])
 
 
 def _put_snapshots(group: h5py.Group, simulation: Simulation, recording: Recording) -> None:
-    pose, work = np.concatenate(recording.poses), np.concatenate(recording.snapshot_works)
+    pose, total = np.concatenate(recording.poses), np.concatenate(recording.snapshot_works)
     per_ball = np.concatenate(recording.snapshots)
     contacts = np.concatenate(recording.snapshot_contacts)
-    # Running numbers begin anew with each piece.
-    counts = np.concatenate([np.diff(piece[:, 3], prepend=0) for piece in recording.snapshot_works])
-    put(group, "time_s", work[:, 0])
+    # Contacts are counted from the start of each piece.
+    after = [piece[:, SNAPSHOT_TOTAL.contacts] for piece in recording.snapshot_works]
+    counts = np.concatenate([np.diff(piece, prepend=0) for piece in after])
+    put(group, "time_s", total[:, SNAPSHOT_TOTAL.time_s])
     _put_poses(group, pose[:, 0])
     for index, body in enumerate(simulation.bodies[1:], start=1):
         _put_poses(group.create_group(f"inserts/{body.name}"), pose[:, index])
-    for c, name in enumerate(("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")):
-        put(group, name, per_ball[:, :, 3 * c : 3 * c + 3], narrow=True)
+    for name, columns in SNAPSHOT._asdict().items():
+        put(group, name, per_ball[:, :, span_of(columns)], narrow=True)
     # The first snapshot has nothing before it.
-    put(group, "normal_J", np.diff(work[:, 1], prepend=work[0, 1]))
-    put(group, "tangential_J", np.diff(work[:, 2], prepend=work[0, 2]))
+    for name in ("normal_J", "tangential_J"):
+        energy = total[:, getattr(SNAPSHOT_TOTAL, name)]
+        put(group, name, np.diff(energy, prepend=energy[0]))
     put(group, "contact_offset", np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
     put(group, "contact_first", contacts[:, 0].astype(np.int32))
     put(group, "contact_second", contacts[:, 1].astype(np.int32))

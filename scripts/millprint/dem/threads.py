@@ -1,4 +1,4 @@
-"""The step loop with threads inside one simulation: the same steps as in `advance`, each shared out in chunks.
+"""A step with threads inside one simulation: the same as in `steps`, each part shared out in chunks.
 
 Each thread takes one chunk and adds the forces of its contacts to loads of its own, which are then summed in the order
 of the chunks. So a run depends on the number of chunks by rounding, and on nothing else: not on which thread comes
@@ -15,11 +15,14 @@ import numba
 import numpy as np
 
 from millprint.dem import state
-from millprint.dem.advance import all_works, can_step, count_occupancy, count_step, is_due, record, record_due
-from millprint.dem.lanes import LANES, evaluate
-from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_of
+from millprint.dem.contact import evaluate
+from millprint.dem.layout import LANES, LOAD_WIDTH, RATE_WIDTH, SHARE
+from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_in_use
 from millprint.dem.touching import find_pairs, open_pairs, open_walls, pairs_listed
-from millprint.kernel import inlined, inner, kernel, threaded
+from millprint.kernel import inlined, inner, threaded
+
+# Numbers in a line of the processor's cache: counts of two threads must not share one.
+CACHE_LINE = 8
 
 
 class Shares(NamedTuple):
@@ -27,9 +30,9 @@ class Shares(NamedTuple):
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
-    counts: np.ndarray  # (threads, 8) of these; a line of the cache for each
-    load: np.ndarray  # (threads, n, 6) contact force [N] and torque [N m] of the present step
-    body_load: np.ndarray  # (threads, bodies, 6) as Clock.load
+    counts: np.ndarray  # (threads, CACHE_LINE) layout.ShareColumns
+    load: np.ndarray  # (threads, n, width) layout.LoadColumns, of the present step
+    body_load: np.ndarray  # (threads, bodies, width) as Clock.load
 
 
 def make_shares(
@@ -39,9 +42,9 @@ def make_shares(
     return Shares(
         found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
-        counts=np.zeros((threads, 8), dtype=np.int64),
-        load=np.zeros((threads, balls, 6)),
-        body_load=np.zeros((threads, bodies, 6)),
+        counts=np.zeros((threads, CACHE_LINE), dtype=np.int64),
+        load=np.zeros((threads, balls, LOAD_WIDTH)),
+        body_load=np.zeros((threads, bodies, LOAD_WIDTH)),
     )
 
 
@@ -69,7 +72,7 @@ def chunk(whole, t, threads):
 def find_chunk(balls, candidates, shares, t):
     """Pairs of one chunk of the candidates that have come within reach."""
     begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
-    shares.counts[t, 0] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
+    shares.counts[t, SHARE.found] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
 
 
 @threaded()
@@ -96,7 +99,7 @@ def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares,
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
     load, body_load, waiting = shares.load[t], shares.body_load[t], 0
     for block in range(begin, end):
-        width = width_of(counters, block)
+        width = width_in_use(counters, block)
         if not gather_block(balls, candidates, contacts, walls, motions, block, width):
             shares.waiting[t, waiting] = block
             waiting += 1
@@ -106,7 +109,7 @@ def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares,
         for m in range(width):
             if contacts.slot[first + m] >= 0:
                 scatter(balls, contacts, walls, motions, load, body_load, first + m, block, m)
-    shares.counts[t, 0] = waiting
+    shares.counts[t, SHARE.waiting] = waiting
 
 
 @threaded()
@@ -123,7 +126,7 @@ def sum_chunk(balls, shares, t):
     begin, end = chunk(balls.species.size, t, threads)
     for source in range(threads):
         for i in range(begin, end):
-            for c in range(6):
+            for c in range(LOAD_WIDTH):
                 balls.load[i, c] += shares.load[source, i, c]
                 shares.load[source, i, c] = 0.0
 
@@ -140,7 +143,7 @@ def move_chunk(balls, gain, fall, step, threads, t):
     """Kick and drift of one chunk of the balls."""
     begin, end = chunk(balls.species.size, t, threads)
     rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
-    a, b = 6 * begin, 6 * end
+    a, b = RATE_WIDTH * begin, RATE_WIDTH * end
     kick(rate[a:b], rate_now[a:b], load[a:b], gain[a:b], fall[a:b])
     drift(balls.position[begin:end], balls.rate[begin:end], step)
 
@@ -156,7 +159,7 @@ def move_in_threads(balls, gain, fall, step, threads):
 def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
     """Open the contacts of all that have come within reach, in the order of the lists."""
     for t in range(shares.counts.shape[0]):
-        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.counts[t, 0], time)
+        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.counts[t, SHARE.found], time)
     open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
 
 
@@ -164,11 +167,11 @@ def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counter
 def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
     """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
     for t in range(shares.counts.shape[0]):
-        for at in range(shares.counts[t, 0]):
+        for at in range(shares.counts[t, SHARE.waiting]):
             block = shares.waiting[t, at]
             resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
         for body in range(clock.load.shape[0]):
-            for c in range(6):
+            for c in range(LOAD_WIDTH):
                 clock.load[body, c] += shares.body_load[t, body, c]
                 shares.body_load[t, body, c] = 0.0
     book_wall_work(clock, totals)
@@ -184,25 +187,3 @@ def apply_forces_in_threads(
     resolve_in_threads(balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
     resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
     sum_in_threads(balls, shares)
-
-
-@kernel()
-def advance_threaded(
-    balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares
-):
-    """As advance.advance, with a chunk of everything for each row of `shares`."""
-    while counters[state.STEP] <= last_step and counters[state.STATUS] == state.RUNNING:
-        time = counters[state.STEP] * clock.step
-        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
-            break
-        since = counters[state.STEP] - recorder.origin
-        is_recorded = record_due(recorder, since)
-        if is_recorded:
-            all_works(contacts, counters, totals, recorder.work[0])
-        apply_forces_in_threads(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
-        if is_recorded:
-            record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
-        if is_due(recorder.occupancy_every, since):
-            count_occupancy(balls, clock, recorder)
-        move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
-        count_step(counters)

@@ -4,9 +4,19 @@ import math
 
 import numpy as np
 
-from millprint.dem import lanes, state
-from millprint.dem.lanes import HISTORY, LANES
-from millprint.dem.law import LIMIT, REACH
+from millprint.dem.lanes import get_of, put_of
+from millprint.dem.layout import (
+    COLLISION,
+    COUNTER,
+    HISTORY_WIDTH,
+    LANE,
+    LANE_HISTORY,
+    LANE_LAW,
+    LAW,
+    LAW_WIDTH,
+    STATUS,
+    TOTAL,
+)
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, scale, subtract
 from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
@@ -24,18 +34,17 @@ def listed(candidates):
 @inlined()
 def take_lane(contacts, counters):
     """A free lane, the last one freed first; there is one for every candidate."""
-    if counters[state.FREE] > 0:
-        counters[state.FREE] -= 1
-        return contacts.free[counters[state.FREE]]
-    counters[state.USED] += 1
-    return counters[state.USED] - 1
+    if counters[COUNTER.free] > 0:
+        counters[COUNTER.free] -= 1
+        return contacts.free[counters[COUNTER.free]]
+    counters[COUNTER.used] += 1
+    return counters[COUNTER.used] - 1
 
 
 @inner()
 def occupy(balls, candidates, contacts, laws, counters, k):
     """Give candidate k a lane with the law of its kind; returns the lane."""
     lane = take_lane(contacts, counters)
-    block, m = lane // LANES, lane % LANES
     i, j = candidates.ball[k], candidates.partner[k]
     contacts.ball[lane], contacts.partner[lane], contacts.slot[lane] = i, j, k
     candidates.lane[k] = lane
@@ -43,10 +52,10 @@ def occupy(balls, candidates, contacts, laws, counters, k):
     a = balls.species[i]
     b = balls.species[max(j, 0)]
     difference = balls.radius[a] - balls.radius[b] if j >= 0 else 0.0
-    lanes.put(contacts.lanes, block, lanes.IS_WALL, m, 1.0 if j < 0 else 0.0)
-    lanes.put(contacts.lanes, block, lanes.DIFFERENCE, m, difference)
-    for c in range(laws.wall.shape[1]):
-        lanes.put(contacts.lanes, block, lanes.LAW + c, m, laws.pair[a, b, c] if j >= 0 else laws.wall[a, c])
+    put_of(contacts, lane, LANE.is_wall, 1.0 if j < 0 else 0.0)
+    put_of(contacts, lane, LANE.radius_difference, difference)
+    for c in range(LAW_WIDTH):
+        put_of(contacts, lane, LANE_LAW + c, laws.pair[a, b, c] if j >= 0 else laws.wall[a, c])
     return lane
 
 
@@ -54,20 +63,20 @@ def occupy(balls, candidates, contacts, laws, counters, k):
 def open_contact(balls, candidates, contacts, laws, counters, k, time, approach):
     """Begin a contact at `time` [s], its partners nearing each other at `approach` [m/s]."""
     lane = occupy(balls, candidates, contacts, laws, counters, k)
-    for c in range(lanes.HISTORY_COLUMNS):
-        lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, 0.0)
-    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.START, lane % LANES, time)
-    lanes.put(contacts.lanes, lane // LANES, HISTORY + lanes.APPROACH, lane % LANES, approach)
+    for c in range(HISTORY_WIDTH):
+        put_of(contacts, lane, LANE_HISTORY + c, 0.0)
+    put_of(contacts, lane, LANE.history.start, time)
+    put_of(contacts, lane, LANE.history.approach_speed, approach)
 
 
 @inlined()
 def book_works(contacts, lane, totals):
     """Add the works of a contact to the running totals."""
-    block, m = lane // LANES, lane % LANES
-    totals[state.TOTAL_NORMAL] += lanes.get(contacts.lanes, block, HISTORY + lanes.NORMAL, m)
-    totals[state.TOTAL_DAMPING] += lanes.get(contacts.lanes, block, HISTORY + lanes.DAMPING, m)
-    totals[state.TOTAL_TANGENTIAL] += lanes.get(contacts.lanes, block, HISTORY + lanes.TANGENTIAL, m)
-    totals[state.TOTAL_ROLLING] += lanes.get(contacts.lanes, block, HISTORY + lanes.ROLLING, m)
+    works = LANE.history.works
+    totals[TOTAL.normal_damping_J] += get_of(contacts, lane, works.normal)
+    totals[TOTAL.tangential_damping_J] += get_of(contacts, lane, works.damping)
+    totals[TOTAL.tangential_work_J] += get_of(contacts, lane, works.tangential)
+    totals[TOTAL.rolling_J] += get_of(contacts, lane, works.rolling)
 
 
 @inlined()
@@ -78,37 +87,48 @@ def write_collision(contacts, lane, time, ended, counters, table):
     """
     if table.value.shape[0] == 0:
         return
-    block, m = lane // LANES, lane % LANES
-    at = counters[state.RECORDS]
-    counters[state.RECORDS] += 1
+    at = counters[COUNTER.records]
+    counters[COUNTER.records] += 1
     table.first[at] = contacts.ball[lane]
     table.second[at] = contacts.partner[lane]
     table.ended[at] = ended
-    start = lanes.get(contacts.lanes, block, HISTORY + lanes.START, m)
-    table.value[at, 0] = start
-    table.value[at, 1] = time - start
-    table.value[at, 2] = lanes.get(contacts.lanes, block, HISTORY + lanes.APPROACH, m)
-    for c in range(6):
-        table.value[at, 3 + c] = lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_FORCE + c, m)
+    value, history = table.value[at], LANE.history
+    start = get_of(contacts, lane, history.start)
+    value[COLLISION.start_s] = start
+    value[COLLISION.duration_s] = time - start
+    value[COLLISION.approach_speed_m_s] = get_of(contacts, lane, history.approach_speed)
+    value[COLLISION.peak_force_N] = get_of(contacts, lane, history.peak_force)
+    value[COLLISION.peak_overlap_m] = get_of(contacts, lane, history.peak_overlap)
+    value[COLLISION.normal_J] = get_of(contacts, lane, history.works.normal)
+    value[COLLISION.damping_J] = get_of(contacts, lane, history.works.damping)
+    value[COLLISION.tangential_J] = get_of(contacts, lane, history.works.tangential)
+    value[COLLISION.rolling_J] = get_of(contacts, lane, history.works.rolling)
 
 
 @inlined()
 def check_overlap(contacts, lane, counters):
     """Set the status if a contact has overlapped too much at any time."""
-    block, m = lane // LANES, lane % LANES
-    peak = lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m)
-    if peak > lanes.get(contacts.lanes, block, lanes.LAW + LIMIT, m):
-        counters[state.STATUS] = state.OVERLAP
-        counters[state.BALL] = contacts.ball[lane]
-        counters[state.PARTNER] = contacts.partner[lane]
+    if get_of(contacts, lane, LANE.history.peak_overlap) > get_of(contacts, lane, LANE.law.largest_overlap):
+        counters[COUNTER.status] = STATUS.overlap
+        counters[COUNTER.ball] = contacts.ball[lane]
+        counters[COUNTER.partner] = contacts.partner[lane]
 
 
 @inner()
 def check_overlaps(contacts, counters):
     """Set the status if any open contact has overlapped too much."""
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             check_overlap(contacts, lane, counters)
+
+
+@inlined()
+def free_lane(candidates, contacts, lane, counters):
+    """Take a contact out of its lane; the next one that opens gets the lane."""
+    candidates.lane[contacts.slot[lane]] = -1
+    contacts.slot[lane] = -1
+    contacts.free[counters[COUNTER.free]] = lane
+    counters[COUNTER.free] += 1
 
 
 @inner()
@@ -118,12 +138,9 @@ def close_contact(balls, candidates, contacts, laws, lane, time, totals, counter
     book_works(contacts, lane, totals)
     write_collision(contacts, lane, time, 1, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
-    reach = laws.pair[a, balls.species[max(j, 0)], REACH] if j >= 0 else laws.wall[a, REACH]
+    reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[a, LAW.reach]
     candidates.trigger[k] = reach * reach if j >= 0 else reach
-    candidates.lane[k] = -1
-    contacts.slot[lane] = -1
-    contacts.free[counters[state.FREE]] = lane
-    counters[state.FREE] += 1
+    free_lane(candidates, contacts, lane, counters)
 
 
 @inlined()

@@ -4,12 +4,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from millprint.columns import span_of, width_of
 from millprint.config.contact import ContactConfig
 from millprint.dem import state
-from millprint.dem.advance import SAMPLE_COLUMNS, Recorder, Table, advance
+from millprint.dem.advance import advance
 from millprint.dem.collisions import collision_table
+from millprint.dem.layout import COUNTER, RATE, SAMPLE, STATUS, TOTAL_WIDTH
 from millprint.dem.ledger import ledger_series
-from millprint.dem.recording import make_recorder, make_table
+from millprint.dem.recording import Recorder, Table, make_recorder, make_table
 from millprint.errors import SimulationError
 from millprint.mill.motion import AT_REST, Motion
 from millprint.mill.vessel import Vessel
@@ -20,11 +22,11 @@ CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
 
 TROUBLE = {
-    state.OVERLAP: f"overlaps something by more than {100 * OVERLAP_MAX:g} % of its radius",
-    state.ESCAPED: "has left the vessel",
-    state.NOT_FINITE: "has no finite position",
-    state.CONTACT_LOST: "has lost an open contact",
-    state.CANDIDATES_FULL: "has more neighbours than there is room for",
+    STATUS.overlap: f"overlaps something by more than {100 * OVERLAP_MAX:g} % of its radius",
+    STATUS.escaped: "has left the vessel",
+    STATUS.not_finite: "has no finite position",
+    STATUS.contact_lost: "has lost an open contact",
+    STATUS.candidates_full: "has more neighbours than there is room for",
 }
 
 
@@ -34,7 +36,7 @@ def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 
 
 
 class World:
-    """Balls of given radii [m] in a vessel; positions, velocities, spins are (n, 3), in SI.
+    """Balls of given radii [m] in a vessel; positions, velocities, angular velocities are (n, 3), in SI.
 
     Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], and walls, where
     many worlds share those of one vessel.
@@ -46,7 +48,7 @@ class World:
         contact: ContactConfig,
         position: ArrayLike,
         velocity: ArrayLike | None = None,
-        spin: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
         radius: ArrayLike = 5e-3,
         *,
         step: float = 1e-6,
@@ -62,34 +64,34 @@ class World:
         self.vessel = vessel
         self.step = step
         self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
-        for columns, value in ((slice(0, 3), velocity), (slice(3, 6), spin)):
+        for columns, value in ((RATE.velocity, velocity), (RATE.angular_velocity, angular_velocity)):
             if value is not None:
-                self.balls.rate[:, columns] = self.balls.rate_now[:, columns] = value
+                self.balls.rate[:, span_of(columns)] = self.balls.rate_now[:, span_of(columns)] = value
         self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
         self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
-        self.totals = np.zeros(state.TOTALS)
+        self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
 
     @property
     def contacts(self) -> pd.DataFrame:
-        """The contacts that ended in the last run (millprint.dem.collisions.COLUMNS)."""
-        return collision_table(*self.collisions)
+        """The contacts that ended in the last run (collisions.COLLISION_NAMES)."""
+        return collision_table(self.collisions)
 
     def run(self, seconds: float, sample_every: int = 0) -> pd.DataFrame | None:
         """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""
         steps = round(seconds / self.step)
-        begin = int(self.counters[state.STEP])
+        begin = int(self.counters[COUNTER.step])
         recorder = _recorder(begin, sample_every, steps // sample_every + 2 if sample_every else 0)
         table = make_table(COLLISION_ROWS)
         self._advance(begin + steps - 1 + (1 if sample_every else 0), table, recorder)
-        rows = int(self.counters[state.RECORDS])
-        self.counters[state.RECORDS] = 0
-        self.collisions = [column[:rows] for column in table]
-        samples = int(self.counters[state.SAMPLES])
-        self.counters[state.SAMPLES] = 0
+        rows = int(self.counters[COUNTER.records])
+        self.counters[COUNTER.records] = 0
+        self.collisions = Table(*(column[:rows] for column in table))
+        samples = int(self.counters[COUNTER.samples])
+        self.counters[COUNTER.samples] = 0
         return ledger_series(recorder.sample[:samples]) if sample_every else None
 
     def track(self, seconds: float, every: int) -> tuple[np.ndarray, np.ndarray]:
@@ -98,7 +100,7 @@ class World:
         Raises SimulationError.
         """
         looks = int(np.floor(seconds / self.step / every + 1e-9)) + 1
-        begin = int(self.counters[state.STEP])
+        begin = int(self.counters[COUNTER.step])
         table, recorder = make_table(0), _recorder(begin, 0, 0)
         positions = np.empty((looks, *self.balls.position.shape))
         for look in range(looks):
@@ -109,18 +111,18 @@ class World:
     def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
         advance(
             self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
-            self.counters, table, recorder, last_step,
+            self.counters, table, recorder, last_step, None, None,
         )  # fmt: skip
         counters = self.counters
-        if counters[state.STATUS] != state.RUNNING:
-            trouble = TROUBLE[int(counters[state.STATUS])]
-            when = counters[state.STEP] * self.step
-            raise SimulationError(f"ball {counters[state.BALL]} {trouble} at {when:.6f} s")
-        if counters[state.STEP] <= last_step:
+        if counters[COUNTER.status] != STATUS.running:
+            trouble = TROUBLE[int(counters[COUNTER.status])]
+            when = counters[COUNTER.step] * self.step
+            raise SimulationError(f"ball {counters[COUNTER.ball]} {trouble} at {when:.6f} s")
+        if counters[COUNTER.step] <= last_step:
             raise SimulationError(f"more than {len(table.value)} contacts ended in one run")
 
 
 def _recorder(begin: int, sample_every: int, rows: int) -> Recorder:
     """Buffers for `rows` samples of the ledger and for nothing else."""
     recorder = make_recorder(np.zeros((2, 2)), 1.0, 0, 0, begin, (sample_every, 0, 0), 0)
-    return recorder._replace(sample=np.zeros((rows, len(SAMPLE_COLUMNS))))
+    return recorder._replace(sample=np.zeros((rows, width_of(SAMPLE))))

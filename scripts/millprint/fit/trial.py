@@ -45,8 +45,7 @@ def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfi
     simulation = Simulation(case, mill, contact, dem)
     recording = simulation.run(case.path)
     series = ledger_series(np.concatenate(recording.samples))
-    contacts = collision_table(*(np.concatenate(column) for column in zip(*recording.contacts, strict=True)))
-    return summarise(simulation, series, contacts, recording.height_m)
+    return summarise(simulation, series, collision_table(recording.table), recording.height_m)
 
 
 def trial_of(

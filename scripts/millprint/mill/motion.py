@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.columns import span_of, width_of
 from millprint.config.motion import MotionSection, motion_kind
 from millprint.kernel import inlined
 from millprint.mill.path import (
@@ -26,8 +27,8 @@ from millprint.mill.path import (
     write_path,
     write_path_rotation,
 )
-from millprint.mill.pose import ANGULAR_VELOCITY, POSE, ROTATION, VELOCITY, write_rotation
-from millprint.mill.vectors import add, add_scaled, cross, put, rotate, row, scale
+from millprint.mill.pose import POSE, write_rotation
+from millprint.mill.vectors import add, add_scaled, cross, put_vector, rotate, row, scale, vector
 
 
 def _waves(waves: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -157,15 +158,15 @@ class Motions(NamedTuple):
     first_piece: np.ndarray  # (b + 1,) pieces of that curve; none for a body that moves by a law
     piece_start: np.ndarray  # (total,) turns at which a piece begins
     piece: np.ndarray  # (total, 4, 7)
-    pose: np.ndarray  # (b, POSE) as of the last call of write_poses
+    pose: np.ndarray  # (b, width) pose.PoseColumns, as of the last call of write_poses
 
 
 def stack_motions(motions: Sequence[Motion]) -> Motions:
     """The motions of several bodies for the kernels, their poses those of the settling (t < 0)."""
-    pose = np.zeros((len(motions), POSE))
+    pose = np.zeros((len(motions), width_of(POSE)))
     for row_of, motion in zip(pose, motions, strict=True):
-        row_of[:VELOCITY] = motion.position(-1.0)
-        row_of[ROTATION:] = motion.rotation(-1.0).ravel()
+        row_of[span_of(POSE.position)] = motion.position(-1.0)
+        row_of[span_of(POSE.rotation)] = motion.rotation(-1.0).ravel()
     return Motions(
         moves=np.array([motion.moves for motion in motions], dtype=np.uint8),
         first_harmonic=np.cumsum([0, *(len(motion.harmonics) for motion in motions)]),
@@ -187,15 +188,16 @@ def stack_motions(motions: Sequence[Motion]) -> Motions:
 
 @inlined()
 def _write_translation(motions, body, time, pose):
-    for c in range(ANGULAR_VELOCITY):
-        pose[body, c] = 0.0
+    for c in range(3):
+        pose[body, POSE.position.x + c] = 0.0
+        pose[body, POSE.velocity.x + c] = 0.0
     for k in range(motions.first_harmonic[body], motions.first_harmonic[body + 1]):
         w = motions.harmonics[k, 0]
         cosine, sine = math.cos(w * time), math.sin(w * time)
         for c in range(3):
             in_phase, out_of_phase = motions.harmonics[k, 1 + c], motions.harmonics[k, 4 + c]
-            pose[body, c] += in_phase * cosine + out_of_phase * sine
-            pose[body, VELOCITY + c] += w * (out_of_phase * cosine - in_phase * sine)
+            pose[body, POSE.position.x + c] += in_phase * cosine + out_of_phase * sine
+            pose[body, POSE.velocity.x + c] += w * (out_of_phase * cosine - in_phase * sine)
 
 
 @inlined()
@@ -216,11 +218,12 @@ def _write_rotation(motions, body, time, pose):
         (rest * y * x + sine * z, cosine + rest * y * y, rest * y * z - sine * x),
         (rest * z * x - sine * y, rest * z * y + sine * x, cosine + rest * z * z),
     )
-    put(pose, body, ANGULAR_VELOCITY, scale(turning, axis))
+    put_vector(pose, body, POSE.angular_velocity, scale(turning, axis))
     write_rotation(pose, body, rotation)
     arm = scale(-1.0, rotate(rotation, pivot))
-    put(pose, body, 0, add(row(pose, body), add(pivot, arm)))
-    put(pose, body, VELOCITY, add_scaled(row(pose, body, VELOCITY), turning, cross(axis, arm)))
+    put_vector(pose, body, POSE.position, add(row(pose, body), add(pivot, arm)))
+    velocity = add_scaled(vector(pose, body, POSE.velocity), turning, cross(axis, arm))
+    put_vector(pose, body, POSE.velocity, velocity)
 
 
 @inlined()
@@ -248,5 +251,5 @@ def write_poses(motions, time):
             if motions.turns[body]:
                 _write_rotation(motions, body, at, pose)
         if not runs:
-            for c in range(VELOCITY, ROTATION):
-                pose[body, c] = 0.0
+            put_vector(pose, body, POSE.velocity, (0.0, 0.0, 0.0))
+            put_vector(pose, body, POSE.angular_velocity, (0.0, 0.0, 0.0))

@@ -9,8 +9,8 @@ is exact: a change of the length of q does not turn the body.
 import numpy as np
 
 from millprint.kernel import inlined
-from millprint.mill.pose import ANGULAR_VELOCITY, POSITION, VELOCITY, write_rotation
-from millprint.mill.vectors import cross, put, scale, subtract
+from millprint.mill.pose import POSE, write_rotation
+from millprint.mill.vectors import cross, put_vector, scale, subtract
 
 
 def path_values(breaks: np.ndarray, pieces: np.ndarray, turns: np.ndarray) -> np.ndarray:
@@ -54,8 +54,8 @@ def write_path(piece, part, turns, frequency, pose, body):
     """Write the pose of a body by one piece of its curve, `turns` after the piece's start; rates in 1/s."""
     for c in range(3):
         value, rate = _component(piece, part, c, turns)
-        pose[body, POSITION + c] = value
-        pose[body, VELOCITY + c] = frequency * rate
+        pose[body, POSE.position.x + c] = value
+        pose[body, POSE.velocity.x + c] = frequency * rate
 
 
 @inlined()
@@ -68,7 +68,7 @@ def write_path_rotation(piece, part, turns, frequency, pose, body):
     over = 1.0 / (w * w + x * x + y * y + z * z)
     product = cross((dx, dy, dz), (x, y, z))
     half = subtract(subtract(scale(w, (dx, dy, dz)), scale(dw, (x, y, z))), product)
-    put(pose, body, ANGULAR_VELOCITY, scale(2.0 * frequency * over, half))
+    put_vector(pose, body, POSE.angular_velocity, scale(2.0 * frequency * over, half))
     rotation = (
         (1.0 - 2.0 * over * (y * y + z * z), 2.0 * over * (x * y - w * z), 2.0 * over * (x * z + w * y)),
         (2.0 * over * (x * y + w * z), 1.0 - 2.0 * over * (x * x + z * z), 2.0 * over * (y * z - w * x)),

@@ -1,35 +1,54 @@
 """The pose of a body as one row of numbers, and how kernels read and write it."""
 
-from millprint.kernel import inlined
-from millprint.mill.vectors import put, row
+from typing import NamedTuple
 
-# First columns: position [m], velocity [m/s], angular velocity [rad/s], and the rotation (3, 3) from the body frame to
-# the laboratory, row by row; POSE columns in all.
-POSITION, VELOCITY, ANGULAR_VELOCITY, ROTATION, POSE = 0, 3, 6, 9, 18
+from millprint.columns import Vector, number_columns
+from millprint.kernel import inlined
+from millprint.mill.vectors import put_vector, vector
+
+
+class RotationColumns(NamedTuple):
+    """A rotation matrix from the body's frame to the laboratory, row by row."""
+
+    first_row: Vector
+    second_row: Vector
+    third_row: Vector
+
+
+class PoseColumns(NamedTuple):
+    """Where the body's frame is, how fast it moves, and how it is turned."""
+
+    position: Vector  # of its origin [m]
+    velocity: Vector  # of its origin [m/s]
+    angular_velocity: Vector  # [rad/s]
+    rotation: RotationColumns
+
+
+POSE = number_columns(PoseColumns)
 
 
 @inlined()
 def velocity_of(motions, body):
     """Velocity of a body's origin [m/s]."""
-    return row(motions.pose, body, VELOCITY)
+    return vector(motions.pose, body, POSE.velocity)
 
 
 @inlined()
 def angular_velocity_of(motions, body):
     """Angular velocity of a body [rad/s]."""
-    return row(motions.pose, body, ANGULAR_VELOCITY)
+    return vector(motions.pose, body, POSE.angular_velocity)
 
 
 @inlined()
 def rotation_of(motions, body):
     """Rotation of a body to the laboratory, a tuple of three rows."""
-    pose = motions.pose
-    return row(pose, body, ROTATION), row(pose, body, ROTATION + 3), row(pose, body, ROTATION + 6)
+    pose, rows = motions.pose, POSE.rotation
+    return vector(pose, body, rows.first_row), vector(pose, body, rows.second_row), vector(pose, body, rows.third_row)
 
 
 @inlined()
 def write_rotation(pose, body, rotation):
     """Write a rotation, a tuple of three rows."""
-    put(pose, body, ROTATION, rotation[0])
-    put(pose, body, ROTATION + 3, rotation[1])
-    put(pose, body, ROTATION + 6, rotation[2])
+    put_vector(pose, body, POSE.rotation.first_row, rotation[0])
+    put_vector(pose, body, POSE.rotation.second_row, rotation[1])
+    put_vector(pose, body, POSE.rotation.third_row, rotation[2])

@@ -4,15 +4,21 @@ from millprint.kernel import inlined
 
 
 @inlined()
-def row(array, index, first=0):
-    """Row `index` of an (n, 3) array, or three columns of a wider one from column `first` on."""
-    return array[index, first], array[index, first + 1], array[index, first + 2]
+def row(array, index):
+    """The first three columns of row `index` of an array."""
+    return array[index, 0], array[index, 1], array[index, 2]
 
 
 @inlined()
-def put(array, index, first, vector):
-    """Write a vector into row `index`, from column `first` on."""
-    array[index, first], array[index, first + 1], array[index, first + 2] = vector
+def vector(array, index, columns):
+    """The vector in three columns (millprint.columns.Vector) of row `index` of an array."""
+    return array[index, columns.x], array[index, columns.y], array[index, columns.z]
+
+
+@inlined()
+def put_vector(array, index, columns, vector):
+    """Write a vector into three columns of row `index` of an array."""
+    array[index, columns.x], array[index, columns.y], array[index, columns.z] = vector
 
 
 @inlined()

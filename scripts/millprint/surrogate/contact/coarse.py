@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
+from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem import state
-from millprint.dem.advance import Table
-from millprint.dem.lanes import LANES
+from millprint.dem.layout import COUNTER, LANES, STATUS, TOTAL_WIDTH
 from millprint.dem.neighbours import put_aside
-from millprint.dem.recording import make_table
+from millprint.dem.recording import Table, make_table
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.mill.bodies import build_bodies
 from millprint.mill.walls import Walls, build_walls
-from millprint.surrogate.contact import pair
+from millprint.surrogate.contact.pair import PAIR, PAIR_WIDTH
 from millprint.surrogate.contact.samples import forget
 from millprint.surrogate.contact.scratch import Scratch, Weights, make_scratch, no_weights
 from millprint.surrogate.contact.step import Frames, gather_all, make_frames, predict, run_frames, run_steps
@@ -74,7 +74,7 @@ class CoarseSimulation:
     def _make_lists(self, per_ball: int) -> None:
         self.candidates = state.make_candidates(len(self.balls.position), len(self.bodies), per_ball)
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        self.totals, self.counters = np.zeros(state.TOTALS), state.make_counters()
+        self.totals, self.counters = np.zeros(TOTAL_WIDTH), state.make_counters()
         blocks = len(self.contacts.lanes)
         self._scratch = make_scratch(len(self.balls.position), len(self.bodies), blocks, self.step, self.substeps)
 
@@ -99,8 +99,8 @@ class CoarseSimulation:
         kept = len(begin.first)
         self.contacts.kept_ball[:kept], self.contacts.kept_partner[:kept] = begin.first, begin.second
         self.contacts.kept_history[:kept] = begin.history
-        self.counters[state.ASIDE] = kept
-        self.counters[state.STEP] = begin.step
+        self.counters[COUNTER.aside] = kept
+        self.counters[COUNTER.step] = begin.step
         self.place(begin.position, begin.rate)
 
     def place(self, position: np.ndarray, rate: np.ndarray) -> None:
@@ -111,8 +111,8 @@ class CoarseSimulation:
     def run(self, steps: int) -> bool:
         """Advance; False if a ball was lost."""
         groups = self.groups
-        run_steps(*groups[:6], self.scratch, *groups[6:], self.counters[state.STEP] + steps - 1)
-        return self.counters[state.STATUS] == state.RUNNING
+        run_steps(*groups[:6], self.scratch, *groups[6:], self.counters[COUNTER.step] + steps - 1)
+        return self.counters[COUNTER.status] == STATUS.running
 
     def record(self, frames: int, per_frame: int, chunk: int = 0, bar: tqdm | None = None) -> Frames:
         """Advance and keep `frames` states, `per_frame` steps apart; those after a ball was lost stay not a number."""
@@ -135,20 +135,19 @@ class CoarseSimulation:
         for weights in members:
             self.weights = weights
             groups = self.groups
-            gather_all(*groups[:6], self.scratch, *groups[6:], self.counters[state.STEP] * self.step)
+            gather_all(*groups[:6], self.scratch, *groups[6:], self.counters[COUNTER.step] * self.step)
             predict(self.balls, self.contacts, self.walls, self.clock, self.scratch, self.counters)
             used = np.flatnonzero(self.contacts.slot >= 0)
-            rows = self._scratch.work.reshape(-1, pair.LOCAL_QUANTITIES, LANES)
-            at = slice(pair.EXPECTED, pair.EXPECTED + 3)
-            found.append(rows[used // LANES, at, used % LANES])
+            rows = self._scratch.work.reshape(-1, PAIR_WIDTH, LANES)
+            found.append(rows[used // LANES, span_of(PAIR.expected_force), used % LANES])
         self.weights = before
         return np.array(found)
 
     def saved(self) -> SavedState:
         """The present state, to load again."""
         put_aside(self.candidates, self.contacts, self.counters)
-        kept = int(self.counters[state.ASIDE])
-        self.counters[state.REBUILDS] = 0
+        kept = int(self.counters[COUNTER.aside])
+        self.counters[COUNTER.rebuilds] = 0
         history = self.contacts.kept_history[:kept].copy()
         return SavedState(
             self.balls.position.copy(),
@@ -156,5 +155,5 @@ class CoarseSimulation:
             self.contacts.kept_ball[:kept].copy(),
             self.contacts.kept_partner[:kept].copy(),
             history,
-            int(self.counters[state.STEP]),
+            int(self.counters[COUNTER.step]),
         )

@@ -12,12 +12,12 @@ from millprint.config.contact_surrogate import CoarseConfig, TraceConfig, Valida
 from millprint.config.mill import MillConfig
 from millprint.config.section import Section
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem import state
+from millprint.dem.layout import TOTAL
 from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.surrogate.contact.coarse import SavedState, coarse_step
 from millprint.surrogate.contact.tracer import Tracer
 
-CHANNELS = [state.TOTAL_NORMAL, state.TOTAL_TANGENTIAL]
+CHANNELS = [TOTAL.normal_damping_J, TOTAL.tangential_work_J]
 
 
 class TracedModels(Section):

@@ -15,8 +15,8 @@ from millprint.config.contact_surrogate import (
     ValidationConfig,
 )
 from millprint.config.section import Section
-from millprint.dem import state
-from millprint.dem.advance import all_works
+from millprint.dem.layout import TOTAL_WIDTH
+from millprint.dem.recording import all_works
 from millprint.surrogate.checkpoint import identity, read_tensors
 from millprint.surrogate.contact.coarse import CoarseSimulation
 from millprint.surrogate.contact.dataset import CHANNELS, Samples, TracedModels, Truth, open_tracer, read_dataset
@@ -40,7 +40,7 @@ class ContactTrainingJob(Section):
 
 def dissipated_works(coarse: CoarseSimulation) -> np.ndarray:
     """Normal and tangential work of a coarse simulation since its state was loaded, (2,) [J]."""
-    out = np.zeros(state.TOTALS)
+    out = np.zeros(TOTAL_WIDTH)
     all_works(coarse.contacts, coarse.counters, coarse.totals, out)
     return out[CHANNELS]
 

@@ -4,15 +4,14 @@ import math
 
 import numpy as np
 
-from millprint.dem import lanes, state
-from millprint.dem.lanes import HISTORY, LANES
-from millprint.dem.law import REACH
-from millprint.dem.neighbours import farthest_and_fastest, find_candidate, list_candidates, put_aside
+from millprint.dem.lanes import get_of
+from millprint.dem.layout import COUNTER, HISTORY, LANE, LAW, STATUS, TOTAL
+from millprint.dem.neighbours import farthest_and_fastest, find_candidate, put_back, relist
 from millprint.dem.touching import (
     FAR,
     book_works,
     check_overlaps,
-    occupy,
+    free_lane,
     open_contact,
     pairs_listed,
     wall_away,
@@ -33,7 +32,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
         i, j = candidates.ball[k], np.uint32(candidates.partner[k])
         away = subtract(row(balls.position, i), row(balls.position, j))
         closing = subtract(row(balls.rate, j), row(balls.rate, i))
-        reach = laws.pair[balls.species[i], balls.species[j], REACH]
+        reach = laws.pair[balls.species[i], balls.species[j], LAW.reach]
         distance = math.sqrt(dot(away, away))
         approach = dot(closing, away) / distance
         if distance - reach - approach * step < margin:
@@ -46,7 +45,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
             i = candidates.ball[k]
             position = row(balls.position, i)
             seen = subtract(row(balls.rate, i), wall_velocity(clock.motions, body, position))
-            reach = laws.wall[balls.species[i], REACH]
+            reach = laws.wall[balls.species[i], LAW.reach]
             limit = reach + margin + step * math.sqrt(dot(seen, seen))
             point = to_body(clock.motions, body, position)
             if dot(row(candidates.plane, k), point) - candidates.plane[k, 3] >= limit:
@@ -63,20 +62,16 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
 @inlined()
 def close_lane(candidates, contacts, coarse, lane, time, totals, counters, table):
     """End a contact; one that was opened in advance and never touched is not counted."""
-    block, m = lane // LANES, lane % LANES
     book_works(contacts, lane, totals)
-    if lanes.get(contacts.lanes, block, HISTORY + lanes.PEAK_OVERLAP, m) > 0.0:
+    if get_of(contacts, lane, LANE.history.peak_overlap) > 0.0:
         coarse.ended[0] += 1.0
         write_collision(contacts, lane, time, 1, counters, table)
-    candidates.lane[contacts.slot[lane]] = -1
-    contacts.slot[lane] = -1
-    contacts.free[counters[state.FREE]] = lane
-    counters[state.FREE] += 1
+    free_lane(candidates, contacts, lane, counters)
 
 
 @inner()
-def relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters):
-    """List the candidates anew if a ball may leave its skin within the step; open contacts stay."""
+def update_lists(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters):
+    """Rebuild the lists if a ball may leave its skin within the step; open contacts stay."""
     check_overlaps(contacts, counters)
     stale = False
     for body in range(candidates.anchor.shape[0]):
@@ -84,34 +79,21 @@ def relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, coun
         room = 0.5 * clock.skin - math.sqrt(travelled2)
         if room <= 1.5 * clock.step * math.sqrt(fastest2) or not math.isfinite(total):
             stale = True
-    if not stale and counters[state.REBUILDS] > 0:
+    if not stale and counters[COUNTER.rebuilds] > 0:
         return
-    if counters[state.ASIDE] < 0:
-        put_aside(candidates, contacts, counters)
-    for body in range(candidates.anchor.shape[0]):
-        for i in range(balls.species.size):
-            point = to_body(clock.motions, body, row(balls.position, i))
-            if not math.isfinite(point[0] + point[1] + point[2]):
-                counters[state.STATUS] = state.NOT_FINITE
-                counters[state.BALL] = i
-                return
-            for axis in range(3):
-                candidates.anchor[body, i, axis] = point[axis]
-    list_candidates(balls, candidates, laws, walls, clock, counters)
-    if counters[state.STATUS] != state.RUNNING:
+    relist(balls, candidates, contacts, laws, walls, clock, counters)
+    if counters[COUNTER.status] != STATUS.running:
         return
-    for kept in range(counters[state.ASIDE]):
+    for kept in range(counters[COUNTER.aside]):
         k = find_candidate(walls, candidates, contacts.kept_ball[kept], contacts.kept_partner[kept])
         if k < 0:
-            coarse.ended[0] += 1.0 if contacts.kept_history[kept, lanes.PEAK_OVERLAP] > 0.0 else 0.0
+            coarse.ended[0] += 1.0 if contacts.kept_history[kept, HISTORY.peak_overlap] > 0.0 else 0.0
             # It has separated in the meantime, or its ball has moved off an edge.
-            totals[state.TOTAL_NORMAL] += contacts.kept_history[kept, lanes.NORMAL]
-            totals[state.TOTAL_DAMPING] += contacts.kept_history[kept, lanes.DAMPING]
-            totals[state.TOTAL_TANGENTIAL] += contacts.kept_history[kept, lanes.TANGENTIAL]
-            totals[state.TOTAL_ROLLING] += contacts.kept_history[kept, lanes.ROLLING]
+            totals[TOTAL.normal_damping_J] += contacts.kept_history[kept, HISTORY.works.normal]
+            totals[TOTAL.tangential_damping_J] += contacts.kept_history[kept, HISTORY.works.damping]
+            totals[TOTAL.tangential_work_J] += contacts.kept_history[kept, HISTORY.works.tangential]
+            totals[TOTAL.rolling_J] += contacts.kept_history[kept, HISTORY.works.rolling]
             continue
-        lane = occupy(balls, candidates, contacts, laws, counters, k)
-        for c in range(lanes.HISTORY_COLUMNS):
-            lanes.put(contacts.lanes, lane // LANES, HISTORY + c, lane % LANES, contacts.kept_history[kept, c])
-    counters[state.ASIDE] = -1
-    counters[state.REBUILDS] += 1
+        put_back(balls, candidates, contacts, laws, counters, kept, k)
+    counters[COUNTER.aside] = -1
+    counters[COUNTER.rebuilds] += 1

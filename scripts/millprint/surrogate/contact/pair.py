@@ -16,157 +16,197 @@ Eight contacts go through one instruction, as in millprint.dem.lanes.
 """
 
 import math
+from typing import NamedTuple
 
-from millprint.dem import lanes
-from millprint.dem.lanes import HISTORY, LANES, law_of
-from millprint.dem.law import REACH, contact_law
+from millprint.columns import Vector, number_columns, width_of
+from millprint.dem.contact import arms_of, book_step, mean_arm_of
+from millprint.dem.lanes import get, get_vector, put, put_vector
+from millprint.dem.law import contact_law
+from millprint.dem.layout import HISTORY, LANE, LANES, LaneColumns
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add, add_scaled, cross, dot, scale, subtract
 
-# Quantities of a lane: those of millprint.dem.lanes, of which law and history are copied here, so that all that a
-# substep touches lies in one row, and then these. In: relative position [m] and velocity [m/s] of the centres (or of
-# centre and foot), angular velocities [rad/s]; mean external accelerations and angular accelerations [m/s2, rad/s2],
-# and by how much they are more at the end of the step (and less at its start); normal of a plane wall, or direction in
-# which the foot slides freely on an edge; sum of inverse masses [1/kg], inverse moments of inertia [1/(kg m2)]; 1 for a
-# plane wall; start of the substeps and their length [s].
-(
-    AWAY, VELOCITY, ANGULAR_VELOCITY, OTHER_ANGULAR_VELOCITY, EXTERNAL, ANGULAR, OTHER_ANGULAR,
-    EXTERNAL_TILT, ANGULAR_TILT, OTHER_ANGULAR_TILT, FIXED,
-) = range(lanes.QUANTITIES, lanes.QUANTITIES + 33, 3)  # fmt: skip
-INVERSE_MASS, INVERSE_INERTIA, OTHER_INVERSE_INERTIA, IS_PLANE, BEGIN, TAU = range(FIXED + 3, FIXED + 9)
-# Prediction for the contact: its mean force in the step and the tilt of the force [N].
-EXPECTED, TILT = TAU + 1, TAU + 4
-# Out: impulse on i [N s], its first moment [N s2], impulses of the torques on i and j [N m s].
-IMPULSE, MOMENT, TWIST, OTHER_TWIST = range(TILT + 3, TILT + 15, 3)
-# At the end of the last substep: force [N], torques [N m], slip [m/s].
-FORCE, TORQUE, BACK, SLIP = range(OTHER_TWIST + 3, OTHER_TWIST + 15, 3)
-# Inputs of the network and its outputs, and how many of them there are.
-INPUTS, OUTPUTS = 13, 8
-FEATURES = SLIP + 3
-OUTPUTS_AT = FEATURES + INPUTS
-LOCAL_QUANTITIES = OUTPUTS_AT + OUTPUTS
+
+class AccelerationColumns(NamedTuple):
+    """Accelerations of a contact's partners by everything but the contact."""
+
+    external: Vector  # of the relative position [m/s2]
+    angular: Vector  # of the first [rad/s2]
+    other_angular: Vector  # of the second [rad/s2]
+
+
+class InputColumns(NamedTuple):
+    """Inputs of the network, dimensionless (see predictor.describe)."""
+
+    overlap: int
+    approach_speed: int
+    normal_force: int
+    external: int
+    friction: int
+    slip: int
+    sideways: int
+    friction_with_slip: int
+    friction_with_sideways: int
+    slip_with_sideways: int
+    cap_share: int
+    is_wall: int
+    next_overlap: int
+
+
+class OutputColumns(NamedTuple):
+    """Outputs of the network, dimensionless (see predictor.combine)."""
+
+    normal: int
+    normal_tilt: int
+    friction: int
+    slip: int
+    sideways: int
+    friction_tilt: int
+    slip_tilt: int
+    sideways_tilt: int
+
+
+class PairColumns(NamedTuple):
+    """Quantities of a local problem. The law and the history are copied into `lane`: a substep reads one row alone."""
+
+    lane: LaneColumns
+    away: Vector  # from the second centre, or the wall's foot, to the first centre [m]
+    velocity: Vector  # of the first centre relative to the second one, or the foot [m/s]
+    angular_velocity: Vector  # of the first [rad/s]
+    other_angular_velocity: Vector  # of the second [rad/s]
+    mean: AccelerationColumns  # over the step
+    tilt: AccelerationColumns  # by how much they are more at the end of the step, and less at its start
+    fixed: Vector  # normal of a plane wall, or direction in which the foot slides freely on an edge
+    inverse_mass: int  # sum of both [1/kg]
+    inverse_inertia: int  # [1/(kg m2)]
+    other_inverse_inertia: int  # [1/(kg m2)]
+    is_plane: int  # 1 for a plane wall, else 0
+    begin: int  # of the substeps [s]
+    substep_length: int  # [s]
+    expected_force: Vector  # mean over the step [N]
+    expected_tilt: Vector  # of that force [N]
+    impulse: Vector  # on the first [N s]
+    moment: Vector  # of the impulse [N s2]
+    twist: Vector  # impulse of the torque on the first [N m s]
+    other_twist: Vector  # and on the second [N m s]
+    force: Vector  # on the first at the end of the last substep [N]
+    torque: Vector  # on the first then [N m]
+    other_torque: Vector  # on the second then [N m]
+    slip: Vector  # then [m/s]
+    inputs: InputColumns
+    outputs: OutputColumns
+
+
+PAIR = number_columns(PairColumns)
+PAIR_WIDTH, INPUTS, OUTPUTS = width_of(PAIR), width_of(PAIR.inputs), width_of(PAIR.outputs)
+
+# Between coarse steps a contact keeps the force at the end of the last one [N] where the DEM keeps the slip velocity:
+# the column in a lane, and in a history.
+LANE_LAST_FORCE, LAST_FORCE = LANE.history.last_slip, HISTORY.last_slip
 
 
 @inlined()
 def tilted(work, block, mean, tilt, m, when):
     """An acceleration at a time from -1 at the start of the step to 1 at its end."""
-    return add_scaled(lanes.get_vector(work, block, mean, m), when, lanes.get_vector(work, block, tilt, m))
+    return add_scaled(get_vector(work, block, mean, m), when, get_vector(work, block, tilt, m))
 
 
 @inlined()
 def middle(work, block, m, half):
     """The relative position in the middle of a substep; at a wall it stays on the plane or edge."""
-    away = add_scaled(lanes.get_vector(work, block, AWAY, m), half, lanes.get_vector(work, block, VELOCITY, m))
-    fixed, plane = lanes.get_vector(work, block, FIXED, m), lanes.get(work, block, IS_PLANE, m)
+    away = add_scaled(get_vector(work, block, PAIR.away, m), half, get_vector(work, block, PAIR.velocity, m))
+    fixed, plane = get_vector(work, block, PAIR.fixed, m), get(work, block, PAIR.is_plane, m)
     along = scale(dot(away, fixed), fixed)
     return add_scaled(scale(1.0 - plane, subtract(away, along)), plane, along)
 
 
 @inlined()
-def arms(rows, block, m, distance):
-    """Distances of both centres from the contact point [m]; for a wall, the whole distance and zero.
-
-    rows: the lanes of contacts or of local problems, which share these quantities.
-    """
-    reach, is_wall = lanes.get(rows, block, lanes.LAW + REACH, m), lanes.get(rows, block, lanes.IS_WALL, m)
-    arm = 0.5 * (distance + lanes.get(rows, block, lanes.DIFFERENCE, m) * reach / distance + is_wall * distance)
-    return arm, distance - arm
-
-
-@inlined()
-def shape_of(work, block, m, distance):
-    """Of a contact: 1 if it touches, overlap, both arms and their mean [m]; see millprint.dem.lanes.evaluate."""
-    reach, is_wall = lanes.get(work, block, lanes.LAW + REACH, m), lanes.get(work, block, lanes.IS_WALL, m)
-    gap = reach - distance
-    touches = 1.0 if gap > 0.0 else 0.0
-    overlap = gap if gap > 1e-30 else 1e-30
-    arm, other = arms(work, block, m, distance)
-    return touches, overlap, arm, other, 2.0 * arm * other / distance + is_wall * distance
+def overlap_of(work, block, m, distance):
+    """Of a contact: 1 if it touches, else 0, and the overlap [m]; distance: of the centres, or centre and foot [m]."""
+    gap = get(work, block, LANE.law.reach, m) - distance
+    return 1.0 if gap > 0.0 else 0.0, gap if gap > 1e-30 else 1e-30
 
 
 @inlined()
 def soon(work, block, m, half, externals):
     """Relative velocity and both angular velocities in the middle of a substep, by the forces of the last one."""
     external, angular, other_angular = externals
-    pull = scale(lanes.get(work, block, INVERSE_MASS, m), lanes.get_vector(work, block, FORCE, m))
-    twist = scale(lanes.get(work, block, INVERSE_INERTIA, m), lanes.get_vector(work, block, TORQUE, m))
-    other_twist = scale(lanes.get(work, block, OTHER_INVERSE_INERTIA, m), lanes.get_vector(work, block, BACK, m))
+    pull = scale(get(work, block, PAIR.inverse_mass, m), get_vector(work, block, PAIR.force, m))
+    twist = scale(get(work, block, PAIR.inverse_inertia, m), get_vector(work, block, PAIR.torque, m))
+    other_twist = scale(get(work, block, PAIR.other_inverse_inertia, m), get_vector(work, block, PAIR.other_torque, m))
     return (
-        add_scaled(lanes.get_vector(work, block, VELOCITY, m), half, add(external, pull)),
-        add_scaled(lanes.get_vector(work, block, ANGULAR_VELOCITY, m), half, add(angular, twist)),
-        add_scaled(lanes.get_vector(work, block, OTHER_ANGULAR_VELOCITY, m), half, add(other_angular, other_twist)),
+        add_scaled(get_vector(work, block, PAIR.velocity, m), half, add(external, pull)),
+        add_scaled(get_vector(work, block, PAIR.angular_velocity, m), half, add(angular, twist)),
+        add_scaled(get_vector(work, block, PAIR.other_angular_velocity, m), half, add(other_angular, other_twist)),
     )
 
 
 @inlined()
 def book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powers, stored):
     """Spring, peaks and works of a substep; zero for a contact that does not touch."""
-    lanes.put_vector(work, block, HISTORY + lanes.SPRING, m, scale(touches, spring))
-    lanes.put_vector(work, block, SLIP, m, scale(touches, slip))
-    lanes.raise_to(work, block, HISTORY + lanes.PEAK_FORCE, m, touches * normal_force)
-    lanes.raise_to(work, block, HISTORY + lanes.PEAK_OVERLAP, m, touches * overlap)
-    done = touches * tau
-    lanes.add_to(work, block, HISTORY + lanes.NORMAL, m, done * powers[0])
-    lanes.add_to(work, block, HISTORY + lanes.DAMPING, m, done * powers[1])
-    lanes.add_to(work, block, HISTORY + lanes.TANGENTIAL, m, done * powers[2])
-    lanes.add_to(work, block, HISTORY + lanes.ROLLING, m, done * powers[3])
-    lanes.put(work, block, lanes.STORED, m, touches * stored[0])
-    lanes.put(work, block, lanes.STORED + 1, m, touches * stored[1])
+    put_vector(work, block, LANE.history.spring, m, scale(touches, spring))
+    put_vector(work, block, PAIR.slip, m, scale(touches, slip))
+    book_step(work, block, m, touches * tau, touches * normal_force, touches * overlap, powers)
+    elastic_normal, elastic_tangential = stored
+    put(work, block, LANE.elastic_normal, m, touches * elastic_normal)
+    put(work, block, LANE.elastic_tangential, m, touches * elastic_tangential)
 
 
 @inlined()
 def add_vector(work, block, quantity, m, factor, vector):
     """Add a multiple of a vector to a vector of a lane."""
-    sum_ = add_scaled(lanes.get_vector(work, block, quantity, m), factor, vector)
-    lanes.put_vector(work, block, quantity, m, sum_)
+    sum_ = add_scaled(get_vector(work, block, quantity, m), factor, vector)
+    put_vector(work, block, quantity, m, sum_)
 
 
 @inlined()
 def kick(work, block, m, tau, left, away, externals, force, torque, back):
     """Velocities after the substep, second half of the drift, and impulses on the balls; left: to the end [s]."""
     external, angular, other_angular = externals
-    pull = scale(lanes.get(work, block, INVERSE_MASS, m), force)
-    twist = scale(lanes.get(work, block, INVERSE_INERTIA, m), torque)
-    other_twist = scale(lanes.get(work, block, OTHER_INVERSE_INERTIA, m), back)
-    velocity = add_scaled(lanes.get_vector(work, block, VELOCITY, m), tau, add(external, pull))
-    lanes.put_vector(work, block, VELOCITY, m, velocity)
-    lanes.put_vector(work, block, AWAY, m, add_scaled(away, 0.5 * tau, velocity))
-    add_vector(work, block, ANGULAR_VELOCITY, m, tau, add(angular, twist))
-    add_vector(work, block, OTHER_ANGULAR_VELOCITY, m, tau, add(other_angular, other_twist))
-    lanes.put_vector(work, block, FORCE, m, force)
-    lanes.put_vector(work, block, TORQUE, m, torque)
-    lanes.put_vector(work, block, BACK, m, back)
-    add_vector(work, block, IMPULSE, m, tau, force)
-    add_vector(work, block, MOMENT, m, tau * left, force)
-    add_vector(work, block, TWIST, m, tau, torque)
-    add_vector(work, block, OTHER_TWIST, m, tau, back)
+    pull = scale(get(work, block, PAIR.inverse_mass, m), force)
+    twist = scale(get(work, block, PAIR.inverse_inertia, m), torque)
+    other_twist = scale(get(work, block, PAIR.other_inverse_inertia, m), back)
+    velocity = add_scaled(get_vector(work, block, PAIR.velocity, m), tau, add(external, pull))
+    put_vector(work, block, PAIR.velocity, m, velocity)
+    put_vector(work, block, PAIR.away, m, add_scaled(away, 0.5 * tau, velocity))
+    add_vector(work, block, PAIR.angular_velocity, m, tau, add(angular, twist))
+    add_vector(work, block, PAIR.other_angular_velocity, m, tau, add(other_angular, other_twist))
+    put_vector(work, block, PAIR.force, m, force)
+    put_vector(work, block, PAIR.torque, m, torque)
+    put_vector(work, block, PAIR.other_torque, m, back)
+    add_vector(work, block, PAIR.impulse, m, tau, force)
+    add_vector(work, block, PAIR.moment, m, tau * left, force)
+    add_vector(work, block, PAIR.twist, m, tau, torque)
+    add_vector(work, block, PAIR.other_twist, m, tau, back)
 
 
 @inner()
 def substep(work, block, number, last, step):
     """Substep `number` of every contact in a block; `last` more follow; step: the coarse one [s].
 
-    work (blocks, LOCAL_QUANTITIES * LANES).
+    work: (blocks, PAIR_WIDTH * LANES).
     """
     for m in range(LANES):
-        tau = lanes.get(work, block, TAU, m)
+        tau = get(work, block, PAIR.substep_length, m)
         away = middle(work, block, m, 0.5 * tau)
         distance = math.sqrt(dot(away, away))
         normal = scale(1.0 / distance, away)
-        touches, overlap, arm, other, mean_arm = shape_of(work, block, m, distance)
+        touches, overlap = overlap_of(work, block, m, distance)
+        arm, other = arms_of(work, block, m, distance)
         # From -1 at the start of the step to 1 at its end.
-        when = 2.0 * (lanes.get(work, block, BEGIN, m) + (number + 0.5) * tau) / step - 1.0
+        when = 2.0 * (get(work, block, PAIR.begin, m) + (number + 0.5) * tau) / step - 1.0
         externals = (
-            tilted(work, block, EXTERNAL, EXTERNAL_TILT, m, when),
-            tilted(work, block, ANGULAR, ANGULAR_TILT, m, when),
-            tilted(work, block, OTHER_ANGULAR, OTHER_ANGULAR_TILT, m, when),
+            tilted(work, block, PAIR.mean.external, PAIR.tilt.external, m, when),
+            tilted(work, block, PAIR.mean.angular, PAIR.tilt.angular, m, when),
+            tilted(work, block, PAIR.mean.other_angular, PAIR.tilt.other_angular, m, when),
         )
         seen, omega, other_omega = soon(work, block, m, 0.5 * tau, externals)
         turning = add_scaled(scale(arm, omega), other, other_omega)
         normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
-            law_of(work, block, m), overlap, normal, mean_arm, subtract(seen, cross(turning, normal)),
-            subtract(omega, other_omega), lanes.get_vector(work, block, HISTORY + lanes.SPRING, m),
-            lanes.get_vector(work, block, SLIP, m), tau,
+            work, block, m, overlap, normal, mean_arm_of(work, block, m, distance, arm, other),
+            subtract(seen, cross(turning, normal)),
+            subtract(omega, other_omega), get_vector(work, block, LANE.history.spring, m),
+            get_vector(work, block, PAIR.slip, m), tau,
         )  # fmt: skip
         book(work, block, m, touches, tau, normal_force, overlap, spring, slip, powers, stored)
         force = scale(touches, add_scaled(tangential, normal_force, normal))

@@ -13,13 +13,16 @@ import math
 
 import numpy as np
 
-from millprint.dem import lanes
-from millprint.dem.lanes import LANES
-from millprint.dem.law import KN, MU, REACH
+from millprint.columns import first_column
+from millprint.dem.contact import arms_of
+from millprint.dem.lanes import get, get_vector, put, put_vector
+from millprint.dem.layout import LANE, LANES
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
-from millprint.surrogate.contact import pair
-from millprint.surrogate.contact.pair import INPUTS, OUTPUTS
+from millprint.surrogate.contact.pair import INPUTS, OUTPUTS, PAIR
+
+# Where the inputs of the network and its outputs begin.
+INPUTS_AT, OUTPUTS_AT = first_column(PAIR.inputs), first_column(PAIR.outputs)
 
 # Where a compressed number changes from linear to its root; keeps quotients finite.
 KNEE = 0.02
@@ -42,8 +45,8 @@ def compressed(number):
 @inlined()
 def units(work, block, m, step):
     """Length [m] and force [N] of a contact."""
-    mass = 1.0 / lanes.get(work, block, pair.INVERSE_MASS, m)
-    root = mass / (lanes.get(work, block, lanes.LAW + KN, m) * step * step)
+    mass = 1.0 / get(work, block, PAIR.inverse_mass, m)
+    root = mass / (get(work, block, LANE.law.normal_stiffness, m) * step * step)
     length = UNIT * root * root
     return length, mass * length / (step * step)
 
@@ -52,24 +55,24 @@ def units(work, block, m, step):
 def directions(work, block, m, step):
     """The scalars x, u, f, a and the vectors normal, p, q, r of a contact, all dimensionless (see `describe`)."""
     length, unit = units(work, block, m, step)
-    away = lanes.get_vector(work, block, pair.AWAY, m)
+    away = get_vector(work, block, PAIR.away, m)
     distance = math.sqrt(dot(away, away))
     normal = scale(1.0 / distance, away)
-    reach = lanes.get(work, block, lanes.LAW + REACH, m)
-    arm, other = pair.arms(work, block, m, distance)
-    velocity = lanes.get_vector(work, block, pair.VELOCITY, m)
+    reach = get(work, block, LANE.law.reach, m)
+    arm, other = arms_of(work, block, m, distance)
+    velocity = get_vector(work, block, PAIR.velocity, m)
     turning = add_scaled(
-        scale(arm, lanes.get_vector(work, block, pair.ANGULAR_VELOCITY, m)),
+        scale(arm, get_vector(work, block, PAIR.angular_velocity, m)),
         other,
-        lanes.get_vector(work, block, pair.OTHER_ANGULAR_VELOCITY, m),
+        get_vector(work, block, PAIR.other_angular_velocity, m),
     )
-    external = lanes.get_vector(work, block, pair.EXTERNAL, m)
+    external = get_vector(work, block, PAIR.mean.external, m)
     twisting = add_scaled(
-        scale(arm, lanes.get_vector(work, block, pair.ANGULAR, m)),
+        scale(arm, get_vector(work, block, PAIR.mean.angular, m)),
         other,
-        lanes.get_vector(work, block, pair.OTHER_ANGULAR, m),
+        get_vector(work, block, PAIR.mean.other_angular, m),
     )
-    force = scale(1.0 / unit, lanes.get_vector(work, block, pair.FORCE, m))
+    force = scale(1.0 / unit, get_vector(work, block, PAIR.force, m))
     slip = scale(step / length, subtract(velocity, cross(turning, normal)))
     shove = scale(step * step / length, subtract(external, cross(twisting, normal)))
     along = dot(force, normal)
@@ -110,22 +113,22 @@ def describe(work, block, step):
     """
     for m in range(LANES):
         x, u, f, a, _, p, q, r = directions(work, block, m, step)
-        friction = lanes.get(work, block, lanes.LAW + MU, m)
+        friction = get(work, block, LANE.law.friction, m)
         size_p, size_q, size_r = math.sqrt(dot(p, p)), math.sqrt(dot(q, q)), math.sqrt(dot(r, r))
         used = size_p / (friction * abs(f) + 1e-3)
-        lanes.put(work, block, pair.FEATURES + 0, m, compressed(x))
-        lanes.put(work, block, pair.FEATURES + 1, m, compressed(u))
-        lanes.put(work, block, pair.FEATURES + 2, m, compressed(f))
-        lanes.put(work, block, pair.FEATURES + 3, m, compressed(a))
-        lanes.put(work, block, pair.FEATURES + 4, m, compressed(size_p))
-        lanes.put(work, block, pair.FEATURES + 5, m, compressed(size_q))
-        lanes.put(work, block, pair.FEATURES + 6, m, compressed(size_r))
-        lanes.put(work, block, pair.FEATURES + 7, m, dot(p, q) / (size_p * size_q + SMALL))
-        lanes.put(work, block, pair.FEATURES + 8, m, dot(p, r) / (size_p * size_r + SMALL))
-        lanes.put(work, block, pair.FEATURES + 9, m, dot(q, r) / (size_q * size_r + SMALL))
-        lanes.put(work, block, pair.FEATURES + 10, m, used if used < 2.0 else 2.0)
-        lanes.put(work, block, pair.FEATURES + 11, m, lanes.get(work, block, lanes.IS_WALL, m))
-        lanes.put(work, block, pair.FEATURES + 12, m, compressed(x + u - 0.5 * a))
+        put(work, block, PAIR.inputs.overlap, m, compressed(x))
+        put(work, block, PAIR.inputs.approach_speed, m, compressed(u))
+        put(work, block, PAIR.inputs.normal_force, m, compressed(f))
+        put(work, block, PAIR.inputs.external, m, compressed(a))
+        put(work, block, PAIR.inputs.friction, m, compressed(size_p))
+        put(work, block, PAIR.inputs.slip, m, compressed(size_q))
+        put(work, block, PAIR.inputs.sideways, m, compressed(size_r))
+        put(work, block, PAIR.inputs.friction_with_slip, m, dot(p, q) / (size_p * size_q + SMALL))
+        put(work, block, PAIR.inputs.friction_with_sideways, m, dot(p, r) / (size_p * size_r + SMALL))
+        put(work, block, PAIR.inputs.slip_with_sideways, m, dot(q, r) / (size_q * size_r + SMALL))
+        put(work, block, PAIR.inputs.cap_share, m, used if used < 2.0 else 2.0)
+        put(work, block, PAIR.inputs.is_wall, m, get(work, block, LANE.is_wall, m))
+        put(work, block, PAIR.inputs.next_overlap, m, compressed(x + u - 0.5 * a))
 
 
 @inner()
@@ -157,9 +160,9 @@ def linear(weight, bias, inputs, outputs, lanes_used, activate):
 
 
 @inlined()
-def output(work, block, number, m):
+def output(work, block, quantity, m):
     """A bounded output of the network, which limits its change of a prediction."""
-    return bounded(lanes.get(work, block, pair.OUTPUTS_AT + number, m))
+    return bounded(get(work, block, quantity, m))
 
 
 @inner()
@@ -175,19 +178,23 @@ def combine(work, block, step):
         x, u, f, a, normal, p, q, r = directions(work, block, m, step)
         _, unit = units(work, block, m, step)
         s = may_change(x, u, f, a)
-        cap = lanes.get(work, block, lanes.LAW + MU, m) * (abs(f) + s)
+        cap = get(work, block, LANE.law.friction, m) * (abs(f) + s)
         by_q = SLIP_SHARE * cap / (cap + math.sqrt(dot(q, q)) + SMALL)
         by_r = cap / (cap + math.sqrt(dot(r, r)) + SMALL)
         w = s / (s + abs(f) + SMALL)
-        mean = add_scaled(scale(f + NORMAL_SHARE * s * output(work, block, 0, m), normal), 1.0, p)
-        mean = add_scaled(mean, w * output(work, block, 2, m), p)
-        mean = add_scaled(mean, by_q * output(work, block, 3, m), q)
-        mean = add_scaled(mean, by_r * output(work, block, 4, m), r)
-        tilt = add_scaled(scale(NORMAL_SHARE * s * output(work, block, 1, m), normal), w * output(work, block, 5, m), p)
-        tilt = add_scaled(tilt, by_q * output(work, block, 6, m), q)
-        tilt = add_scaled(tilt, by_r * output(work, block, 7, m), r)
-        lanes.put_vector(work, block, pair.EXPECTED, m, scale(unit, mean))
-        lanes.put_vector(work, block, pair.TILT, m, scale(unit, tilt))
+        mean = add_scaled(scale(f + NORMAL_SHARE * s * output(work, block, PAIR.outputs.normal, m), normal), 1.0, p)
+        mean = add_scaled(mean, w * output(work, block, PAIR.outputs.friction, m), p)
+        mean = add_scaled(mean, by_q * output(work, block, PAIR.outputs.slip, m), q)
+        mean = add_scaled(mean, by_r * output(work, block, PAIR.outputs.sideways, m), r)
+        tilt = add_scaled(
+            scale(NORMAL_SHARE * s * output(work, block, PAIR.outputs.normal_tilt, m), normal),
+            w * output(work, block, PAIR.outputs.friction_tilt, m),
+            p,
+        )
+        tilt = add_scaled(tilt, by_q * output(work, block, PAIR.outputs.slip_tilt, m), q)
+        tilt = add_scaled(tilt, by_r * output(work, block, PAIR.outputs.sideways_tilt, m), r)
+        put_vector(work, block, PAIR.expected_force, m, scale(unit, mean))
+        put_vector(work, block, PAIR.expected_tilt, m, scale(unit, tilt))
 
 
 @inner()
@@ -198,12 +205,12 @@ def predict_all(weights, layer, coarse, blocks, step):
         describe(work, block, step)
         for k in range(INPUTS):
             for m in range(LANES):
-                first[k * n + block * LANES + m] = lanes.get(work, block, pair.FEATURES + k, m)
+                first[k * n + block * LANES + m] = get(work, block, INPUTS_AT + k, m)
     linear(weights.first[layer], weights.first_bias[layer], first, second, n, True)
     linear(weights.second[layer], weights.second_bias[layer], second, first, n, True)
     linear(weights.last[layer], weights.last_bias[layer], first, second, n, False)
     for block in range(blocks):
         for k in range(OUTPUTS):
             for m in range(LANES):
-                lanes.put(work, block, pair.OUTPUTS_AT + k, m, second[k * n + block * LANES + m])
+                put(work, block, OUTPUTS_AT + k, m, second[k * n + block * LANES + m])
         combine(work, block, step)

@@ -4,16 +4,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.dem import lanes, state
-from millprint.dem.advance import all_works
-from millprint.dem.lanes import HISTORY, LANES
+from millprint.dem.lanes import get, get_vector, put, put_vector
+from millprint.dem.layout import (
+    COUNTER,
+    HISTORY_WIDTH,
+    LANE,
+    LANE_HISTORY,
+    LANES,
+    RATE,
+    RATE_WIDTH,
+    STATUS,
+    TOTAL_WIDTH,
+)
+from millprint.dem.recording import all_works
 from millprint.dem.steps import blocks_in_use
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.motion import write_poses
-from millprint.surrogate.contact import pair
-from millprint.surrogate.contact.listing import close_lane, foresee, relist
+from millprint.mill.pose import POSE
+from millprint.surrogate.contact.listing import close_lane, foresee, update_lists
+from millprint.surrogate.contact.pair import LANE_LAST_FORCE, PAIR, substep
 from millprint.surrogate.contact.pair_input import expect, gather, put_external, touch_lane
 from millprint.surrogate.contact.predictor import predict_all
+from millprint.surrogate.contact.scratch import MOVED
+
+# The column after a lane's history.
+HISTORY_END = LANE_HISTORY + HISTORY_WIDTH
 
 
 @inlined()
@@ -35,11 +50,11 @@ def copy(source, target, block, begin, end):
 def solve(contacts, clock, coarse, counters):
     """The local problem of every open contact; histories are those of the contacts' lanes before and after."""
     for block in range(blocks_in_use(counters)):
-        copy(contacts.lanes, coarse.work, block, HISTORY, lanes.FORCE)
+        copy(contacts.lanes, coarse.work, block, LANE_HISTORY, HISTORY_END)
         for s in range(coarse.substeps):
-            pair.substep(coarse.work, block, s, coarse.substeps - 1 - s, clock.step)
-        copy(coarse.work, contacts.lanes, block, HISTORY, lanes.FORCE)
-        copy(coarse.work, contacts.lanes, block, lanes.STORED, lanes.QUANTITIES)
+            substep(coarse.work, block, s, coarse.substeps - 1 - s, clock.step)
+        copy(coarse.work, contacts.lanes, block, LANE_HISTORY, HISTORY_END)
+        copy(coarse.work, contacts.lanes, block, LANE.elastic_normal, LANE.elastic_tangential + 1)
 
 
 @inner()
@@ -48,15 +63,15 @@ def scatter(contacts, coarse, lane):
     block, m = lane // LANES, lane % LANES
     i, j = contacts.ball[lane], contacts.partner[lane]
     for c in range(3):
-        impulse = lanes.get(coarse.work, block, pair.IMPULSE + c, m)
-        moment = lanes.get(coarse.work, block, pair.MOMENT + c, m)
-        coarse.moved[i, c] += impulse
-        coarse.moved[i, 3 + c] += moment
-        coarse.moved[i, 6 + c] += lanes.get(coarse.work, block, pair.TWIST + c, m)
+        impulse = get(coarse.work, block, PAIR.impulse.x + c, m)
+        moment = get(coarse.work, block, PAIR.moment.x + c, m)
+        coarse.moved[i, MOVED.impulse.x + c] += impulse
+        coarse.moved[i, MOVED.moment.x + c] += moment
+        coarse.moved[i, MOVED.twist.x + c] += get(coarse.work, block, PAIR.twist.x + c, m)
         if j >= 0:
-            coarse.moved[j, c] -= impulse
-            coarse.moved[j, 3 + c] -= moment
-            coarse.moved[j, 6 + c] += lanes.get(coarse.work, block, pair.OTHER_TWIST + c, m)
+            coarse.moved[j, MOVED.impulse.x + c] -= impulse
+            coarse.moved[j, MOVED.moment.x + c] -= moment
+            coarse.moved[j, MOVED.twist.x + c] += get(coarse.work, block, PAIR.other_twist.x + c, m)
 
 
 @inner()
@@ -68,18 +83,19 @@ def move(balls, clock, coarse):
         inverse_inertia = 1.0 / balls.inertia[balls.species[i]]
         for c in range(3):
             fall = clock.gravity[c]
+            impulse, moment = coarse.moved[i, MOVED.impulse.x + c], coarse.moved[i, MOVED.moment.x + c]
             balls.position[i, c] += (
-                step * balls.rate[i, c] + inverse_mass * coarse.moved[i, 3 + c] + 0.5 * step * step * fall
+                step * balls.rate[i, RATE.velocity.x + c] + inverse_mass * moment + 0.5 * step * step * fall
             )
-            balls.rate[i, c] += inverse_mass * coarse.moved[i, c] + step * fall
-            balls.rate[i, 3 + c] += inverse_inertia * coarse.moved[i, 6 + c]
+            balls.rate[i, RATE.velocity.x + c] += inverse_mass * impulse + step * fall
+            balls.rate[i, RATE.angular_velocity.x + c] += inverse_inertia * coarse.moved[i, MOVED.twist.x + c]
 
 
 @inner()
 def expect_all(contacts, coarse, counters):
     """Sum the predicted forces of all contacts on every ball."""
     clear(coarse.load)
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             expect(contacts, coarse, lane)
 
@@ -87,7 +103,7 @@ def expect_all(contacts, coarse, counters):
 @inner()
 def put_all_externals(balls, contacts, walls, clock, coarse, counters):
     """Accelerations of every contact by everything but itself."""
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             put_external(balls, contacts, walls, clock, coarse, lane)
 
@@ -97,21 +113,23 @@ def gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, 
     """List, open and close contacts at `time` [s], and put into the lanes what their local problems begin with."""
     write_poses(clock.motions, time + clock.step)
     for body in range(coarse.wall_velocity.shape[0]):
-        for c in range(6):
-            coarse.wall_velocity[body, c] = clock.motions.pose[body, 3 + c]
+        for c in range(3):
+            pose = clock.motions.pose
+            coarse.wall_velocity[body, RATE.velocity.x + c] = pose[body, POSE.velocity.x + c]
+            coarse.wall_velocity[body, RATE.angular_velocity.x + c] = pose[body, POSE.angular_velocity.x + c]
     write_poses(clock.motions, time)
-    relist(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters)
-    if counters[state.STATUS] != state.RUNNING:
+    update_lists(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters)
+    if counters[COUNTER.status] != STATUS.running:
         return
     foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, time)
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] < 0:
-            lanes.put(coarse.work, lane // LANES, pair.TAU, lane % LANES, 0.0)
+            put(coarse.work, lane // LANES, PAIR.substep_length, lane % LANES, 0.0)
         elif not gather(balls, candidates, contacts, walls, clock, coarse, lane):
             close_lane(candidates, contacts, coarse, lane, time, totals, counters, table)
-            lanes.put(coarse.work, lane // LANES, pair.TAU, lane % LANES, 0.0)
+            put(coarse.work, lane // LANES, PAIR.substep_length, lane % LANES, 0.0)
     for block in range(blocks_in_use(counters)):
-        copy(contacts.lanes, coarse.work, block, lanes.IS_WALL, HISTORY)
+        copy(contacts.lanes, coarse.work, block, LANE.is_wall, LANE_HISTORY)
 
 
 @kernel()
@@ -128,40 +146,40 @@ def predict(balls, contacts, walls, clock, coarse, counters):
 @inner()
 def finish(balls, contacts, clock, coarse, counters):
     """Solve every local problem and move the balls."""
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             touch_lane(contacts, clock, coarse, lane)
     solve(contacts, clock, coarse, counters)
     clear(coarse.moved)
-    for lane in range(counters[state.USED]):
+    for lane in range(counters[COUNTER.used]):
         if contacts.slot[lane] >= 0:
             scatter(contacts, coarse, lane)
             block, m = lane // LANES, lane % LANES
             # What the contact did at the end of the step is where the next one's expectation begins.
-            force = lanes.get_vector(coarse.work, block, pair.FORCE, m)
-            lanes.put_vector(contacts.lanes, block, HISTORY + lanes.LAST_SLIP, m, force)
+            force = get_vector(coarse.work, block, PAIR.force, m)
+            put_vector(contacts.lanes, block, LANE_LAST_FORCE, m, force)
     move(balls, clock, coarse)
 
 
 @kernel()
 def run_steps(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table, last_step):
     """Coarse steps up to and including `last_step`, or until something is wrong."""
-    while counters[state.STEP] <= last_step:
-        time = counters[state.STEP] * clock.step
+    while counters[COUNTER.step] <= last_step:
+        time = counters[COUNTER.step] * clock.step
         gather_all(balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table, time)
-        if counters[state.STATUS] != state.RUNNING:
+        if counters[COUNTER.status] != STATUS.running:
             break
         predict(balls, contacts, walls, clock, coarse, counters)
         finish(balls, contacts, clock, coarse, counters)
-        counters[state.STEP] += 1
+        counters[COUNTER.step] += 1
 
 
 class Frames(NamedTuple):
     """The stored frames of a roll-out; `works` and `ended` count from its start."""
 
     position: np.ndarray  # (frames, n, 3) [m]
-    rate: np.ndarray  # (frames, n, 6) velocity [m/s] and angular velocity [rad/s]
-    works: np.ndarray  # (frames, TOTALS) see millprint.dem.state [J]
+    rate: np.ndarray  # (frames, n, width) layout.RateColumns
+    works: np.ndarray  # (frames, width) layout.TotalColumns [J]
     ended: np.ndarray  # (frames,) contacts that have ended
 
 
@@ -169,8 +187,8 @@ def make_frames(frames: int, balls: int) -> Frames:
     """Arrays for `frames` states; states that are never written stay NaN."""
     return Frames(
         position=np.full((frames, balls, 3), np.nan),
-        rate=np.full((frames, balls, 6), np.nan),
-        works=np.full((frames, state.TOTALS), np.nan),
+        rate=np.full((frames, balls, RATE_WIDTH), np.nan),
+        works=np.full((frames, TOTAL_WIDTH), np.nan),
         ended=np.full(frames, np.nan),
     )
 
@@ -181,14 +199,14 @@ def run_frames(balls, candidates, contacts, laws, walls, clock, totals, counters
     for frame in range(at, frames.position.shape[0]):
         run_steps(
             balls, candidates, contacts, laws, walls, clock, coarse, totals, counters, table,
-            counters[state.STEP] + per_frame - 1,
+            counters[COUNTER.step] + per_frame - 1,
         )  # fmt: skip
-        if counters[state.STATUS] != state.RUNNING:
+        if counters[COUNTER.status] != STATUS.running:
             return frame - at
         for i in range(balls.species.size):
             for c in range(3):
                 frames.position[frame, i, c] = balls.position[i, c]
-            for c in range(6):
+            for c in range(RATE_WIDTH):
                 frames.rate[frame, i, c] = balls.rate[i, c]
         all_works(contacts, counters, totals, frames.works[frame])
         frames.ended[frame] = coarse.ended[0]

@@ -10,8 +10,7 @@ from tqdm import tqdm
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.dem import state
-from millprint.dem.lanes import HISTORY_COLUMNS
+from millprint.dem.layout import COUNTER, HISTORY_WIDTH, STATUS, TOTAL
 from millprint.hdf5 import open_hdf5
 from millprint.job import progress
 from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState, coarse_step
@@ -69,7 +68,7 @@ class ContactSurrogate:
         per_snapshot = round(self.interval_s / self.step_s)
         first = round(float(self.times_s[rows.start]) / self.interval_s) * per_snapshot
         coarse, coarse.weights = self.coarse, self.members[0]
-        coarse.load(SavedState(position[0].astype(float), rate[0], none, none, np.zeros((0, HISTORY_COLUMNS)), first))
+        coarse.load(SavedState(position[0].astype(float), rate[0], none, none, np.zeros((0, HISTORY_WIDTH)), first))
         for place in range(1, len(position)):
             coarse.run(per_snapshot)
             coarse.place(position[place], rate[place])
@@ -105,16 +104,16 @@ class ContactSurrogate:
             self.coarse.load(saved)
             kept.append(self.coarse.record(steps // steps_per_frame, steps_per_frame, FRAMES_PER_CALL, bar))
             counters = self.coarse.counters
-            if counters[state.STATUS] != state.RUNNING:
-                lost_s = int(counters[state.STEP]) * self.step_s
-                crossed[number, int(counters[state.BALL])] = lost_s - start_s[number]
+            if counters[COUNTER.status] != STATUS.running:
+                lost_s = int(counters[COUNTER.step]) * self.step_s
+                crossed[number, int(counters[COUNTER.ball])] = lost_s - start_s[number]
         pairs = list(zip(states, kept, strict=True))
         position = np.stack([np.concatenate([saved.position[None], part.position]) for saved, part in pairs], axis=1)
         rate = np.stack([np.concatenate([saved.rate[None], part.rate]) for saved, part in pairs], axis=1)
         works = np.stack([part.works for part in kept], axis=1)
-        normal = _increments(works[..., state.TOTAL_NORMAL])
+        normal = _increments(works[..., TOTAL.normal_damping_J])
         # Dissipated: the work less what the springs still hold.
-        tangential = _increments(works[..., state.TOTAL_TANGENTIAL] - works[..., state.ELASTIC_TANGENTIAL])
+        tangential = _increments(works[..., TOTAL.tangential_work_J] - works[..., TOTAL.elastic_tangential_J])
         return RollOut(
             time_s=np.arange(len(position)) * steps_per_frame * self.step_s,
             position_m=position.astype(np.float32),
