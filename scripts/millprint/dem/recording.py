@@ -87,29 +87,18 @@ def average_works(before, out):
         out[c] = 0.5 * (before[c] + out[c])
 
 
-@inlined()
-def rates_of(balls, clock, i, c):
-    """Component c of the velocity [m/s] and of the angular velocity [rad/s] of ball i now.
-
-    They are the means of those before and after the coming kick.
-    """
-    mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
-    half = 0.5 * clock.step
-    force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
-    velocity = balls.rate[i, RATE.velocity.x + c] + half * (force / mass + clock.gravity[c])
-    return velocity, balls.rate[i, RATE.angular_velocity.x + c] + half * torque / inertia
-
-
 @inner()
 def write_sample(balls, clock, time, totals, out):
-    """One energy sample at `time` [s]."""
+    """One energy sample at `time` [s], with the means of the rates before and after the coming kick."""
     moving = 0.0
     turning = 0.0
     potential = 0.0
     for i in range(balls.species.size):
         mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
         for c in range(3):
-            speed, angular = rates_of(balls, clock, i, c)
+            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
+            speed = balls.rate[i, RATE.velocity.x + c] + 0.5 * clock.step * (force / mass + clock.gravity[c])
+            angular = balls.rate[i, RATE.angular_velocity.x + c] + 0.5 * clock.step * torque / inertia
             moving += 0.5 * mass * speed * speed
             turning += 0.5 * inertia * angular * angular
             potential -= mass * clock.gravity[c] * balls.position[i, c]
@@ -138,13 +127,16 @@ def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
     number = counters[COUNTER.snapshots]
     counters[COUNTER.snapshots] += 1
     for i in range(balls.species.size):
-        state = recorder.snapshot[number, i]
+        mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
         for c in range(3):
-            velocity, angular = rates_of(balls, clock, i, c)
-            state[SNAPSHOT.position_m.x + c] = balls.position[i, c]
-            state[SNAPSHOT.velocity_m_s.x + c] = velocity
-            state[SNAPSHOT.spin_rad_s.x + c] = angular
-            state[SNAPSHOT.contact_force_N.x + c] = balls.load[i, LOAD.force.x + c]
+            half = 0.5 * clock.step
+            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
+            velocity = balls.rate[i, RATE.velocity.x + c] + half * (force / mass + clock.gravity[c])
+            angular = balls.rate[i, RATE.angular_velocity.x + c] + half * torque / inertia
+            recorder.snapshot[number, i, SNAPSHOT.position_m.x + c] = balls.position[i, c]
+            recorder.snapshot[number, i, SNAPSHOT.velocity_m_s.x + c] = velocity
+            recorder.snapshot[number, i, SNAPSHOT.spin_rad_s.x + c] = angular
+            recorder.snapshot[number, i, SNAPSHOT.contact_force_N.x + c] = force
         write_open(candidates, candidates.first, i, counters, recorder)
         for body in range(candidates.first_wall.shape[0]):
             write_open(candidates, candidates.first_wall[body], i, counters, recorder)
