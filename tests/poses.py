@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from millprint.columns import span_of
 from millprint.kernel import kernel
 from millprint.mill.motion import Motion, stack_motions, write_poses
-from millprint.mill.pose import ANGULAR_VELOCITY, ROTATION, VELOCITY
+from millprint.mill.pose import POSE
 
 
 @kernel()
@@ -23,9 +24,9 @@ def _columns(motion: Motion, time_s: ArrayLike, columns: slice) -> np.ndarray:
 
 def velocity(motion: Motion, time_s: ArrayLike) -> np.ndarray:
     """Velocity (..., 3) [m/s] of the body frame's origin at times (...) [s]."""
-    return _columns(motion, time_s, slice(VELOCITY, ANGULAR_VELOCITY))
+    return _columns(motion, time_s, span_of(POSE.velocity))
 
 
 def angular_velocity(motion: Motion, time_s: ArrayLike) -> np.ndarray:
     """Angular velocity (..., 3) [rad/s] of the body at times (...) [s]."""
-    return _columns(motion, time_s, slice(ANGULAR_VELOCITY, ROTATION))
+    return _columns(motion, time_s, span_of(POSE.angular_velocity))
