@@ -179,7 +179,7 @@ class Simulation:
         silent, none = silent_recorder(), make_table(0)
         if self.counters[COUNTER.step] <= 0:
             self._advance(-1, silent, none, recording, bar)
-            # The walls start with a jolt, which no check of the lists has foreseen.
+            # The walls start suddenly, so the planned rebuild of the lists may be too late.
             self.counters[COUNTER.check_in] = 0
         if self.counters[COUNTER.step] <= self.discard_steps:
             self._advance(self.discard_steps - 1, silent, none, recording, bar)

@@ -37,7 +37,7 @@ class Tracer(Simulation):
         self.followed = make_trace(self.count, len(self.walls.body), ROWS_PER_BALL * self.count)
         self.counters[COUNTER.step] = -self.settle_steps
         self.to_step(0)
-        # The walls start with a jolt, which no check of the lists has foreseen.
+        # The walls start suddenly, so the planned rebuild of the lists may be too late.
         self.counters[COUNTER.check_in] = 0
 
     def to_step(self, step: int, check: bool = True) -> None:
