@@ -3,7 +3,7 @@
 SCALE_UP = f"{RESULTS}/scale_up"
 
 
-# For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, hence a job.
+# For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, so it is a job.
 checkpoint derive_sweep:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,

@@ -31,7 +31,7 @@ def agrees(published: str, tolerance: str, value: float | str) -> bool:
     Tolerances: `printed` (the published digits, rounded or truncated), `15%` (relative), `0.01` (absolute),
     `<=15%` and `>=3` (a bound on the value itself, for a percentage in per cent), `recover` (each number of a pair
     within 5 %), `report` (10 %, or the same word), and any word, which must be equal.
-    Raises ValueError for a number where a word is wanted or the reverse.
+    Raises ValueError for a number instead of a word, or the reverse.
     """
     bound = re.fullmatch(r"(<=|>=|<|>)\s*([-+.\deE]+)%?", tolerance)
     if bound:

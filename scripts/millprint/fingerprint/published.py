@@ -48,8 +48,8 @@ def published_point(published: pd.DataFrame, contact: str, fill_ratio: float) ->
 
 def published_cycles(published: pd.DataFrame) -> pd.DataFrame:
     """Table 3.5 with the means that it implies: standard deviation over coefficient of variation [J]."""
-    wanted = [f"{channel}_{part}" for channel in ("normal", "tangential") for part in ("sd_J", "cv_percent")]
-    rows = published[published["quantity"].isin(wanted)]
+    quantities = [f"{channel}_{part}" for channel in ("normal", "tangential") for part in ("sd_J", "cv_percent")]
+    rows = published[published["quantity"].isin(quantities)]
     index = ["contact", "fill_ratio", "ball_diameter_mm", "speed_rpm"]
     table = rows.pivot_table(index=index, columns="quantity", values="value").reset_index()
     for channel in ("normal", "tangential"):

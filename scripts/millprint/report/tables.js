@@ -24,11 +24,11 @@ for (const table of document.querySelectorAll("table.sorts")) {
   const search = document.querySelector(`input[data-table="${table.id}"]`);
   const count = document.querySelector(`output[for="${search?.id}"]`);
   search?.addEventListener("input", () => {
-    const wanted = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     let shown = 0;
     for (const row of body.rows) {
       const text = row.textContent.toLowerCase();
-      row.hidden = !wanted.every((word) => text.includes(word));
+      row.hidden = !words.every((word) => text.includes(word));
       shown += !row.hidden;
     }
     count.textContent = `${shown} of ${body.rows.length} rows`;
