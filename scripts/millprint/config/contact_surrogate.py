@@ -18,7 +18,7 @@ class CoarseConfig(Section):
         "contacts take as many steps [-]",
     )
     substeps: Count = 4
-    """substeps of each pair's own problem in a coarse step [-]"""
+    """substeps in which each pair is solved within a coarse step [-]"""
     warm_up_s: NonNegative = 0.002
     """recorded states before the start that are gone through to know the springs of open contacts [s]"""
 
@@ -39,11 +39,11 @@ class TraceConfig(Section):
     seed: Seed
     """seed of the starting positions"""
     from_s: NonNegative = 0.05
-    """time of motion from which contacts are followed [s]"""
+    """time of motion at which the recording of contacts begins [s]"""
     until_s: Positive
-    """and until which [s]"""
+    """time of motion at which it ends [s]"""
     every: Count
-    """one coarse step in so many is followed [-]"""
+    """every n-th coarse step is recorded [-]"""
 
     @model_validator(mode="after")
     def _there_is_time(self) -> "TraceConfig":
@@ -60,7 +60,7 @@ class ValidationConfig(Section):
     length_s: Positive = 0.2
     """length of each [s]"""
     position_s: Positive = 0.05
-    """time after which positions are compared [s]"""
+    """positions are compared after this time [s]"""
 
 
 class PredictorConfig(Section):
@@ -82,25 +82,25 @@ class ContactTrainingConfig(Section):
     batch_size: Count = 48
     """states in a batch, each with all its contacts [-]"""
     learning_rate: Positive = 4e-3
-    """of Adam at the first step [-]"""
+    """learning rate of Adam at the first step [-]"""
     final_learning_rate: Positive = 1e-4
-    """of Adam at the last step, reached exponentially [-]"""
+    """learning rate of Adam at the last step, reached exponentially [-]"""
     push_forward_after: Annotated[int, Field(ge=0)] = 14
-    """epochs after which states that the surrogate itself has reached are learned from too [-]"""
+    """after so many epochs, states that the surrogate itself has reached are trained on too [-]"""
     push_forward_steps: Count = 20
-    """own coarse steps from a state of the DEM to such a state [-]"""
+    """coarse steps of the surrogate from a state of the DEM to such a state [-]"""
     push_forward_states: Count = 1500
-    """such states, each followed for one coarse step by the DEM [-]"""
+    """number of such states; the DEM computes one coarse step from each [-]"""
     patience: Count = 8
-    """epochs without a better roll-out after which training stops [-]"""
+    """training stops after so many epochs without a better roll-out [-]"""
     wall_time_max_s: Positive = 240.0
     """training of a member stops here even if epochs are left [s]"""
     checkpoint_every_s: Positive = 30.0
-    """time between checkpoints, from which a killed job goes on [s]"""
+    """time between checkpoints, from which a killed job continues [s]"""
     threads: Count = 1
     """threads of the job; small networks run fastest on one [-]"""
     seed: Seed = 0
-    """of the first member; the others follow"""
+    """seed of the first member; the others have the next numbers"""
 
 
 class ContactSurrogateConfig(Section):
@@ -108,7 +108,7 @@ class ContactSurrogateConfig(Section):
 
     coarse: CoarseConfig = CoarseConfig()
     traces: list[TraceConfig] = Field(min_length=1)
-    """simulations to learn from; never of a test's mill"""
+    """simulations for training; never in the mill of a test"""
     judge: ValidationConfig = ValidationConfig()
     network: PredictorConfig = PredictorConfig()
     training: ContactTrainingConfig = ContactTrainingConfig()

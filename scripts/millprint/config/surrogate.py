@@ -16,14 +16,14 @@ FIRST_STATES_S = 0.1
 
 
 class SnapshotConfig(Section):
-    """Which simulations are learned from. Every row of a case before `train_until_s` is for training."""
+    """The simulations that train the network. Every snapshot of a case before `train_until_s` is used."""
 
     cases: list[str] = Field(min_length=1)
     """DEM cases with snapshots, as MILL/CONTACT/NAME"""
     train_until_s: Positive
-    """time since the start of motion up to which snapshots train [s]"""
+    """training uses the snapshots up to this time since the start of motion [s]"""
     validation_until_s: Positive
-    """snapshots from train_until_s to here give the validation loss and nothing else [s]"""
+    """the validation loss uses the snapshots from train_until_s up to this time [s]"""
 
     @model_validator(mode="after")
     def _validation_follows(self) -> "SnapshotConfig":
@@ -35,7 +35,7 @@ class SnapshotConfig(Section):
 
 
 class GraphConfig(Section):
-    """What the network is given and asked for (thesis Table 6.2)."""
+    """Input and target of the network (thesis Table 6.2)."""
 
     window: Count = 7
     """snapshots of history in the node features, tau + 1 in Eq. 6.19 [-]"""
@@ -44,14 +44,14 @@ class GraphConfig(Section):
 
 
 class EdgeConfig(Section):
-    """Which balls are joined by edges, and to the wall (thesis Sec. 6.2.2)."""
+    """Edges between balls, and between balls and wall (thesis Sec. 6.2.2)."""
 
     training: Literal["contacts", "thresholds"] = "contacts"
     """edges while training: the contacts that the DEM reports, or the thresholds of the roll-out"""
     wall_threshold_m: float = Field(lt=0)
-    """phi_pw: a signed distance above it makes a wall edge [m]"""
+    """phi_pw: a ball with a larger signed distance gets an edge to the wall [m]"""
     ball_threshold_m: Positive
-    """r_c: two balls nearer than this are joined [m]"""
+    """r_c: two balls nearer than this get an edge [m]"""
     ball_threshold_reading: Literal["surface_gap", "centre_distance"] = "surface_gap"
     """what r_c bounds: the gap between two surfaces, or the distance of two centres (as printed)"""
 
@@ -81,34 +81,34 @@ class TrainingConfig(Section):
     epochs: Count = 40
     """epochs over which the learning rate decays [-]"""
     snapshots_per_epoch: Count = 4500
-    """snapshots drawn in an epoch; all of them where there are fewer [-]"""
+    """snapshots drawn in an epoch; all of them if there are fewer [-]"""
     batch_size: Count = 32
     """snapshots in a batch [-]"""
     learning_rate: Positive = 1e-3
-    """of Adam at the first step [-]"""
+    """learning rate of Adam at the first step [-]"""
     final_learning_rate: Positive = 1e-5
-    """of Adam at the last step, reached exponentially [-]"""
+    """learning rate of Adam at the last step, reached exponentially [-]"""
     wall_time_max_s: Positive = 1500.0
     """training stops here even if epochs are left [s]"""
     threads: Count = 1
     """threads of the job, as far as there are cores [-]"""
     checkpoint_every_s: Positive = 30.0
-    """time between checkpoints, from which a killed job goes on [s]"""
+    """time between checkpoints, from which a killed job continues [s]"""
     validation_snapshots: Count = 512
     """snapshots in the validation loss [-]"""
     seed: Seed = 0
-    """of the weights, the order of snapshots and the noise"""
+    """seed of the weights, the order of snapshots and the noise"""
 
 
 class RollOutConfig(Section):
     """The recursive stage (thesis Sec. 6.2.2)."""
 
     snap_back_m: Annotated[float, Field(lt=0)] | None
-    """phi_sb: a ball with a signed distance above it is put back to it; never, if null [m]"""
+    """phi_sb: a ball with a larger signed distance is moved back to this one; null: never [m]"""
     length_s: Positive = 15.0
     """physical time of a roll-out [s]"""
     frame_interval_s: Positive = 0.001
-    """time between the states that are kept [s]"""
+    """time between the stored states [s]"""
 
 
 class ScenarioConfig(Section):
@@ -121,34 +121,34 @@ class ScenarioConfig(Section):
     truth: str | None = None
     """the same run at and after the first start, with more time"""
     twin: str | None = None
-    """the truth with a disturbance at the first start: how fast two DEM runs part"""
+    """the truth with a disturbance at the first start: how fast two DEM runs diverge"""
     other_seed: str
-    """the same case with another seed: how far two DEM runs differ"""
+    """the same case with another seed: how much two DEM runs differ"""
     original: str | None = None
     """DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"""
     driven: str | None = None
-    """makes this a test of a jar at rest: the DEM case in motion whose dissipation is the measure"""
+    """for a test of a jar at rest: the DEM case in motion whose dissipation is the reference"""
     starts_s: list[NonNegative] = Field(min_length=1)
-    """times that roll-outs start from, rolled out as one batch [s]"""
+    """start times of the roll-outs, computed as one batch [s]"""
     length_s: Positive | None = None
     """longest roll-out of this test [s]"""
 
     def runs(self) -> dict[str, str]:
-        """The DEM cases that a roll-out is measured against, by what they are to it."""
+        """The reference cases of a roll-out, by their role."""
         named = {"dem": self.truth or self.case, "other_seed": self.other_seed}
         further = {name: getattr(self, name) for name in ("twin", "original", "driven")}
         return named | {name: case for name, case in further.items() if case}
 
 
 class TimingConfig(Section):
-    """How the wall clock of a roll-out is measured, and that of our DEM beside it in the same job."""
+    """Timing of roll-outs, and of our DEM in the same job."""
 
     cases: list[str] = Field(min_length=1)
     """DEM cases with snapshots to start from, as MILL/CONTACT/NAME"""
     start_s: NonNegative = 0.2
-    """time of motion that the timed roll-outs start from [s]"""
+    """start time of the timed roll-outs [s]"""
     steps: Count = 10_000
-    """steps that are timed, after as many again up to 50 to warm up [-]"""
+    """timed steps, after as many steps to warm up, at most 50 [-]"""
     batches: list[Count] = Field([1, 32], min_length=1)
     """numbers of trajectories in a batch [-]"""
     dem_s: Positive = 1.0
@@ -156,18 +156,18 @@ class TimingConfig(Section):
 
 
 class MovieConfig(Section):
-    """Animations of a roll-out beside the simulation, from its start."""
+    """Animations of a roll-out next to the simulation, from its start."""
 
     length_s: Positive = 0.4
-    """time of motion that is shown, as far as the roll-out goes [s]"""
+    """time of motion that is shown, or the length of the roll-out if it is shorter [s]"""
     frame_interval_s: Positive = 0.008
     """time of motion between two frames [s]"""
     frames_per_second: Annotated[int, Field(ge=1, le=50)] = 15
-    """frames shown in a second [1/s]"""
+    """frames shown per second [1/s]"""
 
 
 class VariantConfig(Section):
-    """A surrogate: what tells it from the sections of the same names, key by key."""
+    """A surrogate: its changes to the sections of the same names, key by key."""
 
     kind: Literal["graph", "contact"] = "graph"
     """graph network on balls, or pairs solved and their coupling learned (`contact`)"""
@@ -186,17 +186,17 @@ class VariantConfig(Section):
 
 
 class Recipe(Section):
-    """Everything that the weights depend on, besides the data."""
+    """Everything except the data that the weights depend on."""
 
     graph: GraphConfig
     network: NetworkConfig
     training: TrainingConfig
     edges: EdgeConfig | None = None
-    """thresholds; None where DEM contacts are the edges"""
+    """thresholds; None if DEM contacts are the edges"""
 
 
 class Variant(Section):
-    """A variant with nothing left to look up."""
+    """A variant with all of its settings."""
 
     graph: GraphConfig
     edges: EdgeConfig
@@ -212,7 +212,7 @@ class Variant(Section):
         return self
 
     def recipe(self) -> Recipe:
-        """What the weights depend on: thresholds only where training uses them, so that others do not retrain."""
+        """The recipe of the weights. It has thresholds only if training uses them, so that a change of others trains nothing."""
         edges = self.edges if self.edges.training == "thresholds" else None
         return Recipe(graph=self.graph, network=self.network, training=self.training, edges=edges)
 
@@ -236,7 +236,7 @@ class SurrogateConfig(Section):
     tests: dict[Name, ScenarioConfig] = Field(min_length=1)
     """motions and geometries to roll out, by name; null leaves one out"""
     trained_test: Name
-    """the test on the motion of the training: what ablations and timings use"""
+    """the test on the motion of the training; ablations and timings use it"""
     timing: TimingConfig
     movie: MovieConfig = MovieConfig()
 
@@ -303,7 +303,7 @@ class SurrogateConfig(Section):
         return (self.ablations | self.variants)[name].weights_of or name
 
     def rollout_of(self, name: str, test: str) -> RollOutConfig:
-        """The recursive stage of a variant in a test, no longer than either allows."""
+        """The roll-out settings of a variant in a test; the shorter of both lengths holds."""
         settings, longest = self.variant(name).rollout, self.tests[test].length_s
         if longest is None or longest >= settings.length_s:
             return settings

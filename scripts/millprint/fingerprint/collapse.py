@@ -12,7 +12,7 @@ COLLAPSE_COLUMNS = [
     *("scope", "compared", "quantity", "fill_ratio", "conditions"),
     *("spread_dimensional", "spread_scaled", "spread_universal"),
 ]
-# What differs between the conditions that are compared, for what a sweep varied.
+# What differs between the compared conditions, by what a sweep varied.
 MACHINE = "speed and ball size"
 
 

@@ -14,7 +14,7 @@ CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
-# What the stages after it need of a table of descriptors.
+# Columns that later stages need.
 DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 

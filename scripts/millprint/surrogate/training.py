@@ -103,7 +103,7 @@ class ResumableTraining:
         return pd.DataFrame(self.history)
 
     def save(self, path: str | Path) -> None:
-        """Write everything that the next step depends on."""
+        """Write everything that the next step needs."""
         names = ("epoch", "cursor", "elapsed_s", "sums", "history", "identity")
         states = {"model": self.model.state_dict(), "optimiser": self.optimiser.state_dict()}
         write_checkpoint(path, {name: getattr(self, name) for name in names} | states | self.further_state())

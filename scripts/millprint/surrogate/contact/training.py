@@ -52,7 +52,7 @@ def loss_of(rows: Tensor, graph: Graph, predicted: list[tuple[Tensor, Tensor]]) 
 
 
 class ContactTrainer(ResumableTraining):
-    """One member. What a step does depends on the seed and its number alone, so that a killed training goes on."""
+    """One member. A step depends only on the seed and its number, so that a killed training can continue."""
 
     headline = "roll_out_score"
     settings: ContactTrainingConfig

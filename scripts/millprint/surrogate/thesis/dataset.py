@@ -162,7 +162,7 @@ def write_dataset(runs: list[TrainingRun], path: str | Path) -> None:
 
 
 def read_dataset(path: str | Path) -> list[TrainingRun]:
-    """Read what `write_dataset` wrote."""
+    """Read a file of `write_dataset`."""
     runs = []
     with open_hdf5(path) as file:
         for number in range(len(file)):
