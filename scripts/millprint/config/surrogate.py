@@ -212,7 +212,7 @@ class Variant(Section):
         return self
 
     def recipe(self) -> Recipe:
-        """The recipe of the weights. It has thresholds only if training uses them, so that a change of others trains nothing."""
+        """The recipe of the weights. It has thresholds only if training uses them."""
         edges = self.edges if self.edges.training == "thresholds" else None
         return Recipe(graph=self.graph, network=self.network, training=self.training, edges=edges)
 
