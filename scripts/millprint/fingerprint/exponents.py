@@ -49,22 +49,22 @@ def _exponent(
     as wide as the exponents of the groups differ: an exponent that holds at some fill ratios only is not certain.
     """
     levels = runs.groupby(alike, sort=True)[variable].transform("nunique")
-    told = runs[levels > 1]
+    compared = runs[levels > 1]
     row = {
         "quantity": quantity,
         "variable": SYMBOLS.get(variable, variable),
         "supposed": supposed,
-        "levels": told[variable].nunique(),
-        "conditions": len(told),
+        "levels": compared[variable].nunique(),
+        "conditions": len(compared),
         "agrees": "",
     }
-    if told.empty:
+    if compared.empty:
         return row | {"remark": "not varied with all else kept"}
-    constants = pd.get_dummies(told.groupby(alike, sort=True).ngroup(), dtype=float)
-    if len(told) - constants.shape[1] < 2:
+    constants = pd.get_dummies(compared.groupby(alike, sort=True).ngroup(), dtype=float)
+    if len(compared) - constants.shape[1] < 2:
         return row | {"remark": "too few conditions for an interval"}
-    design = constants.assign(exponent=np.log(told[variable]))
-    fit = OLS(np.log(told[quantity]).to_numpy(), design.to_numpy()).fit()
+    design = constants.assign(exponent=np.log(compared[variable]))
+    fit = OLS(np.log(compared[quantity]).to_numpy(), design.to_numpy()).fit()
     lower, upper = fit.conf_int(alpha=1.0 - probability)[-1]
     return row | {
         "exponent": fit.params[-1],

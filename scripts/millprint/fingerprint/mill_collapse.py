@@ -21,7 +21,7 @@ VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powe
 
 
 def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
-    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills) tells them apart."""
+    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills): 1 at the own one."""
     rest = logs - constants @ np.linalg.lstsq(constants, logs, rcond=None)[0]
     return float(np.sqrt((rest**2).sum() / (len(logs) - constants.shape[1])))
 

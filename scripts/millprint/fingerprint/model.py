@@ -210,7 +210,7 @@ class Fingerprint:
         return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
 
     def predict(self, condition: Condition[float], volume_m3: float | None = None) -> Prediction:
-        """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, as `Prediction`, with what lies outside the range.
+        """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, with the variables outside the simulated range.
 
         volume_m3: of the jar, that of the mill as built if left out. Beyond the simulated range the scaling of the
         thesis carries the curves on, with an interval that widens. Raises ConfigError for a condition that cannot be: a

@@ -66,7 +66,7 @@ def _fills(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> list
 
 
 def _fill_faults(place: str, fill: float, fills: list[float], contact: str) -> Iterator[str]:
-    """A fault where a fill ratio lies outside those simulated; place: where it stands, with file and key."""
+    """A fault if a fill ratio is outside the simulated ones; place: its file and key."""
     if fills and not fills[0] <= fill <= fills[-1]:
         yield (
             f"{place} = {fill:g}: must lie within the simulated fill ratios of {contact}, {fills[0]:g} to {fills[-1]:g}"

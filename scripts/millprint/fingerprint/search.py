@@ -91,8 +91,8 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
 
     target: some or all of TARGET_DESCRIPTORS. For each fingerprint, ball size and density, every fill ratio and speed
     that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
-    descriptors whose target lies in the interval of the condition; `outside` names what lies beyond the simulations.
-    Fill ratios that were not simulated are left out.
+    descriptors whose target is in the interval of the condition; `outside` names the variables beyond the simulated
+    range. Fill ratios that were not simulated are left out.
     """
     weights, speeds = request.weights.model_dump(), tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []

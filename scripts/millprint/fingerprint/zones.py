@@ -68,9 +68,9 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
 
     `value` is that of the curves, averaged over the simulated speeds and ball sizes. `lower` and `upper` hold the
     fingerprint's probability of such curves drawn from the processes; `found` is the share of the drawn curves that
-    have the zone at all. `smallest` and `largest` are between single speeds and ball sizes. Fill ratios are looked for
-    on a grid within the simulated ones, so that a maximum at an end may lie beyond it. Powers and ratio come each from
-    its own process.
+    have the zone at all. `smallest` and `largest` are between single speeds and ball sizes. The fill ratios
+    of a zone are on a grid within the simulated ones, so that a maximum at an end may lie beyond it. Powers and ratio
+    come each from its own process.
     """
     fills = np.geomspace(*fingerprint.fill_range, POINTS)
     pairs = {name: _curves(fingerprint, name, fills) for name in ZONE_CURVES}
@@ -79,14 +79,14 @@ def find_zones(fingerprint: Fingerprint) -> pd.DataFrame:
     tail = 0.5 - 0.5 * fingerprint.about["probability"]
     drawn = average.iloc[1:]
     found = drawn.notna().mean()
-    told = found >= 0.5
+    is_common = found >= 0.5
     return pd.DataFrame(
         {
             "contact": fingerprint.about["contact"],
             "zone": average.columns,
             "value": average.iloc[0].to_numpy(),
-            "lower": drawn.quantile(tail).where(told).to_numpy(),
-            "upper": drawn.quantile(1.0 - tail).where(told).to_numpy(),
+            "lower": drawn.quantile(tail).where(is_common).to_numpy(),
+            "upper": drawn.quantile(1.0 - tail).where(is_common).to_numpy(),
             "found": found.to_numpy(),
             "smallest": single.min().to_numpy(),
             "largest": single.max().to_numpy(),
