@@ -19,7 +19,7 @@ from millprint.dem.run import run_case
 from millprint.errors import ConfigError
 from millprint.view import snapshots as snapshots_module
 from millprint.view.paraview import BALL, WALL, export_run
-from millprint.view.snapshots import open_snapshots
+from millprint.view.snapshots import Snapshots, open_run
 from tests.unit.run_samples import BALLS, RADIUS, ell, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
@@ -149,7 +149,8 @@ def test_contacts_are_lines_between_centres_or_to_the_wall(run):
 
 def test_feet_lie_on_facets_edges_and_corners(tmp_path):
     write_sample(tmp_path / "run.h5")
-    with open_snapshots(tmp_path / "run.h5") as snapshots:
+    with open_run(tmp_path / "run.h5") as file:
+        snapshots = Snapshots(file)
         geometry = snapshots.geometry
     vessel = ell()
     assert (len(geometry.edge_m), len(geometry.corner_m)) == (1, 2)

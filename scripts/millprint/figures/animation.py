@@ -42,7 +42,7 @@ class _View:
         )
         self._balls.set(edgecolor=[INK, "none"] * balls, linewidth=[0.4, 0.0] * balls)
         (self._jar,) = axes.plot([], [], marker="+", color=INK, markersize=5, markeredgewidth=0.7)
-        # Thin, over the balls: a stirrer in a full bed would not be seen.
+        # Thin, over the balls: otherwise a full bed would hide a stirrer.
         self._inserts = LineCollection([], colors=INK, linewidths=0.5, alpha=0.6)
         # From the back to the front.
         self._artists = (self._wall, self._path, self._jar, self._outline, self._balls, self._inserts)

@@ -43,7 +43,7 @@ def plot_geometry(picture: MillPicture) -> Figure:
 
 
 def draw_strip(axes: list[Axes], picture: MillPicture) -> None:
-    """Moments of a turn side by side, with the way of a marked point of the wall."""
+    """Moments of a turn side by side, with the path of a marked point of the wall."""
     for number, (axis, look) in enumerate(zip(axes, picture.strip, strict=True)):
         _draw(axis, look, picture.strip_limits_mm, 0.4)
         axis.plot(*picture.path_mm.T, color=COLOURS[1], linewidth=0.5)
@@ -83,7 +83,7 @@ def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curve
 
 
 def _unit(unit: str) -> str:
-    """A unit as it stands behind a number; a plain number has none."""
+    """A unit as written after a number; a plain number has none."""
     return "" if unit == "-" else f" {unit}"
 
 
@@ -165,7 +165,7 @@ def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
 
 
 def plot_scale_up(sheet: pd.DataFrame) -> Figure:
-    """What is kept and what changes in the large mill, for each way to run it: ratios large over small."""
+    """Ratios of the large mill over the small one, for each way to run it: what is kept and what changes."""
     quantities = {
         "normal_energy_ratio": "normal energy\nof a collision",
         "frequency_per_ball_ratio": "collisions\nof one ball",

@@ -18,7 +18,7 @@ ANGLES = 72
 EDGE_SAMPLES = 9
 # Bodies that move together may overlap by this share of the vessel's size; others must be apart by as much.
 TOUCH = 1e-6
-# A bound on the poses that the check looks at, for bodies whose speeds are far apart.
+# Most poses that the check tries, for bodies whose speeds differ much.
 POSES_MAX = 2000
 # One revolution per second [rpm]: the check does not depend on the speed.
 CHECK_RPM = 60.0
@@ -66,7 +66,7 @@ def ball_space_m3(bodies: Sequence[Body]) -> float:
 
 
 def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
-    """Half of the longest way along one axis that a point of a wall goes to and fro in a turn of the mill [m].
+    """Half of the longest distance along one axis that a point of a wall covers in a turn of the mill [m].
 
     It is the amplitude A of a translation on a circle, the radius of a drum, and the reach of a stirrer's blades.
     """
@@ -93,7 +93,7 @@ def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vesse
 
 
 def _check_times(mill: MillConfig) -> np.ndarray:
-    """Times [s] at CHECK_RPM in which every body comes through all of its positions."""
+    """Times [s] at CHECK_RPM within which every body passes through all its positions."""
     laws = [mill.motion, *(insert.motion for insert in mill.inserts if insert.motion is not None)]
     own_turns = [law.drive().own_turns for law in laws]
     turns = max(1.0, *(1 / ratio for ratio in own_turns))
@@ -118,7 +118,7 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     times = _check_times(mill)
     for body, other in itertools.permutations(bodies, 2):
         together = laws[body.name] == laws[other.name]
-        # Where balls can be the distance is negative; so it must be at the points of another body.
+        # The distance is negative where balls can be, and so it must be at the points of another body.
         allowed = (TOUCH if together else -TOUCH) * bodies[0].vessel.size
         met = _first_meeting(body, other, times[:1] if together else times, allowed)
         if met:
@@ -133,7 +133,7 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
 
 
 def _first_meeting(body: Body, other: Body, times: np.ndarray, allowed: float) -> tuple[float, np.ndarray] | None:
-    """The first of some times [s] at which a point of `body` comes as far as `allowed` into `other`, and the point.
+    """The first of some times [s] at which a point of `body` is deeper than `allowed` in `other`, and the point.
 
     A distance changes by no more than its point moves, so it is computed again only where that could matter.
     """

@@ -24,7 +24,7 @@ DIGITS = 2
 
 
 def _rounded(value: float) -> float:
-    """A value to two digits, as a person would choose it."""
+    """A value rounded to two digits, as people choose them."""
     return float(f"{value:.{DIGITS}g}")
 
 

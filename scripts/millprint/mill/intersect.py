@@ -126,7 +126,7 @@ def self_intersection(points: np.ndarray, triangles: np.ndarray, tolerance: floa
     """Two triangles of a surface that cut through or cover each other, or None.
 
     points: (v, 3) [m]; triangles: (t, 3) rows of `points`, none without area; tolerance: heights up to this [m] count
-    as lying in a plane, so that surfaces which merely touch are let pass. Broad phase: the bounding boxes, sorted
+    as lying in a plane, so that surfaces which merely touch are accepted. Broad phase: the bounding boxes, sorted
     along the longest axis and swept.
     """
     # The sweep runs along the first axis; a cyclic change of axes keeps every sense of turning.

@@ -7,7 +7,7 @@ import numpy as np
 # A triangle belongs to a facet if its corners are this close to the facet's plane, as a share of the surface's size:
 # sixteen times the rounding of the 32-bit numbers of a binary STL.
 FLAT = 1e-6
-# ... and its normal within this angle of the facet's [rad], if it is wide enough for its normal to mean anything.
+# The normals of the two differ by no more than this angle [rad], if the triangle is wide enough to have a sure normal.
 NORMAL_ANGLE = 5e-3
 
 
@@ -16,11 +16,11 @@ class HalfEdges(NamedTuple):
 
     start: np.ndarray  # (3 t,) vertex
     end: np.ndarray  # (3 t,)
-    twin: np.ndarray  # (3 t,) the same side in the other triangle, in the opposite sense; -1 if there is none
+    twin: np.ndarray  # (3 t,) the same side in the other triangle, in the opposite direction; -1 if there is none
 
 
 def half_edges(triangles: np.ndarray) -> HalfEdges:
-    """The sides of triangles (t, 3) and which belongs with which; meant for a surface with each side once a sense."""
+    """The sides of triangles (t, 3) and their twins, for a surface that has each side once in each direction."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     count = np.int64(triangles.max() + 1)
     forward, backward = start * count + end, end * count + start
@@ -60,7 +60,7 @@ class _Flatness:
 def _grow(
     seed: int, normal: np.ndarray, offset: float, flatness: _Flatness, twin: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Free triangles of a plane that hang together with `seed` through sides, in ascending order."""
+    """Free triangles of a plane that are connected with `seed` through sides, in ascending order."""
     found = front = np.array([seed])
     seen = {seed}
     while len(front):
@@ -73,14 +73,14 @@ def _grow(
 
 
 def _regions(flatness: _Flatness, twin: np.ndarray) -> np.ndarray:
-    """Number of the flat region of each triangle (t,); the largest triangles begin."""
+    """Number of the flat region of each triangle (t,); regions grow from the largest triangles first."""
     region = np.full(len(flatness.area), -1)
     regions = 0
     for seed in np.argsort(-flatness.area, kind="stable"):
         if region[seed] >= 0:
             continue
         normal, members = flatness.normal[seed], np.array([seed])
-        # The plane of one triangle may be off at the far end of a wide facet: take that of all found, and look again.
+        # The plane of one triangle may be off at the far end of a wide facet: fit it to all found, and search again.
         for _ in range(3):
             grown = _grow(int(seed), normal, flatness.offset(normal, members), flatness, twin, region < 0)
             if np.array_equal(grown, members):
@@ -115,7 +115,7 @@ def _outlines(edges: HalfEdges, region: np.ndarray) -> list[list[list[int]]]:
 
 
 def _straight_vertices(points: np.ndarray, loops: list[list[list[int]]], tolerance: float) -> set[int]:
-    """Vertices in the middle of a straight side between the same two facets: no corners of anything."""
+    """Vertices in the middle of a straight side between the same two facets, which are no corners."""
     visits: dict[int, int] = {}
     neighbours: dict[int, tuple[int, int]] = {}
     for facet in loops:

@@ -61,10 +61,10 @@ def _check_size(mesh: trimesh.Trimesh, unit: str) -> None:
 
 
 def weld(points: np.ndarray, triangles: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points closer than a tolerance [m] made one, also in chains, and the triangles between what is left.
+    """Merge points closer than a tolerance [m], also chains of such points.
 
-    points (v, 3) [m] and triangles (t, 3), rows of points; returns the same, each point once and used. A triangle
-    whose corners became one stays, without an area.
+    points (v, 3) [m]; triangles (t, 3), rows of points. Returns the merged points that a triangle uses, and the
+    triangles as rows of them. A triangle whose corners are merged stays, without an area.
     """
     points, number = np.unique(points, axis=0, return_inverse=True)
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")

@@ -92,7 +92,7 @@ class Motion:
 
     @property
     def turns(self) -> bool:
-        """Whether the body rotates, or stands turned."""
+        """Whether the body's rotation is ever not the identity."""
         return bool(self.rate) or bool(self.swing.any()) or bool(self.pieces[:, :, 4:].any())
 
     def at_rest(self) -> "Motion":

@@ -31,7 +31,7 @@ def rotation_matrices(quaternion: np.ndarray) -> np.ndarray:
 
 @inlined()
 def find_piece(breaks, first, last, turns):
-    """The piece, of those numbered from `first` to before `last`, that holds `turns`; breaks has a start each."""
+    """The piece that contains `turns`, of those from `first` up to but not `last`; breaks has the start of each."""
     low, high = first, last - 1
     while low < high:
         middle = (low + high + 1) // 2

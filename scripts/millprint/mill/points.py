@@ -13,9 +13,9 @@ from millprint.files import read_table
 PLACE = ["x_m", "y_m", "z_m"]
 TURN = ["rotation_x_deg", "rotation_y_deg", "rotation_z_deg"]
 FEWEST_ROWS = 9
-# A step this many times the median one is a gap, which no curve should bridge by guess.
+# A step this many times the median one is a gap, too wide for a curve to bridge.
 GAP = 3.0
-# The largest turn between two rows [deg], and distances from the origin that are no slip of the unit [m].
+# The largest turn between two rows [deg], and the largest distance from the origin, beyond which the unit is wrong [m].
 LARGEST_STEP_DEG, LARGEST_PLACE_M = 60.0, 10.0
 # How far the last row may be from the first: a share of the range, or of a radian.
 CLOSE = 1e-6
@@ -53,7 +53,7 @@ def _check_places(place: np.ndarray) -> None:
 
 
 def _quaternions(table: pd.DataFrame) -> np.ndarray:
-    """Quaternions (n, 4) of the rows, w first, without the jumps of sign that a rotation leaves open."""
+    """Quaternions (n, 4) of the rows, w first, their signs chosen so that they do not jump."""
     given = [name for name in TURN if name in table.columns]
     if not given:
         return np.tile([1.0, 0.0, 0.0, 0.0], (len(table), 1))

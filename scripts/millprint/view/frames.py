@@ -77,7 +77,7 @@ class Picture(Drawing):
 
 @dataclass(frozen=True)
 class Frame:
-    """A moment: time [s] and revolutions since the mill started (None for a mill at rest), a picture a view."""
+    """A moment: time [s] and revolutions since the mill started (None at rest), and a picture for each view."""
 
     time_s: float
     revolution: float | None

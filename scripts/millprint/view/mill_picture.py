@@ -25,7 +25,7 @@ class Look(Drawing):
 class MillPicture:
     """Views of a mill at the start of a turn, and a strip of FRAMES moments in the view that shows most of its motion.
 
-    path_mm (m, 2): the way of a marked point of the wall (of the first insert, where the vessel stands still) in the
+    path_mm (m, 2): the path of a marked point of the wall (of the first insert, where the vessel stands still) in the
     view of the strip; limits_mm (2, 2) of every view in turn, and of the strip; mark_mm is that point in a look.
     """
 

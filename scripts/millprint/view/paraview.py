@@ -6,30 +6,33 @@ from pathlib import Path
 import numpy as np
 
 from millprint.job import progress
-from millprint.view.snapshots import Block, Snapshots, body_of_feature, open_snapshots
+from millprint.view.snapshots import Block, Snapshots, body_of_feature, open_run
 from millprint.view.vtkhdf import TransientPolyData, transient_polydata
 
 BALL, WALL = 0, 1  # partners of a contact
 
 
 def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: str | Path, every: int = 1) -> int:
-    """Write every `every`-th snapshot of run.h5 as transient VTKHDF files; returns how many.
+    """Write one snapshot in `every` of run.h5 as transient VTKHDF files; returns how many.
 
-    balls: a point a ball with radius, velocity, speed in the laboratory and relative to the wall, spin, net contact
-        force, number of contacts; dissipated energies since the step before as field data.
+    balls: a point for each ball with radius, velocity, speed in the laboratory and relative to the wall,
+        angular velocity, net contact force, number of contacts; dissipated energies since the previous step as field
+        data.
     walls: triangles of vessel and inserts, moving, each with the number of its body. contacts: lines between the
         centres of two balls, or from a ball's centre to the wall, with the partner (0 ball, 1 wall), both numbers and
         the overlap.
     Raises ConfigError for a run without snapshots.
     """
-    with open_snapshots(run, every) as snapshots, ExitStack() as files:
-        count, (vertices, triangles, owner) = len(snapshots), _all_walls(snapshots)
+    with ExitStack() as files:
+        snapshots = Snapshots(files.enter_context(open_run(run)), every)
+        count, lines = len(snapshots), snapshots.contact_count
+        vertices, triangles, owner = _all_walls(snapshots)
         ball_file, wall_file, contact_file = (
             files.enter_context(transient_polydata(path, snapshots.time_s, **layout))
             for path, layout in (
                 (balls, _layout(count, "Vertices", snapshots.balls, np.arange(snapshots.balls)[:, None])),
                 (walls, _layout(count, "Polygons", vertices, triangles)),
-                (contacts, _contact_layout(snapshots)),
+                (contacts, {"kind": "Lines", "corners": 2, "points": 2 * lines, "cells": lines}),
             )
         )
         ball_file.put_constant("PointData", "radius_m", np.full(snapshots.balls, snapshots.radius_m))
@@ -64,11 +67,6 @@ def _layout(steps: int, kind: str, points: int, connectivity: np.ndarray) -> dic
         "cells": np.full(steps, len(connectivity)),
         "connectivity": connectivity,
     }
-
-
-def _contact_layout(snapshots: Snapshots) -> dict:
-    """A line a contact."""
-    return {"kind": "Lines", "corners": 2, "points": 2 * snapshots.contact_count, "cells": snapshots.contact_count}
 
 
 def _append_balls(file: TransientPolyData, snapshots: Snapshots, block: Block) -> None:

@@ -17,7 +17,7 @@ PER_CONTACT = ("contact_first", "contact_second")
 FEATURES = ("facet_normal", "edge_m", "corner_m")
 GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m")
 
-# Numbers of one quantity in a block: some tens of megabytes for all quantities together.
+# Numbers of one quantity in a block: tens of megabytes for all quantities together.
 BLOCK_VALUES = 1_000_000
 
 
@@ -113,9 +113,9 @@ def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np
 
 
 class Snapshots:
-    """Every `every`-th snapshot of an open run.h5, from `first` up to and without `last` (row numbers).
+    """One snapshot in `every` of an open run.h5, from row `first` up to but not `last`.
 
-    time_s (n,); normal_J and tangential_J (n,) dissipated since the chosen snapshot before, 0 for the first;
+    time_s (n,); normal_J and tangential_J (n,) dissipated since the previous chosen snapshot, 0 for the first;
     contact_count (n,). Raises ConfigError for a run without snapshots or with a data set missing.
     """
 
@@ -155,7 +155,7 @@ class Snapshots:
         return self.bodies[0]
 
     def _since_before(self, name: str) -> np.ndarray:
-        """Energy since the chosen snapshot before: that of the snapshots left out is added."""
+        """Energy since the previous chosen snapshot, with that of the snapshots between."""
         begin, end, every = self._rows.start, self._rows.stop, self._rows.step
         total = np.cumsum(self._group[name][begin:end])[::every]
         return np.diff(total, prepend=total[0])
@@ -183,18 +183,11 @@ class Snapshots:
 
     @staticmethod
     def _poses(group: h5py.Group, stored: slice) -> Poses:
-        """Poses of a body; one that only translates has no rotation recorded."""
+        """Poses of a body; no rotation is recorded of one that only translates."""
         position, velocity = group["body_position_m"][stored], group["body_velocity_m_s"][stored]
         if "body_rotation" in group:
             return Poses(position, velocity, group["body_rotation"][stored], group["body_spin_rad_s"][stored])
         return Poses(position, velocity, np.broadcast_to(np.eye(3), (len(position), 3, 3)), np.zeros_like(position))
-
-
-@contextmanager
-def open_snapshots(path: str | Path, every: int = 1) -> Iterator[Snapshots]:
-    """Open the snapshots of a run. Raises ConfigError for a file that is not a run with snapshots."""
-    with open_run(path) as file:
-        yield Snapshots(file, every)
 
 
 @contextmanager

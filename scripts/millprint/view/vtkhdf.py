@@ -1,6 +1,6 @@
 """Transient VTKHDF files of type PolyData, as ParaView reads them (VTK's file format specification, version 2.0).
 
-Points, cells and their data of all time steps lie one after the other; the group Steps says where each begins. A mesh
+Points, cells and their data of all time steps lie one after the other; the group Steps has where each begins. A mesh
 whose points move while its cells stay is stored with its cells once.
 """
 
