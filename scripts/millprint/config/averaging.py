@@ -16,52 +16,62 @@ Structure = Literal["product", "mains_product", "time_product", "trend_product",
 class InputScales(Section):
     """The scales on which each input is tried."""
 
-    bpr: Scales = Field(default=["linear", "log"], description="ball-to-powder mass ratio")
-    molar_ratio: Scales = Field(default=["linear"], description="mol of MgH2 to mol of NaBO2.4H2O")
-    time_h: Scales = Field(default=["linear", "log"], description="milling time")
-    power_per_ball_mW: Scales = Field(default=["log"], description="power that one ball dissipates")
-    tangential_share: Scales = Field(default=["linear"], description="tangential over total energy of a collision")
+    bpr: Scales = ["linear", "log"]
+    """ball-to-powder mass ratio"""
+    molar_ratio: Scales = ["linear"]
+    """mol of MgH2 to mol of NaBO2.4H2O"""
+    time_h: Scales = ["linear", "log"]
+    """milling time"""
+    power_per_ball_mW: Scales = ["log"]
+    """power that one ball dissipates"""
+    tangential_share: Scales = ["linear"]
+    """tangential over total energy of a collision"""
 
 
 class SmallestSpread(Section):
     """Smallest standard deviations by which inputs are scaled."""
 
-    tangential_share: NonNegative = Field(default=0.05, description="smallest standard deviation to scale it by [-]")
+    tangential_share: NonNegative = 0.05
+    """smallest standard deviation to scale it by [-]"""
 
 
 class LogNormal(Section):
     """A log-normal prior."""
 
-    median: Positive = Field(description="median")
-    log_deviation: Positive = Field(description="standard deviation of the natural logarithm [-]")
+    median: Positive
+    """median"""
+    log_deviation: Positive
+    """standard deviation of the natural logarithm [-]"""
 
 
 class Priors(Section):
     """Priors of the kernel's hyper-parameters, for inputs and targets of unit variance."""
 
-    length_scale: LogNormal = Field(
-        default=LogNormal(median=2.5, log_deviation=0.7), description="length scales [standard deviations of an input]"
-    )
-    variance: LogNormal = Field(
-        default=LogNormal(median=0.5, log_deviation=1.5), description="variance of a term [variance of the target]"
-    )
-    noise: LogNormal = Field(
-        default=LogNormal(median=0.03, log_deviation=1.5), description="variance of the noise [variance of the target]"
-    )
+    length_scale: LogNormal = LogNormal(median=2.5, log_deviation=0.7)
+    """length scales [standard deviations of an input]"""
+    variance: LogNormal = LogNormal(median=0.5, log_deviation=1.5)
+    """variance of a term [variance of the target]"""
+    noise: LogNormal = LogNormal(median=0.03, log_deviation=1.5)
+    """variance of the noise [variance of the target]"""
 
 
 class AveragingConfig(Section):
     """The library of the averaged Gaussian process: every combination of link, scales and structure."""
 
-    links: Annotated[list[LinkName], Field(min_length=1)] = Field(
-        default=["identity", "logit", "avrami"], description="scales of the yield"
-    )
-    structures: Annotated[list[Structure], Field(min_length=1)] = Field(
-        default=["product", "mains_product", "time_product", "trend_product", "mains_pairs"],
-        description="sums of products of kernels",
-    )
+    links: Annotated[list[LinkName], Field(min_length=1)] = ["identity", "logit", "avrami"]
+    """scales of the yield"""
+    structures: Annotated[list[Structure], Field(min_length=1)] = [
+        "product",
+        "mains_product",
+        "time_product",
+        "trend_product",
+        "mains_pairs",
+    ]
+    """sums of products of kernels"""
     scales: InputScales = InputScales()
     smallest_spread: SmallestSpread = SmallestSpread()
     priors: Priors = Priors()
-    margin: Fraction = Field(default=0.005, description="distance of conversions from 0 and 1 under a bounded link [-]")
-    smallest_weight: Fraction = Field(default=0.002, description="members of a smaller weight are dropped [-]")
+    margin: Fraction = 0.005
+    """distance of conversions from 0 and 1 under a bounded link [-]"""
+    smallest_weight: Fraction = 0.002
+    """members of a smaller weight are dropped [-]"""

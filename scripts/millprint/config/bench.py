@@ -12,9 +12,12 @@ from millprint.config.section import Count, Name, NonNegative, Positive, Section
 class BenchCase(Section):
     """Balls of one size, timed in the mill's own jar and in the cylinder."""
 
-    balls: Count = Field(description="number of balls [-]")
-    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
-    driven_s: Positive = Field(description="time of the mill's motion that is timed [s]")
+    balls: Count
+    """number of balls [-]"""
+    ball_diameter_mm: Positive
+    """their diameter [mm]"""
+    driven_s: Positive
+    """time of the mill's motion that is timed [s]"""
 
     @property
     def name(self) -> str:
@@ -25,31 +28,38 @@ class BenchCase(Section):
 class LargeCase(Section):
     """Many balls in the mill's jar, scaled up to the fill ratio of one of the cases; only millprint runs it."""
 
-    balls: Count = Field(description="number of balls [-]")
-    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
-    compared_with: str = Field(
-        description="the case whose fill ratio it has and to whose cost a ball-step its own is compared, as 764x5mm"
-    )
-    settle_s: Positive = Field(description="time to come to rest, from a dense start [s]")
-    driven_s: Positive = Field(description="time of the mill's motion that is timed [s]")
-    repetitions: Count = Field(description="repetitions of the timing [-]")
+    balls: Count
+    """number of balls [-]"""
+    ball_diameter_mm: Positive
+    """their diameter [mm]"""
+    compared_with: str
+    """the case whose fill ratio it has and to whose cost a ball-step its own is compared, as 764x5mm"""
+    settle_s: Positive
+    """time to come to rest, from a dense start [s]"""
+    driven_s: Positive
+    """time of the mill's motion that is timed [s]"""
+    repetitions: Count
+    """repetitions of the timing [-]"""
 
 
 class LammpsLaw(Section):
     """The contact law in the terms of LAMMPS."""
 
-    damping: Literal["tsuji", "coeff_restitution"] = Field(description="its damping model")
-    rolling_stiffness_n_m: Positive = Field(description="spring of the rolling model `sds` [N/m]")
-    rolling_damping_ns_m: NonNegative = Field(description="dashpot of the rolling model `sds` [N s/m]")
-    matched: bool = Field(
-        description="with millprint's tangential damping and lever of rolling, and friction about the normal"
-    )
+    damping: Literal["tsuji", "coeff_restitution"]
+    """its damping model"""
+    rolling_stiffness_n_m: Positive
+    """spring of the rolling model `sds` [N/m]"""
+    rolling_damping_ns_m: NonNegative
+    """dashpot of the rolling model `sds` [N s/m]"""
+    matched: bool
+    """with millprint's tangential damping and lever of rolling, and friction about the normal"""
 
 
 class LammpsConfig(Section):
     """What LAMMPS needs beyond the case."""
 
-    skin_m: Positive = Field(description="neighbour skin [m]")
+    skin_m: Positive
+    """neighbour skin [m]"""
     timed: LammpsLaw
     compared: LammpsLaw
 
@@ -57,10 +67,14 @@ class LammpsConfig(Section):
 class PhysicsLaw(Section):
     """The contact set with some coefficients changed."""
 
-    name: Name = Field(description="name of the law in the table")
-    restitution: float | None = Field(default=None, gt=0, le=1, description="instead of that of the contact set [-]")
-    rolling_friction: NonNegative | None = Field(default=None, description="instead of that of the contact set [-]")
-    differs: str = Field(description="in what the two codes' laws still differ")
+    name: Name
+    """name of the law in the table"""
+    restitution: float | None = Field(default=None, gt=0, le=1)
+    """instead of that of the contact set [-]"""
+    rolling_friction: NonNegative | None = None
+    """instead of that of the contact set [-]"""
+    differs: str
+    """in what the two codes' laws still differ"""
 
     def contact(self, base: ContactConfig) -> ContactConfig:
         """The contact set of this law."""
@@ -72,39 +86,49 @@ class PhysicsConfig(Section):
     """The comparison of means in a box."""
 
     box: BoxGeometry
-    balls: Count = Field(description="number of balls [-]")
-    ball_diameter_mm: Positive = Field(description="their diameter [mm]")
-    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(description="runs of each code, each from another start [-]")
-    discard_s: NonNegative = Field(description="time of motion before the means begin [s]")
-    window_s: Positive = Field(description="time of motion averaged over [s]")
-    laws: list[PhysicsLaw] = Field(min_length=1, description="contact laws to compare")
+    balls: Count
+    """number of balls [-]"""
+    ball_diameter_mm: Positive
+    """their diameter [mm]"""
+    seeds: Annotated[int, Field(ge=2, le=100_000)]
+    """runs of each code, each from another start [-]"""
+    discard_s: NonNegative
+    """time of motion before the means begin [s]"""
+    window_s: Positive
+    """time of motion averaged over [s]"""
+    laws: list[PhysicsLaw] = Field(min_length=1)
+    """contact laws to compare"""
 
 
 class QuickConfig(Section):
     """Sizes of the quick benchmark."""
 
-    time_share: Positive = Field(le=1, description="fraction of the driven, discarded and averaged times [-]")
-    repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
-        description="interleaved repetitions of every timing [-]"
-    )
-    seeds: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        description="runs of each code in the comparison of means [-]"
-    )
+    time_share: Positive = Field(le=1)
+    """fraction of the driven, discarded and averaged times [-]"""
+    repetitions: Annotated[int, Field(ge=3, le=100_000)]
+    """interleaved repetitions of every timing [-]"""
+    seeds: Annotated[int, Field(ge=2, le=100_000)]
+    """runs of each code in the comparison of means [-]"""
 
 
 class BenchConfig(Section):
     """The timed cases, the comparison of means, and how they are run."""
 
-    mill: Name = Field(description="mill whose jar is timed and whose motion every case has: a file in config/mills")
-    contact: Name = Field(description="contact set: a file in config/contacts")
-    speed_rpm: Positive = Field(description="speed of the mill [rpm]")
-    time_step_s: Positive = Field(description="integration step, reduced a little so that it divides a revolution [s]")
-    settle_s: Positive = Field(description="time for the balls to come to rest before the common start [s]")
-    repetitions: Annotated[int, Field(ge=3, le=100_000)] = Field(
-        description="interleaved repetitions of every timing [-]"
-    )
+    mill: Name
+    """mill whose jar is timed and whose motion every case has: a file in config/mills"""
+    contact: Name
+    """contact set: a file in config/contacts"""
+    speed_rpm: Positive
+    """speed of the mill [rpm]"""
+    time_step_s: Positive
+    """integration step, reduced a little so that it divides a revolution [s]"""
+    settle_s: Positive
+    """time for the balls to come to rest before the common start [s]"""
+    repetitions: Annotated[int, Field(ge=3, le=100_000)]
+    """interleaved repetitions of every timing [-]"""
     cylinder: CylinderGeometry
-    cases: list[BenchCase] = Field(min_length=1, description="the timed cases")
+    cases: list[BenchCase] = Field(min_length=1)
+    """the timed cases"""
     large: LargeCase
     lammps: LammpsConfig
     physics: PhysicsConfig

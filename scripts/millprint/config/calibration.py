@@ -24,23 +24,23 @@ Bounds = tuple[Coefficient, Coefficient]
 class DropTestConfig(Section):
     """A ball falls on a flat floor; its bounce gives the restitution (Eq. 3.19)."""
 
-    ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
-    heights_mm: list[Positive] = Field(
-        default=[10.0, 20.0, 40.0], min_length=2, description="heights over the floor of the simulated drops [mm]"
-    )
-    measured: ProjectFile | None = Field(
-        default=None, description="table of measured drops (drop_height_mm, bounce_height_mm), from the project's root"
-    )
+    ball_diameter_mm: Positive = 10.0
+    """ball diameter [mm]"""
+    heights_mm: list[Positive] = Field(default=[10.0, 20.0, 40.0], min_length=2)
+    """heights over the floor of the simulated drops [mm]"""
+    measured: ProjectFile | None = None
+    """table of measured drops (drop_height_mm, bounce_height_mm), from the project's root"""
 
 
 class ReleaseConfig(Section):
     """The jar lies on its side or stands on edge; a ball starts at its wall. Its z axis is horizontal by default."""
 
-    down: Vector = Field(default=(-1.0, 0.0, 0.0), description="direction of gravity in the jar's own axes [-]")
-    across: Vector = Field(
-        default=(0.0, 1.0, 0.0), description="direction from the jar's middle to the start, square to `down` [-]"
-    )
-    height_fraction: Fraction = Field(default=0.5, description="height of the start over that of the turned jar [-]")
+    down: Vector = (-1.0, 0.0, 0.0)
+    """direction of gravity in the jar's own axes [-]"""
+    across: Vector = (0.0, 1.0, 0.0)
+    """direction from the jar's middle to the start, square to `down` [-]"""
+    height_fraction: Fraction = 0.5
+    """height of the start over that of the turned jar [-]"""
 
     @model_validator(mode="after")
     def _directions_are_square(self) -> "ReleaseConfig":
@@ -56,14 +56,18 @@ class ReleaseConfig(Section):
 class ExperimentConfig(Section):
     """A track to which the friction pair is fitted: measured, or simulated with a known pair."""
 
-    name: Name = Field(description="name of the experiment")
-    contact: Name = Field(description="contact set; its friction pair is kept for a simulated track alone")
-    track: ProjectFile | None = Field(
-        default=None, description="measured track (time_s; across_mm, height_mm or both); simulated if left out"
-    )
-    track_mill: Name | None = Field(default=None, description="mill of a simulated track; that of the fit if left out")
-    mill: Name | None = Field(default=None, description="mill in which the pair is fitted; the run's if left out")
-    ball_diameter_mm: Positive = Field(default=10.0, description="ball diameter [mm]")
+    name: Name
+    """name of the experiment"""
+    contact: Name
+    """contact set; its friction pair is kept for a simulated track alone"""
+    track: ProjectFile | None = None
+    """measured track (time_s; across_mm, height_mm or both); simulated if left out"""
+    track_mill: Name | None = None
+    """mill of a simulated track; that of the fit if left out"""
+    mill: Name | None = None
+    """mill in which the pair is fitted; the run's if left out"""
+    ball_diameter_mm: Positive = 10.0
+    """ball diameter [mm]"""
 
     @model_validator(mode="after")
     def _one_source(self) -> "ExperimentConfig":
@@ -81,27 +85,28 @@ class SwingConfig(Section):
     """How a ball is let go and followed, and how the friction pair of its track is searched, in every experiment."""
 
     release: ReleaseConfig = ReleaseConfig()
-    time_step_s: Positive = Field(default=5e-6, description="integration step, or less by the Rayleigh time [s]")
-    duration_s: Positive = Field(default=3.0, description="length of a simulated track [s]")
-    frames_per_second: float = Field(default=60.0, ge=10, le=1000, description="frames of a simulated track [1/s]")
-    noise_mm: NonNegative = Field(
-        default=0.3, description="standard deviation of the error added to a simulated track, in each direction [mm]"
-    )
-    seed: Seed = Field(default=0, description="seed of that error")
-    release_uncertainty_s: NonNegative = Field(
-        default=0.02, description="largest time of the release, before or after time 0 of a track; 0 if it is known [s]"
-    )
-    static_friction: Bounds = Field(default=(0.05, 2.0), description="bounds of the static friction coefficient [-]")
-    rolling_friction: Bounds = Field(default=(0.002, 0.2), description="bounds of the rolling friction coefficient [-]")
-    search_simulations: int = Field(
-        default=400, ge=20, le=5000, description="simulations of the search: half over all, half around the best [-]"
-    )
-    profile_points: int = Field(
-        default=4, ge=2, le=50, description="points of a profile on either side of its estimate"
-    )
-    varied: list[tuple[Coefficient, Coefficient]] = Field(
-        default=[], description="further pairs (static, rolling) to show beside the fit, as in Fig. 3.3 [-]"
-    )
+    time_step_s: Positive = 5e-6
+    """integration step, or less by the Rayleigh time [s]"""
+    duration_s: Positive = 3.0
+    """length of a simulated track [s]"""
+    frames_per_second: float = Field(default=60.0, ge=10, le=1000)
+    """frames of a simulated track [1/s]"""
+    noise_mm: NonNegative = 0.3
+    """standard deviation of the error added to a simulated track, in each direction [mm]"""
+    seed: Seed = 0
+    """seed of that error"""
+    release_uncertainty_s: NonNegative = 0.02
+    """largest time of the release, before or after time 0 of a track; 0 if it is known [s]"""
+    static_friction: Bounds = (0.05, 2.0)
+    """bounds of the static friction coefficient [-]"""
+    rolling_friction: Bounds = (0.002, 0.2)
+    """bounds of the rolling friction coefficient [-]"""
+    search_simulations: int = Field(default=400, ge=20, le=5000)
+    """simulations of the search: half over all, half around the best [-]"""
+    profile_points: int = Field(default=4, ge=2, le=50)
+    """points of a profile on either side of its estimate"""
+    varied: list[tuple[Coefficient, Coefficient]] = []
+    """further pairs (static, rolling) to show beside the fit, as in Fig. 3.3 [-]"""
 
     @model_validator(mode="after")
     def _bounds_rise(self) -> "SwingConfig":
@@ -115,7 +120,8 @@ class SwingConfig(Section):
 class OscillationConfig(SwingConfig):
     """A ball swings along the wall of the jar until it rests; its track gives both friction coefficients (Fig. 3.3)."""
 
-    experiments: list[ExperimentConfig] = Field(min_length=1, description="tracks to fit")
+    experiments: list[ExperimentConfig] = Field(min_length=1)
+    """tracks to fit"""
 
     @model_validator(mode="after")
     def _names_differ(self) -> "OscillationConfig":
@@ -127,6 +133,7 @@ class OscillationConfig(SwingConfig):
 class CalibrationConfig(Section):
     """Settings of the calibration stage."""
 
-    interval: Fraction = Field(default=0.95, description="probability of every confidence interval [-]")
+    interval: Fraction = 0.95
+    """probability of every confidence interval [-]"""
     drop_test: DropTestConfig = DropTestConfig()
     oscillation: OscillationConfig

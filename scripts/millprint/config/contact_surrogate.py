@@ -12,11 +12,10 @@ WIDTH_MAX = 128
 class CoarseConfig(Section):
     """The coarse step, and how pairs are solved in it."""
 
-    rayleigh_multiple: Positive = Field(
-        default=0.96,
-        description="longest coarse step over the Rayleigh time of the balls; the same for all balls, so that all "
-        "contacts take as many steps [-]",
-    )
+    rayleigh_multiple: Positive = 0.96
+    """longest coarse step over the Rayleigh time of the balls; the same for all balls, so that all contacts take as
+    many steps [-]
+    """
     substeps: Count = 4
     """substeps in which each pair is solved within a coarse step [-]"""
     warm_up_s: NonNegative = 0.002

@@ -17,10 +17,14 @@ class CountingRule(Section):
     under a threshold are dropped.
     """
 
-    name: RuleName = Field(description="name of the rule")
-    gap_s: NonNegative = Field(default=0.0, description="contacts of a pair within it are one collision, if over 0 [s]")
-    peak_force_min_N: NonNegative = Field(default=0.0, description="smallest normal force at the peak that counts [N]")
-    duration_min_s: NonNegative = Field(default=0.0, description="shortest time in contact that counts [s]")
+    name: RuleName
+    """name of the rule"""
+    gap_s: NonNegative = 0.0
+    """contacts of a pair within it are one collision, if over 0 [s]"""
+    peak_force_min_N: NonNegative = 0.0
+    """smallest normal force at the peak that counts [N]"""
+    duration_min_s: NonNegative = 0.0
+    """shortest time in contact that counts [s]"""
 
     @property
     def has_threshold(self) -> bool:

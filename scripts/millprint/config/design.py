@@ -19,14 +19,14 @@ MOST_RUNS = 100_000
 class Factor(Section):
     """One factor of the design: a column of the table of runs, and the values that it takes."""
 
-    symbol: Symbol = Field(description="capital letter that stands for the factor")
-    column: Name = Field(description="column of the table of runs")
-    label: str = Field(min_length=1, description="name in figures, with its unit")
-    levels: list[float | str] = Field(
-        min_length=2,
-        max_length=10,
-        description="values from low to high in the unit of the column, or the names of a factor without numbers",
-    )
+    symbol: Symbol
+    """capital letter that stands for the factor"""
+    column: Name
+    """column of the table of runs"""
+    label: str = Field(min_length=1)
+    """name in figures, with its unit"""
+    levels: list[float | str] = Field(min_length=2, max_length=10)
+    """values from low to high in the unit of the column, or the names of a factor without numbers"""
 
     @model_validator(mode="after")
     def _levels_differ(self) -> "Factor":
@@ -89,15 +89,14 @@ def parse_generator(text: str) -> Generator:
 class DesignConfig(Section):
     """A full factorial, or a regular fraction of one; with several numbers of levels, each can have its fraction."""
 
-    factors: list[Factor] = Field(min_length=2, max_length=26, description="factors of the design")
-    generators: list[str] = Field(
-        default=[],
-        description="generated factors, such as 'D = A + B + C' modulo the levels; none: a full factorial",
-    )
-    replicates: Annotated[int, Field(ge=1, le=10_000)] = Field(
-        default=1, description="number of runs of each treatment [-]"
-    )
-    order_seed: Seed = Field(default=2, description="seed of the randomised order of the runs")
+    factors: list[Factor] = Field(min_length=2, max_length=26)
+    """factors of the design"""
+    generators: list[str] = []
+    """generated factors, such as 'D = A + B + C' modulo the levels; none: a full factorial"""
+    replicates: Annotated[int, Field(ge=1, le=10_000)] = 1
+    """number of runs of each treatment [-]"""
+    order_seed: Seed = 2
+    """seed of the randomised order of the runs"""
 
     @property
     def symbols(self) -> list[str]:

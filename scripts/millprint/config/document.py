@@ -42,7 +42,19 @@ SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "max
 
 def schema_text(name: str) -> str:
     """The JSON schema of a model, as stored in workflow/schemas."""
-    return json.dumps(MODELS[name].model_json_schema(by_alias=True), indent=1) + "\n"
+    return json.dumps(_descriptions_on_a_line(MODELS[name].model_json_schema(by_alias=True)), indent=1) + "\n"
+
+
+def _descriptions_on_a_line(schema: Any) -> Any:
+    """A JSON schema in which a description that fills several lines of a docstring fills one."""
+    if isinstance(schema, list):
+        return [_descriptions_on_a_line(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    plain = {key: _descriptions_on_a_line(value) for key, value in schema.items()}
+    if isinstance(plain.get("description"), str):
+        plain["description"] = _on_a_line(plain["description"])
+    return plain
 
 
 def reference_text() -> str:
@@ -51,7 +63,7 @@ def reference_text() -> str:
     for name, model in MODELS.items():
         lines += [f"## {FILES[name]}", ""]
         for title, section in sections(model):
-            lines += [f"### `{title}`" if title else "### top level", "", _summary(section), ""]
+            lines += [f"### `{title}`" if title else "### top level", "", _on_a_line(section.__doc__), ""]
             lines += ["| key | meaning | bounds | default |", "|---|---|---|---|"]
             keys = section.model_json_schema()["properties"]
             lines += [_row(key, field, keys[field.alias or key]) for key, field in section.model_fields.items()]
@@ -59,8 +71,8 @@ def reference_text() -> str:
     return "\n".join(lines)
 
 
-def _summary(section: type[BaseModel]) -> str:
-    return " ".join((section.__doc__ or "").split())
+def _on_a_line(text: str | None) -> str:
+    return " ".join((text or "").split())
 
 
 def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[BaseModel]]]:
@@ -76,7 +88,7 @@ def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[Ba
 
 def _row(key: str, field: FieldInfo, schema: dict) -> str:
     default = "required" if field.is_required() else _default(field)
-    meaning = (field.description or "a section of its own").replace("|", "\\|")
+    meaning = (_on_a_line(field.description) or "a section of its own").replace("|", "\\|")
     return f"| `{key}` | {meaning} | {_bounds(schema)} | {default} |"
 
 

@@ -16,41 +16,49 @@ class ChemistryConfig(Section):
     Both formulas are checked by `millprint.doe.chemistry.check_formulas`, which knows the elements.
     """
 
-    limiting: str = Field(description="formula of the limiting reactant, such as NaBO2.4H2O")
-    reductant: str = Field(description="formula of the other reactant, such as MgH2")
-    stoichiometric_ratio: Positive = Field(description="mol of reductant per mol of limiting reactant [-]")
-    gas_per_mole: Positive = Field(
-        description="mol of gas collected per mol of limiting reactant at full conversion [-]"
-    )
-    limiting_purity: Purity = Field(default=1.0, description="mass fraction of the limiting reactant in its powder [-]")
-    reductant_purity: Purity = Field(default=1.0, description="mass fraction of the reductant in its powder [-]")
+    limiting: str
+    """formula of the limiting reactant, such as NaBO2.4H2O"""
+    reductant: str
+    """formula of the other reactant, such as MgH2"""
+    stoichiometric_ratio: Positive
+    """mol of reductant per mol of limiting reactant [-]"""
+    gas_per_mole: Positive
+    """mol of gas collected per mol of limiting reactant at full conversion [-]"""
+    limiting_purity: Purity = 1.0
+    """mass fraction of the limiting reactant in its powder [-]"""
+    reductant_purity: Purity = 1.0
+    """mass fraction of the reductant in its powder [-]"""
 
 
 class HalfLifeConfig(Section):
     """Conditions of the spent solution (thesis Eq. 2.7)."""
 
-    ph: float = Field(ge=7, le=14, description="pH of the solution [-]")
-    temperature_k: float = Field(ge=273, le=373, description="temperature of the solution [K]")
+    ph: float = Field(ge=7, le=14)
+    """pH of the solution [-]"""
+    temperature_k: float = Field(ge=273, le=373)
+    """temperature of the solution [K]"""
 
 
 class PowderConfig(Section):
     """The charge of the jar in the screening runs."""
 
-    balls: Count = Field(description="number of balls in the jar [-]")
-    ball_mass_g: Positive = Field(description="total mass of the balls [g]")
+    balls: Count
+    """number of balls in the jar [-]"""
+    ball_mass_g: Positive
+    """total mass of the balls [g]"""
 
 
 class GasConfig(Section):
     """Conditions of the hydrogen collected over water. Within the bounds, the vapour pressure stays below the total."""
 
-    temperature_k: float = Field(
-        default=298.15, ge=273.15, le=353.15, description="temperature of the gas and the water [K]"
-    )
-    pressure_pa: float = Field(default=101325.0, ge=5e4, le=2e5, description="total pressure of the gas [Pa]")
-    saturated: bool = Field(default=True, description="whether the gas holds water vapour, which is then subtracted")
-    yield_max_percent: float = Field(
-        default=105.0, ge=100, description="a gas reading that gives a larger yield is refused [%]"
-    )
+    temperature_k: float = Field(default=298.15, ge=273.15, le=353.15)
+    """temperature of the gas and the water [K]"""
+    pressure_pa: float = Field(default=101325.0, ge=5e4, le=2e5)
+    """total pressure of the gas [Pa]"""
+    saturated: bool = True
+    """whether the gas holds water vapour, which is then subtracted"""
+    yield_max_percent: float = Field(default=105.0, ge=100)
+    """a gas reading that gives a larger yield is refused [%]"""
 
 
 class WetLabConfig(Section):
@@ -63,27 +71,27 @@ class WetLabConfig(Section):
 class InteractionFigure(Section):
     """A figure of interaction plots side by side."""
 
-    name: Name = Field(description="last part of the file's name")
-    title: str = Field(description="title of the figure in the report")
-    panels: list[tuple[Symbol, Symbol]] = Field(
-        min_length=1, max_length=3, description="for each panel the factor on the axis and the factor of the curves"
-    )
+    name: Name
+    """last part of the file's name"""
+    title: str
+    """title of the figure in the report"""
+    panels: list[tuple[Symbol, Symbol]] = Field(min_length=1, max_length=3)
+    """for each panel the factor on the axis and the factor of the curves"""
 
 
 class AnalysisConfig(DesignConfig):
     """A design and the analysis of variance of its runs."""
 
-    model: list[str] = Field(
-        min_length=1, description="terms of the analysis of variance in the order of the type I sums, such as A or A:B"
-    )
-    confidence: Fraction = Field(default=0.95, description="level of the intervals of the effect sizes [-]")
-    simulations: Annotated[int, Field(ge=100, le=100_000)] = Field(
-        default=2000, description="simulated sets of normal errors for the p-values of the residual checks"
-    )
-    repeatability_percent: Positive | None = Field(
-        default=None, description="standard deviation of the yield of repeated runs, if known from the laboratory [%]"
-    )
-    interactions: list[InteractionFigure] = Field(default=[], description="figures of interaction plots")
+    model: list[str] = Field(min_length=1)
+    """terms of the analysis of variance in the order of the type I sums, such as A or A:B"""
+    confidence: Fraction = 0.95
+    """level of the intervals of the effect sizes [-]"""
+    simulations: Annotated[int, Field(ge=100, le=100_000)] = 2000
+    """simulated sets of normal errors for the p-values of the residual checks"""
+    repeatability_percent: Positive | None = None
+    """standard deviation of the yield of repeated runs, if known from the laboratory [%]"""
+    interactions: list[InteractionFigure] = []
+    """figures of interaction plots"""
 
     @model_validator(mode="after")
     def _terms_are_known(self) -> "AnalysisConfig":
@@ -105,10 +113,10 @@ class AnalysisConfig(DesignConfig):
 class DoeConfig(AnalysisConfig):
     """Settings of the doe stage."""
 
-    literature: ProjectFile = Field(
-        description="table of the parameters that other groups report, from the project's root"
-    )
-    literature_yields: ProjectFile = Field(description="table of the yields that they report, from the project's root")
+    literature: ProjectFile
+    """table of the parameters that other groups report, from the project's root"""
+    literature_yields: ProjectFile
+    """table of the yields that they report, from the project's root"""
     chemistry: ChemistryConfig
     half_life: HalfLifeConfig
     powder: PowderConfig

@@ -15,20 +15,29 @@ Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 class LikeConfig(Section):
     """A condition of another mill, whose descriptors are the target."""
 
-    fingerprint: ProjectFile = Field(description="fingerprint_CONTACT.json of that mill, from the project's root")
-    speed_rpm: Positive = Field(description="mill speed [rpm]")
-    ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
-    fill_ratio: Fraction = Field(description="fill ratio [-]")
+    fingerprint: ProjectFile
+    """fingerprint_CONTACT.json of that mill, from the project's root"""
+    speed_rpm: Positive
+    """mill speed [rpm]"""
+    ball_diameter_mm: Positive
+    """ball diameter [mm]"""
+    fill_ratio: Fraction
+    """fill ratio [-]"""
 
 
 class TargetConfig(Section):
     """The descriptors that the inverse mode looks for: numbers, or those of a condition of another mill."""
 
-    name: Name = Field(description="name of the target")
-    normal_energy_J: Positive | None = Field(default=None, description="mean normal energy per collision [J]")
-    tangential_energy_J: Positive | None = Field(default=None, description="mean tangential energy per collision [J]")
-    frequency_per_ball_hz: Positive | None = Field(default=None, description="collisions per ball and second [1/s]")
-    like: LikeConfig | None = Field(default=None, description="a condition of another mill, instead of numbers")
+    name: Name
+    """name of the target"""
+    normal_energy_J: Positive | None = None
+    """mean normal energy per collision [J]"""
+    tangential_energy_J: Positive | None = None
+    """mean tangential energy per collision [J]"""
+    frequency_per_ball_hz: Positive | None = None
+    """collisions per ball and second [1/s]"""
+    like: LikeConfig | None = None
+    """a condition of another mill, instead of numbers"""
 
     @property
     def given(self) -> dict[str, float]:
@@ -45,23 +54,31 @@ class TargetConfig(Section):
 class WeightsConfig(Section):
     """Weights of the descriptors when conditions are ranked."""
 
-    normal_energy_J: NonNegative = Field(default=1.0, description="weight of the normal energy [-]")
-    tangential_energy_J: NonNegative = Field(default=1.0, description="weight of the tangential energy [-]")
-    frequency_per_ball_hz: NonNegative = Field(default=1.0, description="weight of the frequency per ball [-]")
+    normal_energy_J: NonNegative = 1.0
+    """weight of the normal energy [-]"""
+    tangential_energy_J: NonNegative = 1.0
+    """weight of the tangential energy [-]"""
+    frequency_per_ball_hz: NonNegative = 1.0
+    """weight of the frequency per ball [-]"""
 
 
 class MatchConfig(Section):
     """The targets, and what a user can change to come near them."""
 
-    targets: list[TargetConfig] = Field(min_length=1, description="descriptors to come near to")
-    speeds_rpm: Range = Field(description="speeds that the user can set, from and to [rpm]")
-    fill_ratios: Range = Field(description="fill ratios that the user can set, from and to [-]")
-    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that the user has [mm]")
-    densities_kg_m3: list[Positive] = Field(
-        default=[], description="densities of the balls, if not as simulated [kg/m3]"
-    )
-    weights: WeightsConfig = Field(default=WeightsConfig(), description="weights of the descriptors in the ranking")
-    ranked: Count = Field(default=10, description="number of conditions to list for each target")
+    targets: list[TargetConfig] = Field(min_length=1)
+    """descriptors to come near to"""
+    speeds_rpm: Range
+    """speeds that the user can set, from and to [rpm]"""
+    fill_ratios: Range
+    """fill ratios that the user can set, from and to [-]"""
+    ball_diameters_mm: list[Positive] = Field(min_length=1)
+    """ball diameters that the user has [mm]"""
+    densities_kg_m3: list[Positive] = []
+    """densities of the balls, if not as simulated [kg/m3]"""
+    weights: WeightsConfig = WeightsConfig()
+    """weights of the descriptors in the ranking"""
+    ranked: Count = 10
+    """number of conditions to list for each target"""
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> "MatchConfig":
@@ -85,31 +102,42 @@ class MatchConfig(Section):
 class InverseConfig(MatchConfig):
     """Inverse mode: which conditions come nearest to the descriptors of a target."""
 
-    contact: Name = Field(description="contact set of the search for the speed alone")
-    fixed_fill_ratio: Fraction = Field(description="fill ratio of the search for the speed alone [-]")
-    fixed_ball_diameter_mm: Positive = Field(description="ball diameter of the search for the speed alone [mm]")
-    contacts: list[Name] = Field(min_length=1, description="contact sets that the user can choose from")
+    contact: Name
+    """contact set of the search for the speed alone"""
+    fixed_fill_ratio: Fraction
+    """fill ratio of the search for the speed alone [-]"""
+    fixed_ball_diameter_mm: Positive
+    """ball diameter of the search for the speed alone [mm]"""
+    contacts: list[Name] = Field(min_length=1)
+    """contact sets that the user can choose from"""
 
 
 class MapsConfig(Section):
     """Simulations shown as heat maps."""
 
-    ball_diameter_mm: Positive = Field(description="ball diameter [mm]")
-    speed_rpm: Positive = Field(description="mill speed [rpm]")
-    fill_ratios: list[Fraction] = Field(
-        min_length=1, max_length=4, description="fill ratios; each has a row of maps [-]"
-    )
+    ball_diameter_mm: Positive
+    """ball diameter [mm]"""
+    speed_rpm: Positive
+    """mill speed [rpm]"""
+    fill_ratios: list[Fraction] = Field(min_length=1, max_length=4)
+    """fill ratios; each has a row of maps [-]"""
 
 
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage. The last three serve the chapters of the thesis alone."""
 
-    counting_rule: RuleName = Field(default="gap_2ms", description="name of the rule of dem.counting_rules that counts")
-    interval: Fraction = Field(default=0.95, description="probability of every band and confidence interval [-]")
-    smooth_points: int = Field(default=200, ge=20, le=100_000, description="points of the fitted curves")
-    cycle_fill_ratio: Fraction | None = Field(default=None, description="fill ratio of Table 3.5, on revolutions [-]")
-    maps: MapsConfig | None = Field(default=None, description="simulations shown as heat maps (Figs 3.9, 3.10)")
-    inverse: InverseConfig | None = Field(default=None, description="inverse mode (Sec. 3.3.4)")
+    counting_rule: RuleName = "gap_2ms"
+    """name of the rule of dem.counting_rules that counts"""
+    interval: Fraction = 0.95
+    """probability of every band and confidence interval [-]"""
+    smooth_points: int = Field(default=200, ge=20, le=100_000)
+    """points of the fitted curves"""
+    cycle_fill_ratio: Fraction | None = None
+    """fill ratio of Table 3.5, on revolutions [-]"""
+    maps: MapsConfig | None = None
+    """simulations shown as heat maps (Figs 3.9, 3.10)"""
+    inverse: InverseConfig | None = None
+    """inverse mode (Sec. 3.3.4)"""
 
 
 class ConvergenceConfig(Section):
@@ -118,15 +146,11 @@ class ConvergenceConfig(Section):
     Energies and frequencies are those of fingerprint.counting_rule.
     """
 
-    counting_rules: list[RuleName] = Field(
-        default=["lifetimes"], description="further rules of dem.counting_rules in the tables"
-    )
-    tolerance_percent: Positive = Field(
-        default=1.0, description="largest significant deviation of a descriptor from its value at the finest step [%]"
-    )
-    confidence: Fraction = Field(
-        default=0.95, description="probability that no comparison of a sweep is taken for a deviation by chance [-]"
-    )
-    closure_max: Fraction = Field(
-        default=0.001, description="largest energy balance error over the wall work at a step that passes [-]"
-    )
+    counting_rules: list[RuleName] = ["lifetimes"]
+    """further rules of dem.counting_rules in the tables"""
+    tolerance_percent: Positive = 1.0
+    """largest significant deviation of a descriptor from its value at the finest step [%]"""
+    confidence: Fraction = 0.95
+    """probability that no comparison of a sweep is taken for a deviation by chance [-]"""
+    closure_max: Fraction = 0.001
+    """largest energy balance error over the wall work at a step that passes [-]"""

@@ -15,9 +15,12 @@ Count = Annotated[int, Field(ge=1)]
 class RangeConfig(Section):
     """A parameter of the jar's shape: the range and grid of its search."""
 
-    low: NonNegative = Field(description="smallest value, in the parameter's unit")
-    high: Positive = Field(description="largest value, in the parameter's unit")
-    step: Positive = Field(description="values are low, low + step, ...; the sensitivity is that to one step")
+    low: NonNegative
+    """smallest value, in the parameter's unit"""
+    high: Positive
+    """largest value, in the parameter's unit"""
+    step: Positive
+    """values are low, low + step, ...; the sensitivity is that to one step"""
 
     @model_validator(mode="after")
     def _range_rises(self) -> "RangeConfig":
@@ -29,11 +32,16 @@ class RangeConfig(Section):
 class ShapeConfig(Section):
     """The parameters that are fitted; the end radius follows from them and the volume."""
 
-    straight_ratio: RangeConfig = Field(description="length of the straight sides over the end radius [-]")
-    height_mm: RangeConfig = Field(description="inner height [mm]")
-    facets_per_half_circle: RangeConfig = Field(description="flat facets of each round end [-]")
-    facet_unevenness: RangeConfig = Field(description="unevenness u of the facets, as in the stadium [-]")
-    fillet_radius_mm: RangeConfig = Field(description="radius of the bottom edge's fillet [mm]")
+    straight_ratio: RangeConfig
+    """length of the straight sides over the end radius [-]"""
+    height_mm: RangeConfig
+    """inner height [mm]"""
+    facets_per_half_circle: RangeConfig
+    """flat facets of each round end [-]"""
+    facet_unevenness: RangeConfig
+    """unevenness u of the facets, as in the stadium [-]"""
+    fillet_radius_mm: RangeConfig
+    """radius of the bottom edge's fillet [mm]"""
 
     @model_validator(mode="after")
     def _facets_are_whole(self) -> "ShapeConfig":
@@ -46,37 +54,48 @@ class ShapeConfig(Section):
 class StageConfig(Section):
     """One stage of the search: how many jars, and how long each is simulated."""
 
-    jars: Count = Field(description="jars that are simulated, or kept from the stage before")
-    revolutions: int = Field(ge=2, description="revolutions of the mill that are recorded")
-    seeds: Count = Field(default=1, description="starting positions of each, common to all jars: 0 and on")
+    jars: Count
+    """jars that are simulated, or kept from the stage before"""
+    revolutions: int = Field(ge=2)
+    """revolutions of the mill that are recorded"""
+    seeds: Count = 1
+    """starting positions of each, common to all jars: 0 and on"""
 
 
 class TrialConfig(Section):
     """The values that a jar is compared with, and the simulations for it."""
 
-    contact: Name = Field(description="contact set of the published values")
-    fitted: list[ValueName] = Field(min_length=1, description="fitted values, at most half of each kind")
-    counting_rules: list[RuleName] = Field(
-        default=[rule.name for rule in DEFAULT_RULES], min_length=1, description="rules to choose from, of no threshold"
-    )
+    contact: Name
+    """contact set of the published values"""
+    fitted: list[ValueName] = Field(min_length=1)
+    """fitted values, at most half of each kind"""
+    counting_rules: list[RuleName] = Field(default=[rule.name for rule in DEFAULT_RULES], min_length=1)
+    """rules to choose from, of no threshold"""
     shape: ShapeConfig
-    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters that curves average over [mm]")
-    speeds_rpm: list[Positive] = Field(min_length=1, description="speeds that curves average over [rpm]")
-    time_step_s: Positive = Field(default=4e-6, description="integration step of the search [s]")
-    settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest [s]")
-    discard_revolutions: int = Field(default=6, ge=0, description="first revolutions, left out")
-    closure_max: Positive = Field(default=0.02, description="in place of dem.closure_max, for the coarse step [-]")
-    refining: StageConfig = Field(
-        default=StageConfig(jars=5, revolutions=12), description="of the best jars, of steps from there and sensitivity"
-    )
+    ball_diameters_mm: list[Positive] = Field(min_length=1)
+    """ball diameters that curves average over [mm]"""
+    speeds_rpm: list[Positive] = Field(min_length=1)
+    """speeds that curves average over [rpm]"""
+    time_step_s: Positive = 4e-6
+    """integration step of the search [s]"""
+    settle_s: Positive = 0.2
+    """time for the balls to come to rest [s]"""
+    discard_revolutions: int = Field(default=6, ge=0)
+    """first revolutions, left out"""
+    closure_max: Positive = 0.02
+    """in place of dem.closure_max, for the coarse step [-]"""
+    refining: StageConfig = StageConfig(jars=5, revolutions=12)
+    """of the best jars, of steps from there and sensitivity"""
 
 
 class FitConfig(TrialConfig):
     """A fit of a mill, its geometry a stadium, to values of data.published."""
 
-    mill: Name = Field(description="the mill that is fitted; a run of another mill fits nothing")
-    screening: StageConfig = Field(
-        default=StageConfig(jars=48, revolutions=10), description="jars over the whole ranges, by a Sobol sequence"
-    )
-    rounds: Count = Field(default=2, description="rounds of steps up and down in every parameter, while one is better")
-    seed: int = Field(default=0, ge=0, description="seed of the Sobol sequence")
+    mill: Name
+    """the mill that is fitted; a run of another mill fits nothing"""
+    screening: StageConfig = StageConfig(jars=48, revolutions=10)
+    """jars over the whole ranges, by a Sobol sequence"""
+    rounds: Count = 2
+    """rounds of steps up and down in every parameter, while one is better"""
+    seed: int = Field(default=0, ge=0)
+    """seed of the Sobol sequence"""

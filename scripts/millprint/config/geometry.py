@@ -25,25 +25,32 @@ class GeometrySection(Section):
 class PostGeometry(Section):
     """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
 
-    radius_mm: Size = Field(description="radius of the post [mm]")
-    facets: Facets = Field(default=24, description="flat facets around the post [-]")
+    radius_mm: Size
+    """radius of the post [mm]"""
+    facets: Facets = 24
+    """flat facets around the post [-]"""
 
 
 class StadiumGeometry(GeometrySection):
     """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
 
     kind: Literal["stadium"]
-    end_radius_mm: Size = Field(description="radius of the two round ends [mm]")
-    straight_mm: Size = Field(description="length of the straight sides [mm]")
-    height_mm: Size = Field(description="inner height [mm]")
-    facets_per_half_circle: HalfFacets = Field(description="flat facets of each round end [-]")
-    facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = Field(
-        default=0.0,
-        description="u: facets of a round end are alternately 1 + u and 1 - u times as wide as the mean [-]",
-    )
-    fillet_radius_mm: NonNegative = Field(description="radius of the bottom edge's fillet [mm]")
-    fillet_facets: FilletFacets = Field(default=5, description="flat facets across the fillet [-]")
-    post: PostGeometry | None = Field(default=None, description="a central post; none if left out")
+    end_radius_mm: Size
+    """radius of the two round ends [mm]"""
+    straight_mm: Size
+    """length of the straight sides [mm]"""
+    height_mm: Size
+    """inner height [mm]"""
+    facets_per_half_circle: HalfFacets
+    """flat facets of each round end [-]"""
+    facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = 0.0
+    """u: facets of a round end are alternately 1 + u and 1 - u times as wide as the mean [-]"""
+    fillet_radius_mm: NonNegative
+    """radius of the bottom edge's fillet [mm]"""
+    fillet_facets: FilletFacets = 5
+    """flat facets across the fillet [-]"""
+    post: PostGeometry | None = None
+    """a central post; none if left out"""
 
     @model_validator(mode="after")
     def _sizes_fit(self) -> "StadiumGeometry":
@@ -65,19 +72,22 @@ class CylinderGeometry(GeometrySection):
     """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
-    radius_mm: Size = Field(description="radius, on which the facets' edges lie [mm]")
-    height_mm: Size = Field(description="inner length from end to end, rounded ends included [mm]")
-    axis: Literal["x", "y", "z"] = Field(default="z", description="direction of the cylinder's axis; z points up")
-    facets: Facets = Field(default=48, description="flat facets around [-]")
-    fillet_radius_mm: NonNegative = Field(default=0.0, description="radius of the ends' fillets [mm]; 0 for none")
-    fillet_facets: FilletFacets = Field(default=5, description="facets across a fillet [-]")
-    fillet_ends: Literal["bottom", "both", "none"] = Field(
-        default="bottom", description="ends with a fillet; bottom is the end towards the axis's negative side"
-    )
-    centre_mm: PlaceVector | None = Field(
-        default=None,
-        description="middle of the cylinder [mm]; left out, an upright one stands on z = 0 and a lying one is centred",
-    )
+    radius_mm: Size
+    """radius, on which the facets' edges lie [mm]"""
+    height_mm: Size
+    """inner length from end to end, rounded ends included [mm]"""
+    axis: Literal["x", "y", "z"] = "z"
+    """direction of the cylinder's axis; z points up"""
+    facets: Facets = 48
+    """flat facets around [-]"""
+    fillet_radius_mm: NonNegative = 0.0
+    """radius of the ends' fillets [mm]; 0 for none"""
+    fillet_facets: FilletFacets = 5
+    """facets across a fillet [-]"""
+    fillet_ends: Literal["bottom", "both", "none"] = "bottom"
+    """ends with a fillet; bottom is the end towards the axis's negative side"""
+    centre_mm: PlaceVector | None = None
+    """middle of the cylinder [mm]; left out, an upright one stands on z = 0 and a lying one is centred"""
 
     @model_validator(mode="after")
     def _sizes_fit(self) -> "CylinderGeometry":
@@ -96,25 +106,34 @@ class BoxGeometry(GeometrySection):
     """A box with its sides along the axes."""
 
     kind: Literal["box"]
-    x_mm: Size = Field(description="inner size along x [mm]")
-    y_mm: Size = Field(description="inner size along y [mm]")
-    z_mm: Size = Field(description="inner size along z [mm]")
-    centre_mm: PlaceVector | None = Field(
-        default=None, description="middle of the box [mm]; left out, it stands on z = 0 about the z axis"
-    )
+    x_mm: Size
+    """inner size along x [mm]"""
+    y_mm: Size
+    """inner size along y [mm]"""
+    z_mm: Size
+    """inner size along z [mm]"""
+    centre_mm: PlaceVector | None = None
+    """middle of the box [mm]; left out, it stands on z = 0 about the z axis"""
 
 
 class PaddlesGeometry(GeometrySection):
     """An upright stirrer: flat upright blades around a hub on the z axis, one outline through the whole height."""
 
     kind: Literal["paddles"]
-    hub_radius_mm: Size = Field(description="radius of the hub [mm]")
-    hub_facets: HalfFacets = Field(default=24, description="flat facets of a whole hub [-]")
-    blades: Annotated[int, Field(ge=1, le=64)] = Field(description="number of blades [-]")
-    blade_length_mm: Size = Field(description="how far a blade stands out of the hub [mm]")
-    blade_thickness_mm: Size = Field(description="thickness of a blade [mm]")
-    height_mm: Size = Field(description="height of hub and blades [mm]")
-    bottom_mm: Place = Field(description="z of the lower side [mm]")
+    hub_radius_mm: Size
+    """radius of the hub [mm]"""
+    hub_facets: HalfFacets = 24
+    """flat facets of a whole hub [-]"""
+    blades: Annotated[int, Field(ge=1, le=64)]
+    """number of blades [-]"""
+    blade_length_mm: Size
+    """how far a blade stands out of the hub [mm]"""
+    blade_thickness_mm: Size
+    """thickness of a blade [mm]"""
+    height_mm: Size
+    """height of hub and blades [mm]"""
+    bottom_mm: Place
+    """z of the lower side [mm]"""
 
     @model_validator(mode="after")
     def _blades_fit(self) -> "PaddlesGeometry":
@@ -136,13 +155,12 @@ class StlGeometry(GeometrySection):
     """
 
     kind: Literal["stl"]
-    path: Annotated[str, project_path(".stl", ".ply", ".obj")] = Field(
-        description="the file, from the project's root: .stl, or .ply or .obj with more digits"
-    )
-    unit: Literal["mm", "cm", "m", "inch"] = Field(description="unit of the file's coordinates")
-    scale: Scale = Field(
-        default=1.0, description="factor on the file's coordinates, to make a mill of another size [-]"
-    )
+    path: Annotated[str, project_path(".stl", ".ply", ".obj")]
+    """the file, from the project's root: .stl, or .ply or .obj with more digits"""
+    unit: Literal["mm", "cm", "m", "inch"]
+    """unit of the file's coordinates"""
+    scale: Scale = 1.0
+    """factor on the file's coordinates, to make a mill of another size [-]"""
 
     def origin(self) -> tuple[str, str]:
         """The file and its unit."""

@@ -15,38 +15,35 @@ __all__ = ["CircleMotion", "InsertConfig", "MillConfig", "PostGeometry", "Stadiu
 class InsertConfig(Section):
     """A solid body inside the vessel: an impeller, a rod, a baffle. It must not meet the walls at any time."""
 
-    name: Name = Field(description="name of the insert")
+    name: Name
+    """name of the insert"""
     geometry: SolidGeometry
-    motion: Motion | None = Field(
-        default=None, description="its own motion in the laboratory frame; left out, it moves with the vessel"
-    )
+    motion: Motion | None = None
+    """its own motion in the laboratory frame; left out, it moves with the vessel"""
 
 
 class MillConfig(NamedSection):
     """One mill."""
 
-    name: Name = Field(description="name of the mill, equal to the file's name")
-    title: str = Field(description="the mill's name in figures and tables")
-    source: str = Field(description="where the numbers come from")
-    volume_ml: Annotated[float, Field(ge=0.01, le=1e7)] = Field(
-        description="nominal inner volume, to which fill ratios refer [mL]"
-    )
+    name: Name
+    """name of the mill, equal to the file's name"""
+    title: str
+    """the mill's name in figures and tables"""
+    source: str
+    """where the numbers come from"""
+    volume_ml: Annotated[float, Field(ge=0.01, le=1e7)]
+    """nominal inner volume, to which fill ratios refer [mL]"""
     # Decides only what is accepted, so it is left out of what a simulation gets and records.
-    volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(
-        default=0.02,
-        exclude=True,
-        description="how far volume_ml may be from the volume of the geometry without inserts, as a fraction of it [-]",
-    )
+    volume_tolerance: Annotated[float, Field(gt=0, le=1)] = Field(default=0.02, exclude=True)
+    """how far volume_ml may be from the volume of the geometry without inserts, as a fraction of it [-]"""
     geometry: VesselGeometry
     motion: Motion
-    inserts: list[InsertConfig] = Field(default=[], description="solid bodies inside the vessel; none if left out")
-    speed_unit: Literal["rpm", "hz"] = Field(
-        default="rpm",
-        description="unit of the mill's speed in its figures: revolutions per minute, or cycles per second",
-    )
-    sweep: MillSweepConfig | None = Field(
-        default=None, description="conditions that make its fingerprint; derived from the mill if left out"
-    )
+    inserts: list[InsertConfig] = []
+    """solid bodies inside the vessel; none if left out"""
+    speed_unit: Literal["rpm", "hz"] = "rpm"
+    """unit of the mill's speed in its figures: revolutions per minute, or cycles per second"""
+    sweep: MillSweepConfig | None = None
+    """conditions that make its fingerprint; derived from the mill if left out"""
 
     @model_validator(mode="after")
     def _names_differ(self) -> "MillConfig":

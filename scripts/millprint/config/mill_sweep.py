@@ -19,21 +19,20 @@ class MillSweepConfig(Section):
     ratio and with every seed.
     """
 
-    speeds_rpm: Speeds | None = Field(default=None, description="speeds of a mill that is set in rpm [rpm]")
-    speeds_hz: Speeds | None = Field(default=None, description="speeds of a mill that is set in Hz [Hz]")
-    ball_diameters_mm: Several = Field(description="ball diameters [mm]")
-    fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)] = Field(
-        description="ball volume over the nominal volume [-]"
-    )
-    seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = Field(
-        default=[0], description="seeds of the starting positions: each condition is simulated with every seed"
-    )
-    discard_turns: Turns | None = Field(
-        default=None, description="revolutions of the mill before the averages begin; by default at least 0.25 s [-]"
-    )
-    window_turns: Turns | None = Field(
-        default=None, description="recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"
-    )
+    speeds_rpm: Speeds | None = None
+    """speeds of a mill that is set in rpm [rpm]"""
+    speeds_hz: Speeds | None = None
+    """speeds of a mill that is set in Hz [Hz]"""
+    ball_diameters_mm: Several
+    """ball diameters [mm]"""
+    fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)]
+    """ball volume over the nominal volume [-]"""
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=100)] = [0]
+    """seeds of the starting positions: each condition is simulated with every seed"""
+    discard_turns: Turns | None = None
+    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
+    window_turns: Turns | None = None
+    """recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"""
 
     @model_validator(mode="after")
     def _one_list_of_speeds(self) -> "MillSweepConfig":
@@ -54,59 +53,74 @@ class MillSweepConfig(Section):
 class MatchMillsConfig(Section):
     """The conditions of one mill that come nearest to a condition of another: target `match`."""
 
-    mill: Name = Field(description="mill whose conditions are searched: a file in config/mills")
-    like_mill: Name = Field(description="mill whose condition is to be met: a file in config/mills")
-    like_speed_rpm: Positive = Field(description="its speed [rpm]")
-    like_ball_diameter_mm: Positive = Field(description="its balls [mm]")
-    like_fill_ratio: Fraction = Field(description="its fill ratio [-]")
-    speeds_rpm: Range | None = Field(
-        default=None, description="range of possible speeds [rpm]; the simulated range if left out"
-    )
-    ball_diameters_mm: list[Positive] | None = Field(
-        default=None, description="available balls [mm]; the simulated ones if left out"
-    )
-    ranked: Annotated[int, Field(ge=1, le=1000)] = Field(default=10, description="conditions to list")
+    mill: Name
+    """mill whose conditions are searched: a file in config/mills"""
+    like_mill: Name
+    """mill whose condition is to be met: a file in config/mills"""
+    like_speed_rpm: Positive
+    """its speed [rpm]"""
+    like_ball_diameter_mm: Positive
+    """its balls [mm]"""
+    like_fill_ratio: Fraction
+    """its fill ratio [-]"""
+    speeds_rpm: Range | None = None
+    """range of possible speeds [rpm]; the simulated range if left out"""
+    ball_diameters_mm: list[Positive] | None = None
+    """available balls [mm]; the simulated ones if left out"""
+    ranked: Annotated[int, Field(ge=1, le=1000)] = 10
+    """conditions to list"""
 
 
 class ScaleUpConfig(Section):
     """A mill enlarged by geometric similarity, and what it costs to simulate: target `scale_up`."""
 
-    mill: Name = Field(description="mill that is enlarged: a file in config/mills")
-    volume_l: Annotated[float, Field(gt=0, le=10_000)] = Field(description="nominal volume of the large mill [L]")
-    ball_diameter_mm: Positive = Field(description="balls of the small mill [mm]")
-    fill_ratio: Fraction = Field(description="fill ratio of both [-]")
-    speed_rpm: PositiveSpeed = Field(description="speed of the small mill [rpm]")
-    revolutions: Turns = Field(default=10.0, description="revolutions for which the cost is estimated [-]")
-    cores: Annotated[int, Field(ge=1)] = Field(default=1, description="threads of the large run")
-    run_turns: Turns = Field(default=1.0, description="revolutions of the large run; the second half counts [-]")
-    run_settle_s: Positive = Field(default=0.1, description="time for the balls of the large run to come to rest [s]")
+    mill: Name
+    """mill that is enlarged: a file in config/mills"""
+    volume_l: Annotated[float, Field(gt=0, le=10_000)]
+    """nominal volume of the large mill [L]"""
+    ball_diameter_mm: Positive
+    """balls of the small mill [mm]"""
+    fill_ratio: Fraction
+    """fill ratio of both [-]"""
+    speed_rpm: PositiveSpeed
+    """speed of the small mill [rpm]"""
+    revolutions: Turns = 10.0
+    """revolutions for which the cost is estimated [-]"""
+    cores: Annotated[int, Field(ge=1)] = 1
+    """threads of the large run"""
+    run_turns: Turns = 1.0
+    """revolutions of the large run; the second half counts [-]"""
+    run_settle_s: Positive = 0.1
+    """time for the balls of the large run to come to rest [s]"""
 
 
 class MillsConfig(Section):
     """Settings of results/mills: the fingerprints of any mills, by their own sweeps."""
 
-    box: Annotated[list[Name], Field(min_length=1)] = Field(
-        default=["emax", "planetary", "spex", "mixer", "vibratory", "attritor", "drum"],
-        description="mills of the target `mills`",
-    )
-    contact: Name | None = Field(
-        default=None,
-        description="contact set of their balls: a file in config/contacts; the first of `contacts` if left out",
-    )
-    rayleigh_fraction: Fraction = Field(
-        default=0.024, description="step over each case's own Rayleigh time; 0.024 is 2e-6 s for 5 mm balls [-]"
-    )
-    settle_s: Positive = Field(default=0.2, description="time for the balls to come to rest before the mill starts [s]")
-    first_case_only: bool = Field(
-        default=False, description="simulate only the first case of each mill of the box, for a smoke test"
-    )
-    collapse_max: Fraction = Field(
-        default=0.2, description="curves collapse if the scaled power spreads by no more than this, in logarithms [-]"
-    )
-    match: MatchMillsConfig | None = Field(
-        default=None, description="conditions of one mill that come nearest to one of another; none if left out"
-    )
-    scale_up: ScaleUpConfig | None = Field(default=None, description="a large mill; none if left out")
+    box: Annotated[list[Name], Field(min_length=1)] = [
+        "emax",
+        "planetary",
+        "spex",
+        "mixer",
+        "vibratory",
+        "attritor",
+        "drum",
+    ]
+    """mills of the target `mills`"""
+    contact: Name | None = None
+    """contact set of their balls: a file in config/contacts; the first of `contacts` if left out"""
+    rayleigh_fraction: Fraction = 0.024
+    """step over each case's own Rayleigh time; 0.024 is 2e-6 s for 5 mm balls [-]"""
+    settle_s: Positive = 0.2
+    """time for the balls to come to rest before the mill starts [s]"""
+    first_case_only: bool = False
+    """simulate only the first case of each mill of the box, for a smoke test"""
+    collapse_max: Fraction = 0.2
+    """curves collapse if the scaled power spreads by no more than this, in logarithms [-]"""
+    match: MatchMillsConfig | None = None
+    """conditions of one mill that come nearest to one of another; none if left out"""
+    scale_up: ScaleUpConfig | None = None
+    """a large mill; none if left out"""
 
     @property
     def contact_set(self) -> str:

@@ -31,8 +31,10 @@ Axis = Annotated[Vector, AfterValidator(_has_length)]
 class Harmonic(Section):
     """One term of a translation: amplitude sin(multiple w t + phase) along one axis."""
 
-    axis: Literal["x", "y", "z"] = Field(description="axis of the term; z points up")
-    amplitude_mm: Place = Field(description="amplitude of the term [mm]")
+    axis: Literal["x", "y", "z"]
+    """axis of the term; z points up"""
+    amplitude_mm: Place
+    """amplitude of the term [mm]"""
     multiple: Multiple = 1
     phase_deg: Phase = 0.0
 
@@ -89,7 +91,8 @@ class CircleMotion(MotionSection):
     """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
 
     kind: Literal["circle"]
-    amplitude_mm: Size = Field(description="radius A of the circle [mm]")
+    amplitude_mm: Size
+    """radius A of the circle [mm]"""
 
     def drive(self) -> Drive:
         """x = A cos wt, y = A sin wt."""
@@ -100,7 +103,8 @@ class LissajousMotion(MotionSection):
     """Translation without turning, a sum of harmonics of the mill's frequency (thesis Eqs 6.34, 6.35)."""
 
     kind: Literal["lissajous"]
-    terms: list[Harmonic] = Field(min_length=1, description="the harmonics")
+    terms: list[Harmonic] = Field(min_length=1)
+    """the harmonics"""
 
     def drive(self) -> Drive:
         """The sum of the terms."""
@@ -111,11 +115,12 @@ class FigureOfEightMotion(MotionSection):
     """Translation along a figure of eight in a plane, A sin wt along it, B sin 2 wt across it: a SPEX-like shaker."""
 
     kind: Literal["figure_of_eight"]
-    along_mm: Size = Field(description="amplitude A along the figure [mm]")
-    across_mm: Size = Field(description="amplitude B across the figure [mm]")
-    plane: Literal["xy", "xz", "yx", "yz", "zx", "zy"] = Field(
-        default="xz", description="the axes along and across the figure; z points up"
-    )
+    along_mm: Size
+    """amplitude A along the figure [mm]"""
+    across_mm: Size
+    """amplitude B across the figure [mm]"""
+    plane: Literal["xy", "xz", "yx", "yz", "zx", "zy"] = "xz"
+    """the axes along and across the figure; z points up"""
 
     def drive(self) -> Drive:
         """The Lissajous figure 1 : 2 of its two harmonics."""
@@ -128,9 +133,12 @@ class RotationMotion(MotionSection):
     """Turning about a fixed axis: a tumbling drum, the shaft of an attritor."""
 
     kind: Literal["rotation"]
-    axis: Axis = Field(description="direction of the axis; it turns counter-clockwise about it")
-    pivot_mm: PlaceVector = Field(default=(0.0, 0.0, 0.0), description="a point of the axis [mm]")
-    ratio: Ratio = Field(default=1.0, description="turns for each turn of the mill's stated speed [-]; < 0 turns back")
+    axis: Axis
+    """direction of the axis; it turns counter-clockwise about it"""
+    pivot_mm: PlaceVector = (0.0, 0.0, 0.0)
+    """a point of the axis [mm]"""
+    ratio: Ratio = 1.0
+    """turns for each turn of the mill's stated speed [-]; < 0 turns back"""
 
     def drive(self) -> Drive:
         """Steady turning about the axis."""
@@ -149,10 +157,10 @@ class PlanetaryMotion(MotionSection):
     """
 
     kind: Literal["planetary"]
-    sun_radius_mm: Size = Field(description="distance of the jar's axis from the sun wheel's axis [mm]")
-    ratio: Ratio = Field(
-        description="jar's speed relative to the sun wheel over the wheel's speed, not 0 [-]; < 0 is counter"
-    )
+    sun_radius_mm: Size
+    """distance of the jar's axis from the sun wheel's axis [mm]"""
+    ratio: Ratio
+    """jar's speed relative to the sun wheel over the wheel's speed, not 0 [-]; < 0 is counter"""
 
     @model_validator(mode="after")
     def _spins(self) -> "PlanetaryMotion":
@@ -173,12 +181,16 @@ class SwingMotion(MotionSection):
     """Oscillation about an axis through a pivot, angle = amplitude sin(multiple w t + phase), and a translation."""
 
     kind: Literal["swing"]
-    axis: Axis = Field(description="direction of the axis; a positive angle is counter-clockwise about it")
-    pivot_mm: PlaceVector = Field(description="a point of the axis [mm]")
-    amplitude_deg: Annotated[float, Field(gt=0, le=180)] = Field(description="largest angle from the middle [deg]")
+    axis: Axis
+    """direction of the axis; a positive angle is counter-clockwise about it"""
+    pivot_mm: PlaceVector
+    """a point of the axis [mm]"""
+    amplitude_deg: Annotated[float, Field(gt=0, le=180)]
+    """largest angle from the middle [deg]"""
     multiple: Multiple = 1
     phase_deg: Phase = 0.0
-    terms: list[Harmonic] = Field(default=[], description="harmonics of a translation on top")
+    terms: list[Harmonic] = []
+    """harmonics of a translation on top"""
 
     def drive(self) -> Drive:
         """One harmonic of the angle, and the sum of the terms."""
@@ -197,8 +209,10 @@ class PointsMotion(MotionSection):
     """
 
     kind: Literal["points"]
-    path: Annotated[str, project_path(".tsv")] = Field(description="the table, from the project's root: .tsv")
-    scale: Scale = Field(default=1.0, description="factor on the coordinates of the table [-]")
+    path: Annotated[str, project_path(".tsv")]
+    """the table, from the project's root: .tsv"""
+    scale: Scale = 1.0
+    """factor on the coordinates of the table [-]"""
 
     def drive(self) -> Drive:
         """The table."""

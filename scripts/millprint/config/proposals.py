@@ -13,65 +13,69 @@ Settings = Annotated[list[Positive], Field(min_length=1)]
 class RegionConfig(Section):
     """Possible values of each factor; the region is all their combinations."""
 
-    bpr: Settings = Field(description="ball-to-powder mass ratios")
-    molar_ratio: Settings = Field(description="mol of MgH2 to mol of NaBO2.4H2O")
-    time_h: Settings = Field(description="milling times [h]")
-    speed_rpm: Settings = Field(description="speeds of the mill [rpm]")
-    fill_ratio: Annotated[list[Fraction], Field(min_length=1)] = Field(
-        description="ball volumes over the volume of the jar [-]"
-    )
-    ball_diameter_mm: Settings = Field(description="ball diameters [mm]")
+    bpr: Settings
+    """ball-to-powder mass ratios"""
+    molar_ratio: Settings
+    """mol of MgH2 to mol of NaBO2.4H2O"""
+    time_h: Settings
+    """milling times [h]"""
+    speed_rpm: Settings
+    """speeds of the mill [rpm]"""
+    fill_ratio: Annotated[list[Fraction], Field(min_length=1)]
+    """ball volumes over the volume of the jar [-]"""
+    ball_diameter_mm: Settings
+    """ball diameters [mm]"""
 
 
 class ProposalConfig(Section):
     """The next experiments."""
 
-    runs: Count = Field(default=4, description="experiments for each purpose, proposed as one batch")
-    curves: Literal["published", "fingerprint"] = Field(
-        default="published",
-        description="master curves for the descriptors: those of data.regimes, or the simulated ones",
-    )
-    regimes: bool = Field(default=True, description="whether the cases of data.regimes train the model too")
-    level: Fraction = Field(default=0.95, description="level of the predictive intervals [-]")
-    shortlist: Count = Field(
-        default=400, description="conditions that are compared jointly, half by merit and half at random"
-    )
-    draws: Count = Field(default=2000, description="joint draws from the model for the expected improvement")
-    seed: Seed = Field(default=42, description="of the shortlist and the draws")
+    runs: Count = 4
+    """experiments for each purpose, proposed as one batch"""
+    curves: Literal["published", "fingerprint"] = "published"
+    """master curves for the descriptors: those of data.regimes, or the simulated ones"""
+    regimes: bool = True
+    """whether the cases of data.regimes train the model too"""
+    level: Fraction = 0.95
+    """level of the predictive intervals [-]"""
+    shortlist: Count = 400
+    """conditions that are compared jointly, half by merit and half at random"""
+    draws: Count = 2000
+    """joint draws from the model for the expected improvement"""
+    seed: Seed = 42
+    """of the shortlist and the draws"""
     region: RegionConfig
 
 
 class RetrospectiveConfig(Section):
     """How many experiments it takes to find the best of the runs that were done."""
 
-    start_runs: Annotated[int, Field(ge=3, le=100_000)] = Field(default=8, description="runs known at the start")
-    starts: Count = Field(default=60, description="random starts, which do not contain the best run")
-    seed: Seed = Field(default=42, description="of the starts")
-    links: Annotated[list[LinkName], Field(min_length=1)] = Field(
-        default=["identity", "logit", "avrami"], description="scales of the yield that are averaged"
-    )
-    structures: Annotated[list[Structure], Field(min_length=1)] = Field(
-        default=["product"], description="kernels that are averaged"
-    )
+    start_runs: Annotated[int, Field(ge=3, le=100_000)] = 8
+    """runs known at the start"""
+    starts: Count = 60
+    """random starts, which do not contain the best run"""
+    seed: Seed = 42
+    """of the starts"""
+    links: Annotated[list[LinkName], Field(min_length=1)] = ["identity", "logit", "avrami"]
+    """scales of the yield that are averaged"""
+    structures: Annotated[list[Structure], Field(min_length=1)] = ["product"]
+    """kernels that are averaged"""
 
 
 class PredictionConfig(Section):
     """Yields of new conditions."""
 
-    conditions: ProjectFile = Field(description="table of conditions: case and the six conditions")
+    conditions: ProjectFile
+    """table of conditions: case and the six conditions"""
     model: str = Field(
         default="averaged_gpr_final",
         pattern=r"^(linear_primary|(gpr|rf|svr|xgb)_(primary|two_step)|averaged_gpr_(primary|final))$",
-        description="stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs",
     )
-    tolerance: NonNegative = Field(
-        default=0.01,
-        description="largest distance outside a trained range with a prediction, as a fraction of the range [ranges]",
-    )
-    share_tolerance: NonNegative = Field(
-        default=0.02,
-        description="largest distance outside the trained tangential shares with a prediction [-]",
-    )
+    """stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs"""
+    tolerance: NonNegative = 0.01
+    """largest distance outside a trained range with a prediction, as a fraction of the range [ranges]"""
+    share_tolerance: NonNegative = 0.02
+    """largest distance outside the trained tangential shares with a prediction [-]"""
 
     @model_validator(mode="after")
     def _small(self) -> "PredictionConfig":

@@ -114,10 +114,10 @@ class RollOutConfig(Section):
 class ScenarioConfig(Section):
     """A motion and a geometry that the surrogate is rolled out in."""
 
-    case: str = Field(
-        description="DEM case that gives the first states, as MILL/CONTACT/NAME, with snapshots as far apart as those "
-        "of the training; also the truth, if `truth` is left out"
-    )
+    case: str
+    """DEM case that gives the first states, as MILL/CONTACT/NAME, with snapshots as far apart as those of the training;
+    also the truth, if `truth` is left out
+    """
     truth: str | None = None
     """the same run at and after the first start, with more time"""
     twin: str | None = None

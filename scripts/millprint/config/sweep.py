@@ -20,96 +20,91 @@ Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 class DemConfig(Section):
     """Settings of every simulation unless a sweep overrides them."""
 
-    time_step_s: Positive = Field(default=2e-6, description="integration step [s]")
-    rayleigh_fraction_max: Fraction = Field(
-        default=0.2, description="largest step allowed, as a fraction of the Rayleigh time [-]"
-    )
-    settle_s: Positive = Field(
-        default=0.25, description="time for the balls to come to rest before the mill starts [s]"
-    )
-    discard_s: NonNegative = Field(default=0.5, description="time of motion before the averages begin [s]")
-    window_s: Positive = Field(default=1.0, description="time of motion that is recorded [s]")
-    ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = Field(
-        default=20, description="samples of the energy ledger per revolution"
-    )
+    time_step_s: Positive = 2e-6
+    """integration step [s]"""
+    rayleigh_fraction_max: Fraction = 0.2
+    """largest step allowed, as a fraction of the Rayleigh time [-]"""
+    settle_s: Positive = 0.25
+    """time for the balls to come to rest before the mill starts [s]"""
+    discard_s: NonNegative = 0.5
+    """time of motion before the averages begin [s]"""
+    window_s: Positive = 1.0
+    """time of motion that is recorded [s]"""
+    ledger_samples_per_revolution: Annotated[int, Field(ge=1, le=10_000)] = 20
+    """samples of the energy ledger per revolution"""
     counting_rules: Annotated[list[CountingRule], AfterValidator(check_names)] = Field(
-        default=DEFAULT_RULES,
-        min_length=1,
-        description="definitions of one collision; every run counts by each of them",
+        default=DEFAULT_RULES, min_length=1
     )
-    skin_m: Annotated[float, Field(gt=0, le=0.1)] = Field(
-        default=6e-4, description="a candidate contact is listed when its gap is smaller than this [m]"
-    )
-    overlap_max: Fraction = Field(default=0.15, description="overlap over the ball's radius at which a run fails [-]")
-    occupancy_interval_s: Positive = Field(
-        default=5e-4, description="time between samples of occupancy, granular temperature and ball height [s]"
-    )
-    occupancy_cell_m: Positive = Field(default=0.002, description="side of the occupancy grid's square cells [m]")
-    collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = Field(
-        default=3_000_000,
-        description="run.h5 keeps a table of up to so many collisions; with more, only its histograms",
-    )
-    restart_interval_s: NonNegative = Field(
-        default=60.0, description="wall time between restart files, from which a stopped run continues [s]"
-    )
-    closure_max: Fraction = Field(
-        default=0.002, description="a run fails at this energy balance error, as a fraction of the wall work [-]"
-    )
-    threads: Threads = Field(
-        default=1,
-        description="threads inside one simulation, useful from some thousands of balls on; their number changes the "
-        "rounding of results",
-    )
+    """definitions of one collision; every run counts by each of them"""
+    skin_m: Annotated[float, Field(gt=0, le=0.1)] = 6e-4
+    """a candidate contact is listed when its gap is smaller than this [m]"""
+    overlap_max: Fraction = 0.15
+    """overlap over the ball's radius at which a run fails [-]"""
+    occupancy_interval_s: Positive = 5e-4
+    """time between samples of occupancy, granular temperature and ball height [s]"""
+    occupancy_cell_m: Positive = 0.002
+    """side of the occupancy grid's square cells [m]"""
+    collision_rows_max: Annotated[int, Field(ge=0, le=1_000_000_000)] = 3_000_000
+    """run.h5 keeps a table of up to so many collisions; with more, only its histograms"""
+    restart_interval_s: NonNegative = 60.0
+    """wall time between restart files, from which a stopped run continues [s]"""
+    closure_max: Fraction = 0.002
+    """a run fails at this energy balance error, as a fraction of the wall work [-]"""
+    threads: Threads = 1
+    """threads inside one simulation, useful from some thousands of balls on; their number changes the rounding of
+    results
+    """
 
 
 class SweepConfig(Section):
     """A block of cases: every combination of its lists."""
 
-    name: Name = Field(description="name of the sweep")
-    mills: list[Name] | None = Field(default=None, description="mills; the top-level mill if left out")
-    contacts: list[Name] = Field(min_length=1, description="contact sets")
-    ball_diameters_mm: list[Positive] = Field(min_length=1, description="ball diameters [mm]")
-    fill_ratios: list[Fraction] = Field(min_length=1, description="ball volume over jar volume [-]")
-    speeds_rpm: list[Speed] = Field(min_length=1, description="mill speeds [rpm]")
-    seeds: list[Seed] = Field(min_length=1, description="seeds of the starting positions")
-    young_moduli_gpa: list[Positive] | None = Field(
-        default=None, description="Young's moduli instead of the contact set's [GPa]"
-    )
-    amplitudes_mm: list[Positive] | None = Field(
-        default=None, description="radii of the mill's circle or sun wheel in place of the mill's own [mm]"
-    )
-    densities_kg_m3: list[Positive] | None = Field(
-        default=None, description="densities of the balls instead of the contact set's [kg/m3]"
-    )
-    time_steps_s: list[Positive] | None = Field(
-        default=None,
-        min_length=1,
-        description="integration steps instead of dem.time_step_s; several are compared, one is only simulated [s]",
-    )
-    rayleigh_fraction: Fraction | None = Field(
-        default=None, description="step as a fraction of each case's own Rayleigh time, instead of dem.time_step_s [-]"
-    )
-    rayleigh_fraction_max: Fraction | None = Field(default=None, description="instead of dem.rayleigh_fraction_max [-]")
-    closure_max: Fraction | None = Field(default=None, description="instead of dem.closure_max [-]")
-    threads: Threads | None = Field(default=None, description="instead of dem.threads")
-    settle_s: Positive | None = Field(default=None, description="instead of dem.settle_s [s]")
-    discard_s: NonNegative | None = Field(default=None, description="instead of dem.discard_s [s]")
-    window_s: Positive | None = Field(default=None, description="instead of dem.window_s [s]")
-    power_error_max: Fraction | None = Field(
-        default=None,
-        description="the window grows until the standard errors of normal and tangential power are below this [-]",
-    )
-    window_max_s: Positive | None = Field(
-        default=None, description="longest window if power_error_max requires more than window_s [s]"
-    )
-    snapshot_interval_s: Positive | None = Field(
-        default=None, description="time between snapshots of every ball; none are recorded if left out [s]"
-    )
-    disturbances_m: list[Disturbance] | None = Field(
-        default=None,
-        description="every ball is displaced by this distance, in a direction of its own, at the start of the recorded "
-        "window; 0 for the reference run [m]",
-    )
+    name: Name
+    """name of the sweep"""
+    mills: list[Name] | None = None
+    """mills; the top-level mill if left out"""
+    contacts: list[Name] = Field(min_length=1)
+    """contact sets"""
+    ball_diameters_mm: list[Positive] = Field(min_length=1)
+    """ball diameters [mm]"""
+    fill_ratios: list[Fraction] = Field(min_length=1)
+    """ball volume over jar volume [-]"""
+    speeds_rpm: list[Speed] = Field(min_length=1)
+    """mill speeds [rpm]"""
+    seeds: list[Seed] = Field(min_length=1)
+    """seeds of the starting positions"""
+    young_moduli_gpa: list[Positive] | None = None
+    """Young's moduli instead of the contact set's [GPa]"""
+    amplitudes_mm: list[Positive] | None = None
+    """radii of the mill's circle or sun wheel in place of the mill's own [mm]"""
+    densities_kg_m3: list[Positive] | None = None
+    """densities of the balls instead of the contact set's [kg/m3]"""
+    time_steps_s: list[Positive] | None = Field(default=None, min_length=1)
+    """integration steps instead of dem.time_step_s; several are compared, one is only simulated [s]"""
+    rayleigh_fraction: Fraction | None = None
+    """step as a fraction of each case's own Rayleigh time, instead of dem.time_step_s [-]"""
+    rayleigh_fraction_max: Fraction | None = None
+    """instead of dem.rayleigh_fraction_max [-]"""
+    closure_max: Fraction | None = None
+    """instead of dem.closure_max [-]"""
+    threads: Threads | None = None
+    """instead of dem.threads"""
+    settle_s: Positive | None = None
+    """instead of dem.settle_s [s]"""
+    discard_s: NonNegative | None = None
+    """instead of dem.discard_s [s]"""
+    window_s: Positive | None = None
+    """instead of dem.window_s [s]"""
+    power_error_max: Fraction | None = None
+    """the window grows until the standard errors of normal and tangential power are below this [-]"""
+    window_max_s: Positive | None = None
+    """longest window if power_error_max requires more than window_s [s]"""
+    snapshot_interval_s: Positive | None = None
+    """time between snapshots of every ball; none are recorded if left out [s]"""
+    disturbances_m: list[Disturbance] | None = None
+    """every ball is displaced by this distance, in a direction of its own, at the start of the recorded window; 0 for
+    the reference run [m]
+    """
 
     @model_validator(mode="after")
     def _a_study_of_convergence_varies_one_thing(self) -> "SweepConfig":

@@ -10,11 +10,11 @@ from millprint.config.section import Count, Positive, Section
 class ViewConfig(Section):
     """Files for ParaView and animations from the snapshots of a case."""
 
-    paraview_every: Count = Field(default=1, description="the files for ParaView hold every n-th snapshot [-]")
-    revolutions: Positive = Field(default=5.0, description="revolutions of the mill in an animation [-]")
-    frames_per_revolution: Count = Field(
-        default=50, description="frames of an animation per revolution, if there are enough snapshots [-]"
-    )
-    frames_per_second: Annotated[float, Field(ge=1, le=50)] = Field(
-        default=25.0, description="frames shown per second; each is shown for a whole number of 0.01 s [1/s]"
-    )
+    paraview_every: Count = 1
+    """the files for ParaView hold every n-th snapshot [-]"""
+    revolutions: Positive = 5.0
+    """revolutions of the mill in an animation [-]"""
+    frames_per_revolution: Count = 50
+    """frames of an animation per revolution, if there are enough snapshots [-]"""
+    frames_per_second: Annotated[float, Field(ge=1, le=50)] = 25.0
+    """frames shown per second; each is shown for a whole number of 0.01 s [1/s]"""

@@ -23,12 +23,18 @@ SOURCES = ("config", "envs", "scripts", "tests", "workflow")
 class DataConfig(Section):
     """Measured tables, as paths from the project's root."""
 
-    screening: ProjectFile = Field(description="the screening runs with their yields")
-    wear: ProjectFile = Field(description="mass of the balls before and after milling")
-    regimes: ProjectFile = Field(description="the five cases of chapter 4")
-    split: ProjectFile = Field(description="the locked train-test split of the screening runs")
-    claims: ProjectFile = Field(description="every number that the thesis states, with a tolerance")
-    published: ProjectFile = Field(description="published values shown as marks in figures")
+    screening: ProjectFile
+    """the screening runs with their yields"""
+    wear: ProjectFile
+    """mass of the balls before and after milling"""
+    regimes: ProjectFile
+    """the five cases of chapter 4"""
+    split: ProjectFile
+    """the locked train-test split of the screening runs"""
+    claims: ProjectFile
+    """every number that the thesis states, with a tolerance"""
+    published: ProjectFile
+    """published values shown as marks in figures"""
 
 
 class ChapterSections(Section):
@@ -48,35 +54,39 @@ class ChapterSections(Section):
 class WorkflowConfig(Section):
     """The complete configuration of a run. Only `mill` is required."""
 
-    name: Name = Field(default="run", description="name of the run, shown in the report")
-    results: str = Field(default="results", pattern=r"^[\w-]+(/[\w-]+)*$", description="folder for all results")
-    mill: Name = Field(description="the mill of the run: a file in config/mills")
-    contacts: list[Name] = Field(
-        default=["calibrated"],
-        min_length=1,
-        description="contact sets of the run: files in config/contacts; mills have the first",
-    )
-    sweep: MillSweepConfig | None = Field(
-        default=None, description="conditions of the fingerprint of the mill; if left out, those of the mill's file"
-    )
-    data: DataConfig | None = Field(default=None, description="measured tables; for the chapters of the thesis")
-    doe: DoeConfig | None = Field(default=None, description="chapter 2; for the chapters of the thesis")
+    name: Name = "run"
+    """name of the run, shown in the report"""
+    results: str = Field(default="results", pattern=r"^[\w-]+(/[\w-]+)*$")
+    """folder for all results"""
+    mill: Name
+    """the mill of the run: a file in config/mills"""
+    contacts: list[Name] = Field(default=["calibrated"], min_length=1)
+    """contact sets of the run: files in config/contacts; mills have the first"""
+    sweep: MillSweepConfig | None = None
+    """conditions of the fingerprint of the mill; if left out, those of the mill's file"""
+    data: DataConfig | None = None
+    """measured tables; for the chapters of the thesis"""
+    doe: DoeConfig | None = None
+    """chapter 2; for the chapters of the thesis"""
     dem: DemConfig = DemConfig()
-    sweeps: list[SweepConfig] = Field(default=[], description="blocks of further simulations, which chapters read")
+    sweeps: list[SweepConfig] = []
+    """blocks of further simulations, which chapters read"""
     convergence: ConvergenceConfig = ConvergenceConfig()
     view: ViewConfig = ViewConfig()
-    calibration: CalibrationConfig | None = Field(
-        default=None, description="virtual calibration (Sec. 3.2.2); for the chapters of the thesis"
-    )
+    calibration: CalibrationConfig | None = None
+    """virtual calibration (Sec. 3.2.2); for the chapters of the thesis"""
     fingerprint: FingerprintConfig = FingerprintConfig()
     # As if it were given, so that its contact set is filled in.
-    mills: MillsConfig = Field(
-        default=MillsConfig(), validate_default=True, description="fingerprints of any mills, a match, a large mill"
-    )
-    fit: FitConfig | None = Field(default=None, description="fit to published values; none if left out")
-    partition: PartitionConfig | None = Field(default=None, description="chapter 4; for the chapters of the thesis")
-    yields: YieldConfig | None = Field(default=None, description="chapter 5; for the chapters of the thesis")
-    surrogate: SurrogateConfig | None = Field(default=None, description="chapter 6; for the chapters of the thesis")
+    mills: MillsConfig = Field(default=MillsConfig(), validate_default=True)
+    """fingerprints of any mills, a match, a large mill"""
+    fit: FitConfig | None = None
+    """fit to published values; none if left out"""
+    partition: PartitionConfig | None = None
+    """chapter 4; for the chapters of the thesis"""
+    yields: YieldConfig | None = None
+    """chapter 5; for the chapters of the thesis"""
+    surrogate: SurrogateConfig | None = None
+    """chapter 6; for the chapters of the thesis"""
 
     @field_validator("mills")
     @classmethod

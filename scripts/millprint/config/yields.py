@@ -29,45 +29,56 @@ class Bounded(Section):
 class GprSpace(Bounded):
     """Table 5.2: starting points for maximising the marginal likelihood (Eq. 5.10)."""
 
-    constant: Interval = Field(default=[0.1, 1000.0], description="constant scaling C, uniform [pp2]")
-    length_scale: Interval = Field(
-        default=[0.05, 10.0], description="length scale l, uniform [standard deviations of a feature]"
-    )
-    noise: Interval = Field(default=[1e-5, 1.5], description="noise variance, uniform [pp2]")
+    constant: Interval = [0.1, 1000.0]
+    """constant scaling C, uniform [pp2]"""
+    length_scale: Interval = [0.05, 10.0]
+    """length scale l, uniform [standard deviations of a feature]"""
+    noise: Interval = [1e-5, 1.5]
+    """noise variance, uniform [pp2]"""
 
 
 class RfSpace(Bounded):
     """Table 5.3, uniform on whole numbers."""
 
-    n_estimators: WholeInterval = Field(default=[50, 300], description="number of trees")
-    max_depth: WholeInterval = Field(default=[5, 30], description="largest depth of a tree")
-    min_samples_split: Annotated[list[Annotated[int, Field(ge=2, le=100_000)]], Field(min_length=2, max_length=2)] = (
-        Field(default=[2, 20], description="rows that a node needs to be split")
-    )
-    min_samples_leaf: WholeInterval = Field(default=[1, 10], description="rows that a leaf needs")
+    n_estimators: WholeInterval = [50, 300]
+    """number of trees"""
+    max_depth: WholeInterval = [5, 30]
+    """largest depth of a tree"""
+    min_samples_split: Annotated[list[Annotated[int, Field(ge=2, le=100_000)]], Field(min_length=2, max_length=2)] = [
+        2,
+        20,
+    ]
+    """rows that a node needs to be split"""
+    min_samples_leaf: WholeInterval = [1, 10]
+    """rows that a leaf needs"""
 
 
 class SvrSpace(Bounded):
     """Table 5.4."""
 
-    C: Interval = Field(default=[0.1, 100.0], description="regularisation, uniform in its logarithm [-]")
-    epsilon: Interval = Field(default=[0.001, 1.0], description="half width of the insensitive tube, uniform [pp]")
-    gamma: Interval = Field(default=[0.001, 1.0], description="kernel scale of Eq. 5.13, uniform in its logarithm [-]")
+    C: Interval = [0.1, 100.0]
+    """regularisation, uniform in its logarithm [-]"""
+    epsilon: Interval = [0.001, 1.0]
+    """half width of the insensitive tube, uniform [pp]"""
+    gamma: Interval = [0.001, 1.0]
+    """kernel scale of Eq. 5.13, uniform in its logarithm [-]"""
 
 
 class XgbSpace(Bounded):
     """Table 5.5."""
 
-    max_depth: WholeInterval = Field(default=[3, 10], description="largest depth of a tree, uniform on whole numbers")
-    learning_rate: Interval = Field(default=[0.01, 0.3], description="learning rate, uniform in its logarithm [-]")
-    n_estimators: WholeInterval = Field(default=[100, 500], description="number of trees, uniform on whole numbers")
-    subsample: Interval = Field(default=[0.5, 1.0], description="fraction of the rows for a tree, uniform [-]")
-    colsample_bytree: Interval = Field(
-        default=[0.5, 1.0], description="fraction of the features for a tree, uniform [-]"
-    )
-    gamma: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] = Field(
-        default=[0.0, 5.0], description="smallest loss reduction that splits a node, uniform [pp2]"
-    )
+    max_depth: WholeInterval = [3, 10]
+    """largest depth of a tree, uniform on whole numbers"""
+    learning_rate: Interval = [0.01, 0.3]
+    """learning rate, uniform in its logarithm [-]"""
+    n_estimators: WholeInterval = [100, 500]
+    """number of trees, uniform on whole numbers"""
+    subsample: Interval = [0.5, 1.0]
+    """fraction of the rows for a tree, uniform [-]"""
+    colsample_bytree: Interval = [0.5, 1.0]
+    """fraction of the features for a tree, uniform [-]"""
+    gamma: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] = [0.0, 5.0]
+    """smallest loss reduction that splits a node, uniform [pp2]"""
 
 
 class Spaces(Section):
@@ -82,91 +93,88 @@ class Spaces(Section):
 class Evaluations(Section):
     """Evaluations of the search for each algorithm that is tuned, one at least."""
 
-    gpr: Count = Field(description="evaluations for Gaussian-process regression")
-    rf: Count = Field(description="evaluations for the random forest")
-    svr: Count = Field(description="evaluations for support-vector regression")
-    xgb: Count = Field(description="evaluations for XGBoost")
+    gpr: Count
+    """evaluations for Gaussian-process regression"""
+    rf: Count
+    """evaluations for the random forest"""
+    svr: Count
+    """evaluations for support-vector regression"""
+    xgb: Count
+    """evaluations for XGBoost"""
 
 
 class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
 
-    evaluations: Evaluations = Field(
-        default=Evaluations(gpr=100, rf=100, svr=500, xgb=100),
-        description="sets of hyper-parameters that are tried for each step of a model",
-    )
-    folds: Annotated[int, Field(ge=2, le=100_000)] = Field(default=5, description="folds of the cross-validation")
-    repeats: Count = Field(default=3, description="repeats of the cross-validation, each shuffled differently")
+    evaluations: Evaluations = Evaluations(gpr=100, rf=100, svr=500, xgb=100)
+    """sets of hyper-parameters that are tried for each step of a model"""
+    folds: Annotated[int, Field(ge=2, le=100_000)] = 5
+    """folds of the cross-validation"""
+    repeats: Count = 3
+    """repeats of the cross-validation, each shuffled differently"""
 
 
 class HeldOutConfig(SearchConfig):
     """Predictions of every run by models that were not trained on it; each outer fold repeats search and fit."""
 
     # By default a smaller search than for the models themselves, since it is repeated many times.
-    evaluations: Evaluations = Field(
-        default=Evaluations(gpr=5, rf=5, svr=20, xgb=5),
-        description="sets of hyper-parameters that are tried for each step of a model, in every outer fold",
-    )
-    folds: Annotated[int, Field(ge=2, le=100_000)] = Field(default=4, description="folds of the inner cross-validation")
-    repeats: Count = Field(default=1, description="repeats of the inner cross-validation, each shuffled differently")
-    outer_folds: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        default=5, description="folds of the nested cross-validation"
-    )
-    outer_repeats: Count = Field(
-        default=4, description="repeats of the nested cross-validation, each shuffled differently"
-    )
-    random_splits: Count = Field(default=20, description="random splits of the size of the locked one")
-    permutations: Count = Field(
-        default=8, description="shuffles of the yields among the runs, each cross-validated once"
-    )
-    conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = Field(
-        default=5, description="folds of the CV+ predictive intervals"
-    )
-    seed: Seed = Field(default=42, description="of the outer folds, the shuffles and the bootstrap")
-    nominal: list[Fraction] = Field(
-        default=[0.5, 0.8, 0.95], min_length=1, description="levels at which predictive intervals are checked [-]"
-    )
+    evaluations: Evaluations = Evaluations(gpr=5, rf=5, svr=20, xgb=5)
+    """sets of hyper-parameters that are tried for each step of a model, in every outer fold"""
+    folds: Annotated[int, Field(ge=2, le=100_000)] = 4
+    """folds of the inner cross-validation"""
+    repeats: Count = 1
+    """repeats of the inner cross-validation, each shuffled differently"""
+    outer_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
+    """folds of the nested cross-validation"""
+    outer_repeats: Count = 4
+    """repeats of the nested cross-validation, each shuffled differently"""
+    random_splits: Count = 20
+    """random splits of the size of the locked one"""
+    permutations: Count = 8
+    """shuffles of the yields among the runs, each cross-validated once"""
+    conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
+    """folds of the CV+ predictive intervals"""
+    seed: Seed = 42
+    """of the outer folds, the shuffles and the bootstrap"""
+    nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
+    """levels at which predictive intervals are checked [-]"""
 
 
 class HonestConfig(HeldOutConfig):
     """Evaluation over all runs, with scaling, search and fit repeated inside every outer fold."""
 
-    resamples: Count = Field(default=10_000, description="bootstrap resamples for each interval")
-    level: Fraction = Field(default=0.95, description="level of the bootstrap intervals [-]")
+    resamples: Count = 10_000
+    """bootstrap resamples for each interval"""
+    level: Fraction = 0.95
+    """level of the bootstrap intervals [-]"""
 
 
 class Choices(Section):
     """Choices that the thesis leaves open. The defaults come nearest to its Table 5.6 (see choices.tsv)."""
 
-    linear_features: list[str] = Field(
-        default=["bpr", "molar_ratio", "time_h"], min_length=1, description="features of the linear baseline"
-    )
-    length_scales: Literal["per_feature", "shared"] = Field(
-        default="per_feature", description="Matern kernel with a length scale for each feature, or one for all"
-    )
-    kernel_bounds: Interval = Field(
-        default=[1e-5, 1e5], description="bounds of the kernel's hyper-parameters in the marginal likelihood"
-    )
-    time_model: Literal["same", "linear"] = Field(
-        default="same", description="first step of a two-step model: the same algorithm, or a straight line"
-    )
-    residual_weights: Literal["yield", "residual"] = Field(
-        default="yield",
-        description="the weight of Eq. 5.3, when the residual model is tuned, follows the yield or the residual",
-    )
-    max_features: Annotated[float, Field(gt=0, le=1)] = Field(
-        default=1.0, description="fraction of the features available at a forest's node [-]"
-    )
+    linear_features: list[str] = Field(default=["bpr", "molar_ratio", "time_h"], min_length=1)
+    """features of the linear baseline"""
+    length_scales: Literal["per_feature", "shared"] = "per_feature"
+    """Matern kernel with a length scale for each feature, or one for all"""
+    kernel_bounds: Interval = [1e-5, 1e5]
+    """bounds of the kernel's hyper-parameters in the marginal likelihood"""
+    time_model: Literal["same", "linear"] = "same"
+    """first step of a two-step model: the same algorithm, or a straight line"""
+    residual_weights: Literal["yield", "residual"] = "yield"
+    """the weight of Eq. 5.3, when the residual model is tuned, follows the yield or the residual"""
+    max_features: Annotated[float, Field(gt=0, le=1)] = 1.0
+    """fraction of the features available at a forest's node [-]"""
 
 
 class TrainingConfig(Section):
     """How a model is trained, whatever the budget of its search."""
 
-    high_yield_percent: NonNegative = Field(
-        default=70.0, description="errors above this yield have a larger weight, Eq. 5.3 [%]"
-    )
-    high_yield_weight: Positive = Field(default=2.0, description="weight of an error above high_yield_percent [-]")
-    seed: Seed = Field(default=42, description="of the folds, the search and the trees")
+    high_yield_percent: NonNegative = 70.0
+    """errors above this yield have a larger weight, Eq. 5.3 [%]"""
+    high_yield_weight: Positive = 2.0
+    """weight of an error above high_yield_percent [-]"""
+    seed: Seed = 42
+    """of the folds, the search and the trees"""
     spaces: Spaces = Spaces()
     choices: Choices = Choices()
 
@@ -174,17 +182,16 @@ class TrainingConfig(Section):
 class YieldConfig(Section):
     """Settings of the yield stage (thesis chapter 5)."""
 
-    out_of_domain: ProjectFile = Field(description="table of runs outside the trained domain (Table 5.7)")
-    interval_level: Fraction = Field(
-        default=0.95, description="level of the predictive intervals in tables and figures [-]"
-    )
+    out_of_domain: ProjectFile
+    """table of runs outside the trained domain (Table 5.7)"""
+    interval_level: Fraction = 0.95
+    """level of the predictive intervals in tables and figures [-]"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
-    searched_again: list[Literal["search_seed", "residual_weights"]] = Field(
-        default=["search_seed", "residual_weights"],
-        description="choices that are also searched with another value: the seed (every tuned model), the weights of "
-        "residuals (two-step models); [] for none. Together they take longer than the models themselves",
-    )
+    searched_again: list[Literal["search_seed", "residual_weights"]] = ["search_seed", "residual_weights"]
+    """choices that are also searched with another value: the seed (every tuned model), the weights of residuals
+    (two-step models); [] for none. Together they take longer than the models themselves
+    """
     honest: HonestConfig = HonestConfig()
     averaging: AveragingConfig = AveragingConfig()
     proposals: ProposalConfig
