@@ -8,8 +8,9 @@ from millprint.surrogate.curves import dissipation_table, distribution_table, er
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
 from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.tables import join_tables, tabulate
+from millprint.surrogate.tables import join_tables, printed_measures, tabulate
 from millprint.surrogate.trajectory import read_trajectory
+from millprint.tables import read_printed
 
 ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
@@ -20,7 +21,7 @@ def of_test(test: str, inputs) -> dict[str, str]:
     return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
 
 
-def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> dict[str, pd.DataFrame]:
+def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, test: str) -> dict[str, pd.DataFrame]:
     """The tables of one test. `inputs` has the simulation of each role, and the summaries of some."""
     rollout, scene = RollOut.read(rolled_out), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
@@ -34,8 +35,9 @@ def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> di
     else:
         summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
         found = evaluate(rollout, runs, scene, summaries)
+    printed = printed_measures(read_printed(claims))
     return {
-        "metrics": tabulate(found.values, found.references, test, variant),
+        "metrics": tabulate(found.values, found.references, test, variant, printed),
         "errors": error_table(found.rollouts, test),
         "dissipation": dissipation_table(found.rollouts, test),
         "distributions": distribution_table(found.rollouts, scene.ball_radius_m, test),
@@ -44,9 +46,9 @@ def main(rolled_out: str, inputs: dict[str, str], variant: str, test: str) -> di
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"evaluate the surrogate {snakemake.wildcards.variant}") as log:
-        parts = []
+        parts, own = [], (snakemake.input.claims, snakemake.wildcards.variant)
         for test, rolled_out in zip(snakemake.params.tests, snakemake.input.rollouts, strict=True):
-            parts.append(main(rolled_out, of_test(test, snakemake.input), snakemake.wildcards.variant, test))
+            parts.append(main(rolled_out, of_test(test, snakemake.input), *own, test))
             log.info("measured: %s", test)
         for name, output in snakemake.output.items():
             write_table(join_tables([part[name] for part in parts]), output)

@@ -4,12 +4,15 @@ from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.surrogate.ablations import ablation_table
 from millprint.surrogate.tables import join_tables
+from millprint.tables import read_printed
 
 
-def main(metrics: list[str], histories: dict[str, str], output: str, changes: dict, length_s: dict) -> None:
+def main(
+    metrics: list[str], histories: dict[str, str], claims: str, output: str, changes: dict, length_s: dict
+) -> None:
     rows = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in metrics])
     losses = {variant: read_table(path, numeric=["elapsed_s"]) for variant, path in histories.items()}
-    write_table(ablation_table(rows, losses, changes, length_s), output)
+    write_table(ablation_table(rows, losses, changes, length_s, read_printed(claims)), output)
 
 
 if "snakemake" in globals():
@@ -17,6 +20,7 @@ if "snakemake" in globals():
         main(
             list(snakemake.input.metrics),
             dict(zip(snakemake.params.changes, snakemake.input.histories, strict=True)),
+            snakemake.input.claims,
             snakemake.output.ablations,
             snakemake.params.changes,
             snakemake.params.length_s,

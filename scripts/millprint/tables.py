@@ -92,6 +92,11 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
     return frame
 
 
+def read_printed(claims_path: str | Path) -> pd.Series:
+    """What the thesis prints, as text, by the id of the claim. Raises ConfigError as `millprint.files.read_table`."""
+    return read_table(claims_path, text=["id", "value"]).set_index("id")["value"]
+
+
 def refuse_rows(
     frame: pd.DataFrame, path: str | Path, column: str, bad: ArrayLike, why: str | Callable[[pd.Series], str]
 ) -> None:

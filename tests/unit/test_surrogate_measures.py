@@ -16,6 +16,7 @@ from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, rollout_d
 from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
 from millprint.surrogate.trajectory import Trajectory
+from tests.conftest import PRINTED
 from tests.unit.surrogate_samples import RADIUS, STEP, VESSEL, circle, simulate, sphere_scene
 
 SCENE = sphere_scene()
@@ -272,7 +273,9 @@ def ablations(parts: dict[str, tuple]) -> pd.DataFrame:
     metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
     history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
     changes = {name: f"what of {name}" for name in parts}
-    table = ablation_table(metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0))
+    table = ablation_table(
+        metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0), pd.Series(PRINTED)
+    )
     return table.set_index("variant")
 
 
@@ -295,7 +298,8 @@ def test_ablations_stand_beside_the_statements_of_the_thesis():
     table = ablations(parts)
     words = {"baseline": "", "window3": "yes", "window9": "no", "layers2": "yes", "phi_shallow": "no", "net_force": ""}
     assert table["holds"].to_dict() == words
-    assert table["thesis_percent"]["phi_shallow"] == 15.45 and table["thesis_percent"]["baseline"] == 2.78
+    assert table["thesis_percent"]["phi_shallow"] == float(PRINTED["A.phi.shallow"])
+    assert table["thesis_percent"]["baseline"] == float(PRINTED["6.energy"])
     assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
     assert set(STATEMENTS) >= set(parts) - {"net_force"}
 

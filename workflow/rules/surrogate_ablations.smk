@@ -7,6 +7,7 @@ rule tabulate_ablations:
         histories=[
             f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/loss.tsv" for variant in CONFIG.surrogate.ablations
         ],
+        claims=CONFIG.data.claims,
     output:
         ablations=f"{SURROGATE}/ablations.tsv",
     log:

@@ -33,6 +33,7 @@ rule evaluate_surrogate:
             variant=wildcards.variant,
             test=tests_of(wildcards.variant),
         ),
+        claims=CONFIG.data.claims,
     output:
         **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:

@@ -7,7 +7,7 @@ import pandas as pd
 from millprint.errors import ConfigError
 from millprint.files import read_table
 from millprint.fingerprint.condition import BASIC
-from millprint.tables import refuse_rows
+from millprint.tables import read_printed, refuse_rows
 
 
 def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
@@ -19,7 +19,7 @@ def read_published(path: str | Path, claims_path: str | Path) -> pd.DataFrame:
     text = ["quantity", "contact", "unit", "locus"]
     table = read_table(path, numeric=["fill_ratio", "value"], text=text, may_be_blank=["value"])
     if "claim" in table:
-        claims = read_table(claims_path, text=["id", "value"]).set_index("id")["value"]
+        claims = read_printed(claims_path)
         refuse_rows(table, path, "claim", table["claim"].notna() & ~table["claim"].isin(claims.index), "no known claim")
         printed = pd.to_numeric(table["claim"].map(claims), errors="coerce")
         table["value"] = table["value"].fillna(printed)
