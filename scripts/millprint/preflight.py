@@ -11,7 +11,7 @@ from millprint.config.sweep import Case, ball_count, overridden
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.packing import capacity
-from millprint.dem.timestep import largest_fraction, rayleigh_time, wanted_step
+from millprint.dem.timestep import largest_fraction, rayleigh_time, requested_step
 from millprint.doe.chemistry import check_formulas
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
@@ -158,7 +158,7 @@ def check_step_and_cost(
     stiffness = contact.young_modulus_gpa * 1e9
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     largest = largest_fraction(case, config.dem)
-    step = wanted_step(case, config.dem, rayleigh)
+    step = requested_step(case, config.dem, rayleigh)
     # With a tolerance, so that the largest fraction itself passes.
     if step > largest * rayleigh * (1 + 1e-12):
         if case.rayleigh_fraction is not None:

@@ -190,7 +190,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
     # Some job continued where it had stopped.
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
     assert resumable
-    assert "going on from" in logs
+    assert "continuing from" in logs
     assert not left_behind(project)
 
 

@@ -1,4 +1,4 @@
-"""What a case will cost, before it is run: a typing error of some powers of ten is told from a long simulation."""
+"""The cost of a case before it is run, to detect typing errors of some powers of ten."""
 
 import math
 
@@ -14,7 +14,7 @@ MOST_DAYS = 60
 MOST_BYTES = 32e9
 # Numbers in a row of the energy ledger, and in a cell of the grid of occupancy.
 LEDGER_COLUMNS, OCCUPANCY_COLUMNS = 16, 5
-# Places that balls are laid out on at the start.
+# Largest number of sites for the balls at the start.
 MOST_SITES = 5e6
 
 
@@ -29,12 +29,12 @@ def cost(
 ) -> tuple[float, float]:
     """Days on one core and bytes in memory that a case takes, to an order of magnitude.
 
-    step_s: the step that is asked for [s]; frequency_hz: turns of the mill in a second.
+    step_s: the requested step [s]; frequency_hz: turns of the mill in a second.
     """
     balls = ball_count(case.fill_ratio, volume_m3, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
     sample = (1 / frequency_hz if frequency_hz else case.window_s) / dem.ledger_samples_per_revolution
-    # A window holds one sample at least, however slowly the mill turns.
+    # A window holds at least one sample, even in a slow mill.
     window = max(window, sample)
     interval = case.snapshot_interval_s or sample
     # A step so small that their ratio is no number stays as it is.

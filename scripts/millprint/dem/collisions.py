@@ -1,4 +1,4 @@
-"""The table of collisions by contact lifetime, and the descriptors that counting rules make of it.
+"""The table of collisions by contact lifetime, and descriptors for each counting rule.
 
 Counting rule: contacts of one pair (two balls, or a ball and one feature of the wall) that follow each other within a
 gap are one collision; a collision below a peak force or a time in contact is then dropped. A gap of 0 counts
@@ -34,7 +34,7 @@ def collision_table(contacts: Table) -> pd.DataFrame:
 
 
 def sort_by_pair(table: pd.DataFrame) -> pd.DataFrame:
-    """What counting needs of the table of contacts, ordered by pair and then by start; tangential_J is all of it."""
+    """The columns for counting, ordered by pair and then by start; tangential_J is the whole tangential work."""
     order = np.lexsort([table[name].to_numpy() for name in ("start_s", "second", "first")])
     tangential = table["damping_J"].to_numpy() + table["sliding_J"].to_numpy()
     names = ("first", "second", "start_s", "duration_s", "peak_force_N", "normal_J")
@@ -69,7 +69,7 @@ def _shares(chosen: np.ndarray, weights: dict[str, np.ndarray]) -> dict[str, flo
 
 
 def count_collisions(merged: pd.DataFrame, rule: CountingRule, begin_s: float, window_s: float, balls: int) -> dict:
-    """What one rule says of collisions that were merged by its gap, as `collision_statistics` returns it."""
+    """The statistics of one rule, from collisions merged by its gap, as in `collision_statistics`."""
     begins_within = merged["start_s"].to_numpy() >= begin_s
     hard = merged["peak_force_N"].to_numpy() >= rule.peak_force_min_N
     kept = hard & (merged["duration_s"].to_numpy() >= rule.duration_min_s)
@@ -106,7 +106,7 @@ def collision_statistics(
     """
     ordered = sort_by_pair(table)
     counted = {}
-    # Rules of one gap share its merging; only one merged table is held at a time.
+    # Rules with the same gap share the merged table; only one is held in memory at a time.
     for gap in {rule.gap_s for rule in rules}:
         merged = merge_contacts(ordered, gap)
         for rule in rules:
@@ -115,7 +115,7 @@ def collision_statistics(
     return [counted[rule.name] for rule in rules]
 
 
-# The smallest value that a histogram tells apart, over the largest.
+# The lower end of a histogram, over the largest value.
 RANGE = 1e-12
 # A start has no distribution.
 HISTOGRAM_NAMES = [name for name in VALUE_NAMES if name != "start_s"]

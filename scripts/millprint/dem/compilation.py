@@ -1,4 +1,4 @@
-"""Compile every kernel by running a tiny case with all that can be recorded."""
+"""Compiles every kernel by running a tiny case that records everything."""
 
 import platform
 import sys
@@ -49,17 +49,17 @@ TINY_CONTACT = ContactConfig(
 
 
 class CompiledKernels(event.Listener):
-    """Moves a bar on for every kernel that numba has compiled, the first of its signatures."""
+    """Advances a progress bar for every kernel that numba compiles, at its first signature."""
 
     def __init__(self, bar: tqdm) -> None:
         self._bar = bar
         self._seen: set[FunctionType] = set()
 
     def on_start(self, event: event.Event) -> None:
-        """A kernel that calls others ends after them: nothing to show yet."""
+        """Nothing to show: a kernel that calls others ends after them."""
 
     def on_end(self, event: event.Event) -> None:
-        """One more, unless it is a signature more of the same, or a function of numba's own."""
+        """Count a kernel, except for further signatures and for functions of numba itself."""
         function = event.data["dispatcher"].py_func
         if function not in self._seen and function.__module__.startswith("millprint."):
             self._seen.add(function)

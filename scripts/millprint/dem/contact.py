@@ -1,4 +1,4 @@
-"""The contacts of a block of lanes: where they are, what the law makes of them, and what they have done so far."""
+"""The contacts of a block of lanes: geometry, contact law, and the works so far."""
 
 import math
 

@@ -1,17 +1,17 @@
-"""Descriptors against the time step or against Young's modulus (thesis Fig. 3.4), with what chance does to them."""
+"""Descriptors against the time step or against Young's modulus (thesis Fig. 3.4), with their standard errors."""
 
 import numpy as np
 import pandas as pd
 
 from millprint.config.counting import recorded_count
 
-# What a series of runs has in common.
+# Columns that a series of runs has in common.
 SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 
-# What is varied, and whether its largest value is the reference.
+# The varied quantity, and whether its largest value is the reference.
 VARIED = {"time_step_s": False, "young_modulus_gpa": True}
 
-# The descriptors of a collision by which a step is judged.
+# The descriptors of a collision that decide about a step.
 DESCRIPTORS = ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"]
 POWERS = ["normal_power_W", "tangential_power_W", "rolling_power_W", "wall_power_W", "power_W"]
 
@@ -30,7 +30,7 @@ def counted_by(summary: dict, rule: str) -> dict[str, float]:
 
 
 def run_row(summary: dict, varied: str, rule: str, further: list[str]) -> dict:
-    """What one run says: the varied quantity as `varied`, descriptors under `rule`, those of further rules prefixed."""
+    """The row of a run: the quantity `varied`, descriptors under `rule`, and those of further rules with a prefix."""
     case, power, revolutions = summary["case"], summary["power_W"], summary["per_revolution"]
     energies = np.add(revolutions["normal_J"], revolutions["tangential_J"])
     variance_J2 = np.var(energies, ddof=1) if len(energies) > 1 else np.nan
@@ -68,7 +68,7 @@ def _over_seeds(runs: pd.DataFrame, quantities: list[str], descending: bool) -> 
     for quantity in quantities:
         table[column_of(quantity, "se")] = groups[quantity].std(ddof=1) / np.sqrt(table["seeds"])
     table["power_two_sigma_W"] = 2 * np.sqrt(table.pop("revolution_power_variance_W2"))
-    # One job that had to compile its kernels or shared its core must not make a step look slow.
+    # The minimum, because a job may have compiled its kernels or shared its core.
     times = ["processor_s", "wall_clock_s", "ns_per_ball_step"]
     table[times] = groups[times].median()
     table["closure_worst"] = groups["closure"].max()

@@ -1,8 +1,8 @@
-"""Eight contacts at a time: gathered from the balls into lanes, put through the law in one go, scattered back.
+"""Eight contacts at a time: gathered from the balls into lanes, evaluated together, scattered back.
 
 A block of lanes is one row of numbers, LANES for each quantity, so that the compiler knows that quantities never
 overlap and makes vector instructions of the loop over the lanes. A lane that is free keeps the numbers of an earlier
-contact, or IDLE ones: they cost nothing and nobody reads what comes out.
+contact, or IDLE ones: they cost nothing, and their results are not read.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from millprint.columns import span_of, width_of
 from millprint.dem.layout import LANE, LANES
 from millprint.kernel import inlined
 
-# What a free lane holds: two steel balls of 10 mm that touch.
+# Content of a free lane: two steel balls of 10 mm in contact.
 IDLE = np.zeros(width_of(LANE))
 IDLE[LANE.away.x] = 9.99e-3
 IDLE[span_of(LANE.law)] = 1.0

@@ -28,10 +28,10 @@ from millprint.dem.layout import LANE, LAW, LAW_WIDTH
 from millprint.kernel import inlined
 from millprint.mill.vectors import add, add_scaled, dot, scale
 
-# Keeps a quotient finite where a force [N] or an angular velocity [rad/s] is nothing; its root is added to them.
+# Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
 TINY = 1e-60
 
-# Share of the relative angular velocity that rolling friction may take in one step.
+# Fraction of the relative angular velocity that rolling friction may remove in one step.
 STOP_SHARE = 0.25
 
 
@@ -77,7 +77,7 @@ def turn_spring(spring, normal):
     along = dot(spring, normal)
     flat = add_scaled(spring, -along, normal)
     flat2 = dot(flat, flat)
-    # No contact turns that far in a step; lengths of rounding's size may seem to.
+    # No contact turns that far in a step, but springs as small as rounding errors may seem to.
     stretch = 1.0 + 0.5 * along * along / flat2 if flat2 > along * along else 1.0
     return scale(stretch, flat)
 
@@ -112,7 +112,7 @@ def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocit
     force = add_scaled(scale(-stiffness, spring), -viscous, slip)
     size = math.sqrt(dot(force, force) + TINY)
     turning = math.sqrt(dot(angular_velocity, angular_velocity) + TINY)
-    # Two quotients by one division, which is what takes the processor longest.
+    # Two quotients by one division, the slowest operation of the processor.
     inverse = 1.0 / (size * turning)
     slides = size > cap
     force = scale(cap * inverse * turning if slides else 1.0, force)

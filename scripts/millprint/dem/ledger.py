@@ -1,4 +1,4 @@
-"""The energy ledger: work of walls and gravity against what is stored and dissipated."""
+"""The energy ledger: work of walls and gravity against stored and dissipated energy."""
 
 import numpy as np
 import pandas as pd
@@ -34,7 +34,7 @@ def ledger_series(samples: np.ndarray) -> pd.DataFrame:
     return series
 
 
-# What a summary tells of a ledger [J]: work of walls and gravity, what is dissipated, what is stored, and the rest.
+# Ledger in a summary [J]: work of walls and gravity, dissipated and stored energies, and the imbalance.
 LEDGER_CHANNELS = (
     "wall_work",
     "gravity_work",

@@ -12,7 +12,7 @@ from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
 from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
 
-# Below this number of balls every pair is looked at; above it a grid of cells is used.
+# Up to this number of balls all pairs are checked; above it a grid of cells is used.
 ALL_PAIRS = 160
 
 # The most steps between two checks of the lists and of the overlaps.

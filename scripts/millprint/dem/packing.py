@@ -1,7 +1,7 @@
-"""Starting positions: a jittered hexagonal packing, turned and shifted by the seed, thinned to the balls wanted.
+"""Starting positions: a jittered hexagonal packing, turned and shifted by the seed, thinned to the number of balls.
 
-Its planes lie level. Where that does not hold the balls, as in a slice of a drum that is little wider than a ball, they
-are laid across the vessel's thinnest direction instead, as many planes as have room there and in its middle.
+Its planes are horizontal. If the balls do not fit that way, as in a slice of a drum that is little wider than a ball,
+the planes are perpendicular to the vessel's thinnest direction, in its middle, and as many as fit.
 """
 
 import math
@@ -14,14 +14,14 @@ from millprint.errors import SimulationError
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel
 
-# Packings that are tried of each way to lay the planes, before it is said that the balls do not fit.
+# Number of packings tried for each orientation of the planes, before the balls are refused.
 TRIALS = 24
 
 # Neighbours start at least this fraction of a diameter apart.
 GAP = 1e-3
 
 
-# Points times facets that are looked at together: memory stays small in vessels of many facets.
+# Points times facets that are checked together, to limit the memory in vessels with many facets.
 CHUNK = 1 << 22
 
 
@@ -31,7 +31,7 @@ def inside(vessel: Vessel, points: np.ndarray, clearance: float, inserts: Sequen
     inserts: solids in the vessel's frame (mill.bodies.inserts_in_vessel), which count as walls too.
     """
     if vessel.convex_edges:
-        # Only a vessel with something jutting in needs the exact distance.
+        # Only a vessel that is not convex needs the exact distance.
         fits = signed_distance(vessel)(points)[0] <= -clearance
     else:
         fits = _inside_convex(vessel, points, clearance)
@@ -41,7 +41,7 @@ def inside(vessel: Vessel, points: np.ndarray, clearance: float, inserts: Sequen
 
 
 def _inside_convex(vessel: Vessel, points: np.ndarray, clearance: float) -> np.ndarray:
-    """Points (n, 3) on the inner side of every facet's plane: all there is to ask where nothing juts in."""
+    """Which points (n, 3) are on the inner side of every facet's plane, which is enough in a convex vessel."""
     normals = np.array([facet.normal for facet in vessel.facets])
     offsets = np.array([facet.offset for facet in vessel.facets])
     rows = max(1, CHUNK // len(offsets))
@@ -93,7 +93,7 @@ def thin_direction(vessel: Vessel) -> np.ndarray:
     """The unit vector (3,) along which the vessel is thinnest: an axis of its frame, or across its largest facet."""
     largest = max(vessel.facets, key=lambda facet: facet.area)
     directions = np.vstack([np.eye(3), largest.normal])
-    # The facet counts only where it is across none of the axes, and the vessel thinner along it by more than rounding.
+    # The facet counts only if it is perpendicular to no axis, and the vessel is thinner there by more than rounding.
     widths = np.ptp(vessel.vertices @ directions.T, axis=0) * [1, 1, 1, 1 + 1e-9]
     return directions[np.argmin(widths)]
 
@@ -149,9 +149,9 @@ def capacity(
     inserts: Sequence[Vessel] = (),
     enough: int | None = None,
 ) -> int:
-    """How many balls of a diameter [m] the start can place: the best of some hexagonal packings, level and laid.
+    """How many balls of a diameter [m] the start can place: the best of some packings in both orientations.
 
-    enough: a number that settles the question; packings are tried up to the first that holds as many.
+    enough: the search stops at the first packing that holds this number.
     """
     most = 0
     for sites_of in (_sites, _laid_sites):
@@ -219,7 +219,7 @@ def pack(
         room = (spacing - diameter_m) / 2 * 0.99
         move = draw.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
         if sites_of is _laid_sites:
-            # Across its planes there may be no room at all: within them every ball moves.
+            # There may be no room perpendicular to the planes; within them every ball moves.
             normal = thin_direction(vessel)
             move -= np.outer(move @ normal, normal)
         moved = chosen + move

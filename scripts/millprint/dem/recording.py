@@ -1,4 +1,4 @@
-"""What a run records: buffers that the step loop writes to, and the pieces that are taken out of them.
+"""The records of a run: buffers that the step loop writes to, and the pieces that are copied from them.
 
 Energy samples, snapshots, occupancy and the table of collisions. Their columns are in dem.layout.
 """
@@ -34,9 +34,9 @@ from millprint.mill.walls import direction_to_body, to_body, wall_velocity
 
 SAMPLE_NAMES = names_of(SAMPLE)
 
-# Rows of the table of collisions before it is emptied.
+# Rows of the table of collisions, after which it is emptied.
 TABLE_ROWS = 1 << 16
-# Snapshots and energy samples before they are taken out.
+# Numbers of snapshots and energy samples, after which they are copied.
 SNAPSHOT_ROWS, SAMPLE_ROWS = 256, 512
 
 

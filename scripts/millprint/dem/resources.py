@@ -1,4 +1,4 @@
-"""What a simulation asks a cluster for: time and memory by its own estimate. The Snakefile asks: nothing heavy here."""
+"""Time and memory of a simulation on a cluster, estimated. The Snakefile imports this, so no heavy imports here."""
 
 import math
 from dataclasses import dataclass
@@ -6,24 +6,24 @@ from dataclasses import dataclass
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
-from millprint.dem.timestep import rayleigh_time, wanted_step
+from millprint.dem.timestep import rayleigh_time, requested_step
 
 # A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv) [s].
 BALL_STEP_S = 1e-7
-# Time beside the estimate, to start and to write [min], and how often the estimate.
+# Time to start and to write [min], and factor on the estimate.
 START_MIN, MARGIN = 10, 3
-# A case above this time gets a cluster job of its own; shorter ones go several to a job [min].
+# A longer case gets a cluster job of its own; shorter ones share a job [min].
 LONG_MIN = 30
 
 # Python with numpy and numba, compiling included [MB].
 BASE_MB = 700
-# What is recorded is held in pieces, put together, and written.
+# Records are held in pieces, joined, and written.
 COPIES = 3
 # Numbers of a ball in a snapshot.
 SNAPSHOT_COLUMNS = 12
 # A row of the table of collisions; a ball's state, its contacts and its candidates [bytes].
 COLLISION_BYTES, BALL_BYTES = 96, 5000
-# Collisions of a ball in a second: more than in any mill of the box.
+# Collisions per ball and second: more than in any mill of the box.
 COLLISIONS_HZ = 1000
 
 
@@ -52,7 +52,7 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
-    steps = (case.settle_s + case.discard_s + window) / wanted_step(case, dem, rayleigh)
+    steps = (case.settle_s + case.discard_s + window) / requested_step(case, dem, rayleigh)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, dem.collision_rows_max)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES

@@ -1,4 +1,4 @@
-"""Restart: everything that a run needs to go on from where it was, bit for bit, in one HDF5 file."""
+"""Restart: everything that a run needs to continue bit for bit, in one HDF5 file."""
 
 import hashlib
 import json
@@ -27,7 +27,7 @@ PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts"
 
 
 def identity(simulation: "Simulation") -> str:
-    """What a restart file must agree on with the run that it continues: configuration, shapes, the kernels' source."""
+    """What must agree between a restart file and the run that continues it: configuration, shapes, kernels."""
     parts = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
     shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
     return json.dumps({**parts, "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
@@ -71,18 +71,18 @@ def read_restart(path: str | Path, simulation: "Simulation", recording: Recordin
         unsealed(path)
         with h5py.File(path, "r") as file:
             if file.attrs["identity"] != identity(simulation):
-                logger.info("%s belongs to other settings or to another version: starting anew", path)
+                logger.info("%s belongs to other settings or to another version: starting again", path)
                 return False
             # Nothing is changed before everything has been read.
             pieces, sums = _read_pieces(file["recording"]), (file["occupancy"][:], file["height"][:])
             _read_state(file, simulation)
     except (OSError, KeyError, ValueError) as error:
-        logger.warning("%s cannot be read (%s): starting anew", path, error)
+        logger.warning("%s cannot be read (%s): starting again", path, error)
         return False
     recording.occupancy[:], recording.height[:] = sums
     for name, parts in pieces.items():
         getattr(recording, name).extend(parts)
-    logger.info("going on from %s at %.6f s", path, simulation.counters[COUNTER.step] * simulation.step)
+    logger.info("continuing from %s at %.6f s", path, simulation.counters[COUNTER.step] * simulation.step)
     return True
 
 
@@ -100,7 +100,7 @@ def _read_state(file: h5py.File, simulation: "Simulation") -> None:
 
 
 def _read_pieces(group: h5py.Group) -> dict[str, list]:
-    """What had been recorded, in the pieces that it was taken out in."""
+    """The recorded pieces."""
     ends = {name: np.cumsum(group["piece_lengths"][:])[:-1] for name in PIECES}
     ends["snapshot_contacts"] = np.cumsum(group["piece_contacts"][:])[:-1]
     ends["samples"] = np.empty(0, dtype=np.int64)

@@ -21,12 +21,12 @@ from millprint.files import write_json
 
 logger = logging.getLogger("millprint")
 
-# The restart file of a case that has not come to its end.
+# The restart file of an unfinished case.
 RESTART = "restart.h5"
 
 
 def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
-    """What tells whether a window is long enough for the powers to be known well; None where any is."""
+    """A function that tells whether a window gives the powers accurately enough; None if any window does."""
     if not case.power_error_max:
         return None
     samples, largest = dem.ledger_samples_per_revolution, case.power_error_max
@@ -46,7 +46,7 @@ def run_case(
 
     cores: how many the case's threads may run on; with fewer than it has threads it is slower, and the same.
 
-    A run that was stopped goes on from its restart file beside run.h5, which is removed at the end.
+    A stopped run continues from its restart file in the folder of run.h5, which is removed at the end.
 
     Raises SimulationError for balls that do not fit, a ball that escapes or overlaps too much, a number that is not
     finite, a step over the Rayleigh fraction, or an energy balance that does not close; nothing is written then.

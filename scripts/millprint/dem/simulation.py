@@ -1,4 +1,4 @@
-"""One simulation as an object that is driven from Python: chunks, progress, restart, and errors in words."""
+"""One simulation as an object for Python: chunks, progress, restart, and error messages."""
 
 import math
 import time
@@ -30,7 +30,7 @@ from millprint.dem.recording import (
 )
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
-from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, wanted_step
+from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step
 from millprint.errors import SimulationError
 from millprint.job import progress
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
@@ -38,7 +38,7 @@ from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import Walls, build_walls
 
-# Wall time that one call of the kernel should take [s]: short enough for a lively progress bar.
+# Wall time of one call of the kernel [s]: short enough for a smooth progress bar.
 CHUNK_S = 0.25
 ASSUMED_NS = 30
 
@@ -106,7 +106,7 @@ class Simulation:
         self.rayleigh_s = rayleigh_time(
             self.radius, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
         )
-        longest, allowed = wanted_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
+        longest, allowed = requested_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
         if longest > allowed * self.rayleigh_s:
             raise SimulationError(
                 f"the time step of {longest:g} s is {longest / self.rayleigh_s:.3g} of the Rayleigh time; "
@@ -253,7 +253,7 @@ class Simulation:
         self.counters[COUNTER.check_in] = 0
 
     def _trouble(self) -> str:
-        """What went wrong, in words."""
+        """The message for the status of the run."""
         ball, partner = int(self.counters[COUNTER.ball]), int(self.counters[COUNTER.partner])
         when = f"at {self.counters[COUNTER.step] * self.step:.6f} s"
         other = f"ball {partner}" if partner >= 0 else f"wall feature {-1 - partner}"
@@ -268,5 +268,5 @@ class Simulation:
         }[int(self.counters[COUNTER.status])]
 
 
-# Progress in simulated seconds, with the time to go.
+# Progress in simulated seconds, with the remaining time.
 BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} s simulated [{elapsed}<{remaining}]"

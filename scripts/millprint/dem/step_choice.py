@@ -1,4 +1,4 @@
-"""The largest time step that changes no descriptor and keeps the energy balance, and whether the default is one."""
+"""The largest time step that changes no descriptor and keeps the energy balance; is the default small enough?"""
 
 import numpy as np
 import pandas as pd
@@ -35,7 +35,7 @@ def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dic
         "rayleigh_fraction": float(row["rayleigh_fraction"]),
         "largest_deviation_percent": float(deviations[largest]),
         "largest_deviation_of": largest,
-        # A deviation smaller than this could not be told from chance by so few seeds.
+        # With so few seeds, a smaller deviation cannot be distinguished from chance.
         "resolution_percent": float(max(chance.values())),
         "deviating": beyond,
         "closure_worst": float(row["closure_worst"]),
@@ -67,7 +67,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, configured_s: 
     series = [judge_series(rows, settings) for _, rows in table.groupby(SERIES, sort=False)]
     steps = [verdict["largest_step_s"] for verdict in series]
     largest = None if None in steps else min(steps)
-    # A step is made a little smaller than asked for, so that a whole number of them makes an energy sample.
+    # A step is a little smaller than requested, so that a whole number of them makes an energy sample.
     holds = largest is not None and configured_s <= largest * 1.01
     return {
         "criteria": settings.model_dump(),
@@ -79,7 +79,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, configured_s: 
 
 
 def in_words(choice: dict) -> str:
-    """One line for the log: the largest step, what stops the next one, and the verdict on the configured step."""
+    """A line for the log: the largest step, the reason against the next one, and the result for the configured step."""
     configured, largest = choice["configured_step_s"], choice["largest_step_s"]
     verdict = "holds" if choice["configured_step_holds"] else "is too large: make dem.time_step_s smaller"
     if largest is None:

@@ -66,7 +66,7 @@ def gather(balls, candidates, contacts, walls, motions, lane, block, m):
 
 @inlined()
 def load_body(walls, motions, load, position, away, feature, force, back):
-    """Book what a body exerts on a ball: force [N], and torque about the body's origin [N m]."""
+    """Add the force [N] of a body on a ball, and its torque about the body's origin [N m], to the body's loads."""
     body = body_of(walls, feature)
     arm = subtract(subtract(position, away), row(motions.pose, body))
     add_load(load, body, force, subtract(cross(arm, force), back))
@@ -74,7 +74,7 @@ def load_body(walls, motions, load, position, away, feature, force, back):
 
 @inlined()
 def scatter(balls, contacts, walls, motions, load, body_load, lane, block, m):
-    """Hand what came out of a lane to its partners: onto the loads of balls (n, 6) and of bodies (bodies, 6)."""
+    """Add the forces of a lane to its partners: to the loads of balls (n, 6) and of bodies (bodies, 6)."""
     i, j = contacts.ball[lane], contacts.partner[lane]
     force = get_vector(contacts.lanes, block, LANE.force, m)
     back = get_vector(contacts.lanes, block, LANE.other_torque, m)
@@ -88,7 +88,7 @@ def scatter(balls, contacts, walls, motions, load, body_load, lane, block, m):
 
 @inlined()
 def width_in_use(counters, block):
-    """The lanes of a block that have been in use."""
+    """Number of lanes of a block that have been in use."""
     return np.uint64(min(LANES, counters[COUNTER.used] - block * LANES))
 
 

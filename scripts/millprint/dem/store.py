@@ -1,4 +1,4 @@
-"""run.h5: everything that a run recorded, with units beside every number."""
+"""run.h5: everything that a run recorded, with units."""
 
 import json
 import platform
@@ -19,7 +19,7 @@ from millprint.hdf5 import whole_hdf5
 from millprint.mill.pose import POSE
 from millprint.mill.vessel import Vessel
 
-# What a column's last words say of its unit.
+# Unit by the end of a column's name.
 UNITS = {"_J": "J", "_s": "s", "_m_s": "m/s", "_N": "N", "_m": "m", "_rad_s": "rad/s"}
 
 # Columns that need all their digits or are whole numbers already.
@@ -85,7 +85,7 @@ def _put_snapshots(group: h5py.Group, simulation: Simulation, recording: Recordi
         _put_poses(group.create_group(f"inserts/{body.name}"), pose[:, index])
     for name, columns in SNAPSHOT._asdict().items():
         put(group, name, per_ball[:, :, span_of(columns)], narrow=True)
-    # The first snapshot has nothing before it.
+    # There is nothing before the first snapshot.
     for name in ("normal_J", "tangential_J"):
         energy = total[:, getattr(SNAPSHOT_TOTAL, name)]
         put(group, name, np.diff(energy, prepend=energy[0]))

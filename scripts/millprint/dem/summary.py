@@ -1,4 +1,4 @@
-"""What a run comes down to: powers, collisions by counting rule, and the state of the energy balance."""
+"""The summary of a run: powers, collisions by counting rule, and the energy balance."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import ball_space_m3, travel_m
 
-# Blocks that a standard error is taken from, at least.
+# Smallest number of blocks for a standard error.
 FEWEST_BLOCKS = 8
 
 

@@ -21,12 +21,12 @@ from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, ki
 from millprint.dem.touching import find_pairs, open_pairs, open_walls, pairs_listed
 from millprint.kernel import inlined, inner, threaded
 
-# Numbers in a line of the processor's cache: counts of two threads must not share one.
+# Numbers in a cache line of the processor: counts of two threads must not share one.
 CACHE_LINE = 8
 
 
 class Shares(NamedTuple):
-    """What each of `threads` chunks writes to on its own."""
+    """The arrays of each of `threads` chunks."""
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
@@ -52,7 +52,7 @@ def make_shares(
 def use_threads(threads: int) -> Iterator[None]:
     """Let loops run in up to `threads` threads; where the process has been given fewer, in those, with equal results.
 
-    A call from within goes on with what it was given: the number is put back at the end.
+    A nested call keeps the number it was given; the number is restored at the end.
     """
     given = numba.get_num_threads()
     numba.set_num_threads(min(threads, given))

@@ -21,8 +21,8 @@ def aligned_step(longest_s: float, interval_s: float) -> tuple[float, int]:
     return interval_s / steps, steps
 
 
-def wanted_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
-    """The step that a case asks for [s]: its own, its own fraction of the Rayleigh time [s], or that of `dem`."""
+def requested_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
+    """The requested step of a case [s]: its own, its fraction of the Rayleigh time, or that of `dem`."""
     if case.time_step_s:
         return case.time_step_s
     if case.rayleigh_fraction:
@@ -36,6 +36,6 @@ def largest_fraction(case: Case, dem: DemConfig) -> float:
 
 
 def resolved_step(contact: ContactConfig, radius_m: float, wanted_s: float, rayleigh_fraction_max: float) -> float:
-    """The wanted step [s]; a shorter one where the Rayleigh time of a ball asks for it."""
+    """The requested step [s], or a shorter one if the Rayleigh time of a ball requires it."""
     rayleigh = rayleigh_time(radius_m, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio)
     return min(wanted_s, rayleigh_fraction_max * rayleigh)

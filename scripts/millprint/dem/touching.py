@@ -21,7 +21,7 @@ from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, scale, subtract
 from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
 
-# Farther than anything touches [m].
+# Farther than any contact [m].
 FAR = 1e300
 
 
@@ -169,7 +169,7 @@ def find_pairs(balls, candidates, begin, end, found):
     for k in range(begin, end):
         i, j = candidates.ball[k], np.uint32(candidates.partner[k])
         away = subtract(row(balls.position, i), row(balls.position, j))
-        # Written always and kept now and then, so that nothing depends on a branch.
+        # Always written but kept only if the count advances, so that there is no branch.
         found[count] = k
         count += np.uint64(dot(away, away) < candidates.trigger[k])
     return count

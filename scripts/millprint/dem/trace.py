@@ -1,4 +1,4 @@
-"""What single contacts do in a number of steps: impulses and works, from which the contact surrogate learns."""
+"""Impulses and works of single contacts over some steps: the training data of the contact surrogate."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from millprint.kernel import inlined, inner
 
 
 class Trace(NamedTuple):
-    """Contacts that are followed."""
+    """The recorded contacts."""
 
     place: np.ndarray  # (n, n + features) row of a pair of balls, or of a ball and a feature of the wall; -1 for none
     value: np.ndarray  # (rows, width) layout.TraceColumns

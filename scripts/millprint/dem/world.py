@@ -1,4 +1,4 @@
-"""A few balls in a vessel, placed by hand and driven from Python: calibration tests and the tests of the physics."""
+"""A few balls in a vessel, placed and advanced from Python, for the calibration and the tests of the physics."""
 
 import numpy as np
 import pandas as pd

@@ -163,7 +163,7 @@ def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) 
     """
     trainer = Trainer(read_dataset(dataset), recipe, device)
     if trainer.resume(checkpoint, device):
-        logger.info("going on from epoch %d, step %d of %s", trainer.epoch, trainer.cursor, checkpoint)
+        logger.info("continuing from epoch %d, step %d of %s", trainer.epoch, trainer.cursor, checkpoint)
     finished = trainer.train(checkpoint)
     logger.info(
         "%s after %d of %d epochs, %.0f s on %s with %d thread(s)",
