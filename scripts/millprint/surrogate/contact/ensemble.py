@@ -100,7 +100,7 @@ def train(dataset: str, checkpoint: Path, job: ContactTrainingJob, device: torch
         trainer = ContactTrainer(parts, settings.network, training, validate, reach, own, device)
         path = checkpoint.with_suffix(f".{number}.pt")
         if trainer.resume(path, device):
-            logger.info("member %d goes on from epoch %d, step %d", number, trainer.epoch, trainer.cursor)
+            logger.info("member %d continues from epoch %d, step %d", number, trainer.epoch, trainer.cursor)
         finished = trainer.train(path)
         logger.info(
             "member %d: %s after %d epochs, %.0f s; best roll-out %.3g %% in epoch %d", number,
