@@ -67,18 +67,18 @@ class Graph:
         lever = torch.linalg.cross(force, self.normal)
         return self.arm * lever, self.other * lever
 
-    def push(self, expected: Tensor) -> Tensor:
-        """Acceleration of each contact's point (n, 3) by all but itself, if contacts exert `expected` (n, 3) [N]."""
+    def external(self, expected: Tensor) -> Tensor:
+        """External acceleration of each contact's point (n, 3) [m/s2], if contacts exert `expected` (n, 3) [N]."""
         torque, back = self.torques(expected)
         sums = expected.new_zeros(self.balls + 1, 6)
         sums.index_add_(0, self.first, torch.cat([expected, torque], 1))
         sums.index_add_(0, self.second, torch.cat([-expected, back], 1))
         mine, others = sums[self.first], sums[self.second]
-        push = self.base + self.inverse[0] * (mine[:, :3] - expected) - self.inverse[1] * (others[:, :3] + expected)
-        turn = self.inverse_inertia[0] * (mine[:, 3:] - torque)
+        linear = self.base + self.inverse[0] * (mine[:, :3] - expected) - self.inverse[1] * (others[:, :3] + expected)
+        angular = self.inverse_inertia[0] * (mine[:, 3:] - torque)
         other_angular = self.inverse_inertia[1] * (others[:, 3:] - back)
-        twisting = self.arm * turn + self.other * other_angular
-        return push - torch.linalg.cross(twisting, self.normal)
+        twisting = self.arm * angular + self.other * other_angular
+        return linear - torch.linalg.cross(twisting, self.normal)
 
 
 class Predictor(nn.Module):
@@ -109,10 +109,10 @@ class Predictor(nn.Module):
 
     def one_round(self, layers: list[nn.Linear], graph: Graph, expected: Tensor) -> tuple[Tensor, Tensor]:
         """Mean force and tilt of each contact, in its units, if all exert `expected` (n, 3) [N]."""
-        shove = graph.step**2 / graph.length * graph.push(expected)
+        external = graph.step**2 / graph.length * graph.external(expected)
         force = graph.force / graph.unit
-        f, a, u = along(force, graph.normal), along(shove, graph.normal), -along(graph.slip, graph.normal)
-        p, q, r = force - f * graph.normal, graph.slip + u * graph.normal, shove - a * graph.normal
+        f, a, u = along(force, graph.normal), along(external, graph.normal), -along(graph.slip, graph.normal)
+        p, q, r = force - f * graph.normal, graph.slip + u * graph.normal, external - a * graph.normal
         sizes = size(p), size(q), size(r)
         after = graph.overlap + u - 0.5 * a
         cosines = [

@@ -4,7 +4,9 @@ import itertools
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import torch
+from sklearn.preprocessing import StandardScaler
 from torch import Tensor, nn
 from torch_geometric.nn import MessagePassing
 from torch_geometric.utils import scatter
@@ -110,25 +112,22 @@ def feature_statistics(
     """Mean and standard deviation of each kind of quantity over the given rows of each run, and no others.
 
     Returns `KIND_mean` and `KIND_std` for the keys of CHANNELS. A channel that does not vary (the wall's speed, its
-    padding) keeps a deviation of 1, so that it becomes zero and not a division by zero.
+    padding) keeps a deviation of 1, so that nothing is divided by zero.
     """
     samples: dict[str, list[Tensor]] = {kind: [] for kind in CHANNELS}
     for run, rows in parts:
         edges = edges_at(run, rows, rule)
-        samples["ball"].append(run.ball[rows])
-        samples["wall"].append(run.wall[rows])
-        samples["pair"].append(edges.pair_vector)
-        samples["wall_edge"].append(edges.wall_vector)
-        samples["acceleration"].append(target(run, graph)[rows])
-        samples["dissipation"].append(run.dissipation[rows])
+        nodes, edge_vectors = (run.ball[rows], run.wall[rows]), (edges.pair_vector, edges.wall_vector)
+        seen = (*nodes, *edge_vectors, target(run, graph)[rows], run.dissipation[rows])
+        for kind, value in zip(CHANNELS, seen, strict=True):
+            samples[kind].append(value)
     statistics = {}
     for kind, values in samples.items():
-        table = torch.cat([part.reshape(-1, CHANNELS[kind]) for part in values]).double()
-        mean = table.mean(0) if len(table) else torch.zeros(CHANNELS[kind])
-        deviation = table.std(0, correction=0) if len(table) else torch.ones(CHANNELS[kind])
-        still = deviation <= 1e-6 * mean.abs() + torch.finfo(torch.float32).tiny
-        statistics[f"{kind}_mean"] = mean.float()
-        statistics[f"{kind}_std"] = torch.where(still, 1.0, deviation).float()
+        table = torch.cat([part.reshape(-1, CHANNELS[kind]) for part in values]).double().numpy()
+        # Where no two balls ever touch there are no pairs: their mean is 0 and their deviation 1.
+        scaler = StandardScaler().fit(table if len(table) else np.zeros((1, CHANNELS[kind])))
+        statistics[f"{kind}_mean"] = torch.from_numpy(scaler.mean_).float()
+        statistics[f"{kind}_std"] = torch.from_numpy(scaler.scale_).float()
     return statistics
 
 
