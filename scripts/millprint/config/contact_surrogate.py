@@ -52,7 +52,7 @@ class TraceConfig(Section):
 
 
 class ValidationConfig(Section):
-    """Roll-outs that tell when training is good enough: of the first trace's case, after what is learned from."""
+    """Roll-outs that show when training is good enough: of the first trace, after the time of the training."""
 
     starts: Count = 12
     """roll-outs [-]"""
@@ -63,7 +63,7 @@ class ValidationConfig(Section):
 
 
 class PredictorConfig(Section):
-    """Size of the network that expects what contacts will do."""
+    """Size of the network that predicts the forces of contacts."""
 
     width: Annotated[int, Field(ge=1, le=WIDTH_MAX)] = 24
     """neurons of each of two hidden layers [-]"""
@@ -103,7 +103,7 @@ class ContactTrainingConfig(Section):
 
 
 class ContactSurrogateConfig(Section):
-    """Everything of the surrogate that learns contacts."""
+    """Settings of the surrogate that learns contacts."""
 
     coarse: CoarseConfig = CoarseConfig()
     traces: list[TraceConfig] = Field(min_length=1)
@@ -116,7 +116,7 @@ class ContactSurrogateConfig(Section):
 
 
 class ContactRecipe(Section):
-    """What the weights carry with them: all that a roll-out needs to know."""
+    """Settings in the weights file: all that a roll-out needs."""
 
     coarse: CoarseConfig
     network: PredictorConfig

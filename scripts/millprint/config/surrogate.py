@@ -264,7 +264,7 @@ class SurrogateConfig(Section):
         for name in [*self.variants, *self.ablations]:
             self.variant(name)
             source = self.weights_of(name)
-            # Of an ablation's weights no variant may be made, or `all` would run appendix A.
+            # A variant with the weights of an ablation would make `all` run appendix A.
             known = self.variants | (self.ablations if name in self.ablations else {})
             if source not in known:
                 raise ValueError(f"{name}.weights_of = {source!r}: unknown; known: {', '.join(known)}")

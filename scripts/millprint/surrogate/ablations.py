@@ -46,7 +46,7 @@ OURS = Statement("not in the thesis: another reading of it")
 
 
 def holds(checked: str, row: pd.Series, baseline: pd.Series) -> bool:
-    """Whether a statement holds at our budget.
+    """Whether a statement of the thesis holds at our budget.
 
     `worse` is against the baseline of the same budget; to overshoot is to dissipate more power than the simulation.
     """

@@ -23,7 +23,7 @@ def simulated_rollout(run: Trajectory, scene: Scene, start_s: float, length_s: f
 
 
 def blurred(rollout: RollOut) -> RollOut:
-    """Every ball at the centre of mass, with the dissipation left right: the best that a mean square error asks for."""
+    """Every ball at the centre of mass, with the right dissipation: a low mean square error, and no motion at all."""
     centre, drift = (
         np.broadcast_to(array.mean(axis=2, keepdims=True), array.shape)
         for array in (rollout.position_m, rollout.velocity_m_s)
@@ -32,7 +32,7 @@ def blurred(rollout: RollOut) -> RollOut:
 
 
 def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut:
-    """The motion of the balls relative to the jar at another rate, in a jar that moves as it should."""
+    """The motion of the balls relative to the jar at another rate, in a jar that moves at the right rate."""
     moment = rollout.time_s * rate
     frame = np.searchsorted(rollout.time_s, moment, side="right") - 1
     following = np.minimum(frame + 1, len(moment) - 1)

@@ -1,8 +1,8 @@
 """Compares a roll-out with the simulation that it started from, and every measure with that of two simulations.
 
-Two kinds of second simulation stand beside a roll-out. A twin goes on from the very state that the roll-out starts
-from, but for a disturbance of 1e-9 m: how fast it parts is what no model can beat. Another seed shares nothing with
-the truth but the case: how far it is away is what a perfect model of the statistics would score.
+There are two kinds of second simulation. A twin starts from the same state as the roll-out, but for a disturbance of
+1e-9 m: no model can diverge more slowly. Another seed shares nothing with the truth but the case: a perfect model of
+the statistics would be as far away.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from millprint.surrogate.scene import Scene
 from millprint.surrogate.trajectory import Trajectory
 
 INCREMENT_S = 0.005
-# Shares of the error of two unrelated simulations: what counts as parted, and from where growth is looked at.
-PARTED, CLOSE = 0.5, 1e-4
+# Shares of the error of two unrelated simulations: where trajectories count as diverged, and where their growth begins.
+DIVERGED, CLOSE = 0.5, 1e-4
 # A mean square speed over that of the simulation, above which a roll-out runs away.
 RUNAWAY = 2.0
 # The mechanical fingerprint {E_n, E_t, f / n} of single collisions, and its units.
@@ -43,8 +43,8 @@ def growth(rollout: RollOut, truth: RollOut, saturation_m2: float) -> Values:
         frame = np.searchsorted(truth.time_s, milliseconds / 1e3 - 1e-9)
         if frame < len(error):
             found[f"position_mse_{milliseconds}ms_m2"] = float(error[frame].mean())
-    found["horizon_s"] = measures.horizon(truth.time_s, error, PARTED * saturation_m2)
-    bounds = CLOSE * saturation_m2, PARTED * saturation_m2
+    found["horizon_s"] = measures.horizon(truth.time_s, error, DIVERGED * saturation_m2)
+    bounds = CLOSE * saturation_m2, DIVERGED * saturation_m2
     found["error_growth_time_s"] = measures.growth_time(truth.time_s, error, *bounds)
     return found
 
@@ -170,7 +170,7 @@ def evaluate_at_rest(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene
 
 
 def rest_measures(rollout: RollOut, driven_W: float) -> Values:
-    """Of balls at rest in a jar at rest: energy from nothing, and the highest lift [m]. All are zero if it is right.
+    """Balls at rest in a jar at rest: energy that appears from nowhere, and the highest lift [m]. All should be zero.
 
     Energy shows as dissipation, of either sign, as a share of what the driven jar dissipates in that time [%], and as
     motion: the largest root mean square speed in any frame [m/s]. driven_W: mean power of the driven jar.

@@ -22,7 +22,7 @@ DATASETS = {"angular_velocity_rad_s": "spin_rad_s", "force_disagreement": "doubt
 EDGES = ("wall", "pair")
 # Rule of dem.counting_rules by which a surrogate counts collisions that names no other: contacts that ended.
 LIFETIMES = "lifetimes"
-# Surfaces nearer than this share of a ball's radius touch: overlaps are smaller, and gaps are hardly ever that small.
+# Surfaces nearer than this share of a ball's radius touch: overlaps are smaller, and gaps are rarely that small.
 TOUCH = 0.01
 
 
@@ -142,7 +142,7 @@ def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.nda
     first = np.array([run.index(float(moment)) for moment in start_s])
     run.index(float(moments_s.max()))
     rows = first + np.rint(time_s / run.interval_s).astype(int)[:, None]
-    # Half of a contact's shortest life is far too late to be the same moment.
+    # A later frame would not show the same contacts.
     late = float(np.abs(run.time_s[rows] - moments_s).max())
     if late > 1e-5:
         raise ConfigError(

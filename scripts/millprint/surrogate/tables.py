@@ -23,7 +23,7 @@ AIMS = {
 EVERY_TEST = {
     "balls_left": 0.0,
     "rest_dissipation_share_percent": 1.0,
-    # A hundredth of a 10 mm ball: it creeps, and does not lift off.
+    # A hundredth of a 10 mm ball: it may creep, but not lift off.
     "rest_highest_lift_m": 1e-4,
 }
 # Aims relative to a second simulation: distances should not be larger, the horizon not shorter.

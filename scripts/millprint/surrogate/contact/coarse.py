@@ -26,7 +26,7 @@ OVERLAP_MAX = 0.5
 SKIN = 0.6
 CANDIDATES_PER_BALL = 40
 
-# State as the kernels take it: totals and counters come last.
+# State in the order in which the kernels take it.
 Groups = tuple[state.Balls, state.Candidates, state.Contacts, state.Laws, Walls, state.Clock, np.ndarray, np.ndarray]
 
 

@@ -78,7 +78,7 @@ def follow(tracer: Tracer, trace: TraceConfig, bar: tqdm | None = None) -> Sampl
 
 
 def truths(tracer: Tracer, settings: ValidationConfig) -> list[Truth]:
-    """States from the present time on, each where the one before ends, and what the DEM makes of them."""
+    """States from the present time on, each where the one before ends, and where the DEM takes them."""
     found = []
     for _ in range(settings.starts):
         begin, before, time_s = tracer.saved(), tracer.works(), tracer.coarse_number * tracer.coarse.step

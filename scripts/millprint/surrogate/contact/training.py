@@ -18,8 +18,8 @@ logger = logging.getLogger("millprint")
 
 # Balls of one state are numbered from a multiple of this.
 STRIDE = 4096
-# Weight of the absolute error beside its square, and where it turns into a square, in units of the contact: small
-# forces of balls that lie count beside those of impacts.
+# Weight of the absolute error beside its square, and where it turns into a square, in units of the contact: so the
+# small forces of resting balls count beside those of impacts.
 ABSOLUTE, ROUNDED = 0.05, 0.01
 # Weight of the rounds before the last.
 EARLIER = 0.3
