@@ -1,9 +1,12 @@
 """Settings of the doe stage for tests: those of the thesis, with changes."""
 
+import pandas as pd
+import pytest
 import yaml
 
 from millprint.config.doe import DoeConfig
 from millprint.config.load import check_model
+from millprint.doe.runs import read_runs
 from tests.conftest import ROOT
 
 SCREENING = ROOT / "config/data/screening.tsv"
@@ -17,3 +20,15 @@ def thesis_settings() -> dict:
 def settings(**changes) -> DoeConfig:
     """The thesis's settings with `changes`."""
     return check_model({**thesis_settings(), **changes}, DoeConfig, "config.yaml")
+
+
+@pytest.fixture(scope="module", name="config")
+def thesis_config() -> DoeConfig:
+    """The settings of the thesis; a test module imports this fixture to have it."""
+    return settings()
+
+
+@pytest.fixture(scope="module", name="runs")
+def thesis_runs(config: DoeConfig) -> pd.DataFrame:
+    """The screening runs of the thesis; a test module imports this fixture to have it."""
+    return read_runs(SCREENING, config.factors)

@@ -11,19 +11,8 @@ from millprint.doe.contested import contested_table, rival_models_table
 from millprint.doe.design import design_table
 from millprint.doe.model import fit_factors, sums_of_squares
 from millprint.doe.residuals import lack_of_fit_table, pure_error, residual_checks
-from millprint.doe.runs import read_runs
 from millprint.doe.trends import trend_table
-from tests.unit.doe_settings import SCREENING, settings
-
-
-@pytest.fixture(scope="module")
-def config() -> DoeConfig:
-    return settings()
-
-
-@pytest.fixture(scope="module")
-def runs(config) -> pd.DataFrame:
-    return read_runs(SCREENING, config.factors)
+from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 
 def planted(config: DoeConfig, signal: np.ndarray, scatter: float = 1.0, seed: int = 6) -> pd.DataFrame:

@@ -5,12 +5,10 @@ import pandas as pd
 import pytest
 from scipy.stats import ncf
 
-from millprint.config.doe import DoeConfig
 from millprint.doe.aliases import contrasts
 from millprint.doe.design import design_table
 from millprint.doe.model import fit_factors, sums_of_squares
 from millprint.doe.residuals import residual_checks, residual_table
-from millprint.doe.runs import read_runs
 from millprint.doe.trends import interaction_table, trend_table
 from millprint.doe.variance import (
     as_designed,
@@ -22,7 +20,7 @@ from millprint.doe.variance import (
     truncated,
 )
 from millprint.errors import ConfigError
-from tests.unit.doe_settings import SCREENING, settings
+from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 # Thesis Table 2.5.
 PRINTED = {
@@ -41,16 +39,6 @@ PRINTED = {
     "AC, BD": ("0.050", "0.286"),
     "AD, BC": ("0.009", "0.874"),
 }
-
-
-@pytest.fixture(scope="module")
-def config() -> DoeConfig:
-    return settings()
-
-
-@pytest.fixture(scope="module")
-def runs(config) -> pd.DataFrame:
-    return read_runs(SCREENING, config.factors)
 
 
 @pytest.fixture(scope="module")
