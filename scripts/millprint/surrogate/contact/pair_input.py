@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from millprint.columns import Vector
 from millprint.dem.contact import arms_of
 from millprint.dem.lanes import get, get_vector, put, put_vector
 from millprint.dem.layout import LANE, LANES, RATE
@@ -18,6 +19,12 @@ from millprint.mill.vectors import add, add_scaled, cross, dot, row, scale, subt
 from millprint.mill.walls import body_of, direction_to_laboratory, wall_velocity
 from millprint.surrogate.contact.pair import LANE_LAST_FORCE, PAIR, tilted
 from millprint.surrogate.contact.scratch import EXPECTED_LOAD
+
+
+@inlined()
+def shifted(columns, by):
+    """The columns of a vector that lies `by` columns farther on."""
+    return Vector(columns.x + by, columns.y + by, columns.z + by)
 
 
 @inner()
@@ -87,63 +94,66 @@ def torques_of(contacts, work, block, m, force):
     return scale(arm, lever), scale(other, lever)
 
 
-@inlined()
-def expect_part(contacts, coarse, lane, expected, into):
-    """Add an expected force and its torques to the columns `into` of the loads on the balls of a contact."""
-    block, m = lane // LANES, lane % LANES
-    load = coarse.load
-    i, j = contacts.ball[lane], contacts.partner[lane]
-    force = get_vector(coarse.work, block, expected, m)
-    torque, back = torques_of(contacts, coarse.work, block, m, force)
-    for c in range(3):
-        load[i, into.force.x + c] += force[c]
-        load[i, into.torque.x + c] += torque[c]
-        if j >= 0:
-            load[j, into.force.x + c] -= force[c]
-            load[j, into.torque.x + c] += back[c]
+# Columns from what belongs to the mean of a prediction to what belongs to its tilt.
+TO_EXPECTED_TILT = PAIR.expected_tilt.x - PAIR.expected_force.x
+TO_LOAD_TILT = EXPECTED_LOAD.tilt.force.x - EXPECTED_LOAD.mean.force.x
+TO_TILT = PAIR.tilt.external.x - PAIR.mean.external.x
 
 
 @inner()
 def expect(contacts, coarse, lane):
     """Add the predicted forces and torques of a contact, mean and tilt, to its balls."""
-    expect_part(contacts, coarse, lane, PAIR.expected_force, EXPECTED_LOAD.mean)
-    expect_part(contacts, coarse, lane, PAIR.expected_tilt, EXPECTED_LOAD.tilt)
+    block, m = lane // LANES, lane % LANES
+    work, load = coarse.work, coarse.load
+    i, j = contacts.ball[lane], contacts.partner[lane]
+    for part in range(2):
+        force = get_vector(work, block, shifted(PAIR.expected_force, TO_EXPECTED_TILT * part), m)
+        torque, back = torques_of(contacts, work, block, m, force)
+        at = TO_LOAD_TILT * part
+        for c in range(3):
+            load[i, at + EXPECTED_LOAD.mean.force.x + c] += force[c]
+            load[i, at + EXPECTED_LOAD.mean.torque.x + c] += torque[c]
+            if j >= 0:
+                load[j, at + EXPECTED_LOAD.mean.force.x + c] -= force[c]
+                load[j, at + EXPECTED_LOAD.mean.torque.x + c] += back[c]
 
 
 @inlined()
-def put_external_part(balls, contacts, coarse, lane, expected, load, into):
-    """Accelerations of a contact by the columns `load` of the loads on its balls, less its own expected force."""
-    block, m = lane // LANES, lane % LANES
-    work = coarse.work
-    i, j = contacts.ball[lane], contacts.partner[lane]
-    a = balls.species[i]
-    force = get_vector(work, block, expected, m)
-    torque, back = torques_of(contacts, work, block, m, force)
-    external = scale(1.0 / balls.mass[a], subtract(vector(coarse.load, i, load.force), force))
-    angular = scale(1.0 / balls.inertia[a], subtract(vector(coarse.load, i, load.torque), torque))
-    other_angular = (0.0, 0.0, 0.0)
-    if j >= 0:
-        other = np.uint32(j)
-        b = balls.species[other]
-        external = add_scaled(external, -1.0 / balls.mass[b], add(vector(coarse.load, other, load.force), force))
-        other_angular = scale(1.0 / balls.inertia[b], subtract(vector(coarse.load, other, load.torque), back))
-    put_vector(work, block, into.external, m, external)
-    put_vector(work, block, into.angular, m, angular)
-    put_vector(work, block, into.other_angular, m, other_angular)
+def load_on(load, i, part):
+    """Force [N] and torque [N m] on ball i of one part: the mean (0) or its tilt (1)."""
+    at = TO_LOAD_TILT * part
+    mean = EXPECTED_LOAD.mean
+    return vector(load, i, shifted(mean.force, at)), vector(load, i, shifted(mean.torque, at))
 
 
 @inner()
 def put_external(balls, contacts, walls, clock, coarse, lane):
     """Put the external accelerations of a contact into its lane: mean and tilt."""
-    put_external_part(balls, contacts, coarse, lane, PAIR.expected_force, EXPECTED_LOAD.mean, PAIR.mean)
-    put_external_part(balls, contacts, coarse, lane, PAIR.expected_tilt, EXPECTED_LOAD.tilt, PAIR.tilt)
-    if contacts.partner[lane] >= 0:
-        return
-    block, m, body = lane // LANES, lane % LANES, body_of(walls, -1 - contacts.partner[lane])
-    gravity = clock.gravity[0], clock.gravity[1], clock.gravity[2]
-    external = add(get_vector(coarse.work, block, PAIR.mean.external, m), gravity)
-    change = subtract(vector(coarse.wall_velocity, body, RATE.velocity), velocity_of(clock.motions, body))
-    put_vector(coarse.work, block, PAIR.mean.external, m, add_scaled(external, -1.0 / clock.step, change))
+    block, m = lane // LANES, lane % LANES
+    work, step, motions = coarse.work, clock.step, clock.motions
+    i, j = contacts.ball[lane], contacts.partner[lane]
+    a = balls.species[i]
+    for part in range(2):
+        force = get_vector(work, block, shifted(PAIR.expected_force, TO_EXPECTED_TILT * part), m)
+        torque, back = torques_of(contacts, work, block, m, force)
+        load, twist = load_on(coarse.load, i, part)
+        external = scale(1.0 / balls.mass[a], subtract(load, force))
+        angular = scale(1.0 / balls.inertia[a], subtract(twist, torque))
+        other_angular = (0.0, 0.0, 0.0)
+        if j >= 0:
+            other = np.uint32(j)
+            b = balls.species[other]
+            load, twist = load_on(coarse.load, other, part)
+            external = add_scaled(external, -1.0 / balls.mass[b], add(load, force))
+            other_angular = scale(1.0 / balls.inertia[b], subtract(twist, back))
+        elif part == 0:
+            body = body_of(walls, -1 - j)
+            external = add(external, (clock.gravity[0], clock.gravity[1], clock.gravity[2]))
+            now = velocity_of(motions, body)
+            external = add_scaled(external, -1.0 / step, subtract(row(coarse.wall_velocity, body), now))
+        put_vector(work, block, shifted(PAIR.mean.external, TO_TILT * part), m, external)
+        put_vector(work, block, shifted(PAIR.mean.angular, TO_TILT * part), m, angular)
+        put_vector(work, block, shifted(PAIR.mean.other_angular, TO_TILT * part), m, other_angular)
 
 
 @inlined()
