@@ -1,4 +1,4 @@
-"""Closed forms for the contact cases: what one set-up must end with, from its material, radii and start alone.
+"""Closed forms for the contact cases: the final state of a set-up from its material, radii and initial state.
 
 Each takes a ContactCase (tests/physics/contact_cases.py) and returns {quantity: expected}, or None where the set-up is
 not in the form's regime. Balls are solid spheres; a wall has R* = R and m* = m. v: approach speed, u: slip at first

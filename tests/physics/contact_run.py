@@ -10,7 +10,7 @@ from tests.physics.closed_forms import CLOSED_FORMS, approach_of, momenta, pair_
 from tests.physics.contact_cases import ContactCase
 from tests.physics.setups import World, box
 
-# A turn about no axis of symmetry: every case must come out the same in a frame turned by it.
+# A rotation about no axis of symmetry: every case must have the same result in the rotated frame.
 TURNED = Rotation.from_euler("zyx", [0.61, -1.13, 0.37]).as_matrix()
 UPRIGHT = np.eye(3)
 

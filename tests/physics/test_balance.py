@@ -134,7 +134,7 @@ def test_the_same_seed_gives_the_same_run_to_the_last_bit(mills, contacts):
 
 
 def test_history_survives_new_candidate_lists(mills, contacts):
-    """A run whose lists are made anew five times as often is the same run."""
+    """A run whose lists are rebuilt five times as often gives the same result."""
     runs = []
     for skin in (3e-4, 1.5e-3):
         dem = DEM.model_copy(update={"skin_m": skin})

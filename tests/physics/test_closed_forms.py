@@ -1,4 +1,4 @@
-"""The closed forms against each other, where two of them hold: the oracle must be right before the kernel is judged."""
+"""The closed forms against each other, where two of them hold: the reference must be right first."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_without_damping_the_damped_oscillator_is_hertz(base):
 
 
 @pytest.mark.parametrize("restitution", [0.3, 1.0])
-def test_the_equations_of_motion_slide_throughout_where_the_regime_says_so(base, restitution):
+def test_the_equations_of_motion_slide_throughout_in_the_sliding_regime(base, restitution):
     """At the boundary of the regime the impulse departs from mu (1 + e) m v. Stiff, so that levers are the radii."""
     stiff = change(base, restitution=restitution, young_modulus_gpa=2e7)
     pair, mu = pair_of(stiff), stiff.material.static_friction

@@ -31,7 +31,7 @@ def points_of(name: str) -> list[str]:
 
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("point", POINTS)
-def test_a_case_ends_as_its_closed_form_says(point, frame):
+def test_a_case_ends_as_in_its_closed_form(point, frame):
     case, outcome, failures = POINTS[point], outcome_of(point, frame), []
     for check in case.checks:
         expected = CLOSED_FORMS[check.form](case)

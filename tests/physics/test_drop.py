@@ -1,4 +1,4 @@
-"""The virtual drop test gives the restitution back that was put in."""
+"""The virtual drop test gives the restitution of the contact set."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Each mill of the box by a limit that is known: what its motion and its physics must be, whatever its sizes."""
+"""Each mill of the box in a known limit, which its motion and its physics must meet for any size."""
 
 import math
 

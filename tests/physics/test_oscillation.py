@@ -1,4 +1,4 @@
-"""The oscillating ball: what the track obeys, and that the fit gives back the pair that was put in."""
+"""The oscillating ball: properties of the track, and a fit that recovers the friction pair of the simulation."""
 
 import numpy as np
 import pandas as pd
@@ -49,8 +49,8 @@ def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
     across = swing.positions((1.0, 1e-4), 1.6)(times)[:, 0]
     crossings = times[np.flatnonzero(np.diff(np.sign(across)) != 0)]
     angle = np.arcsin(np.abs(across[times > crossings[0]]).max() * 1e-3 / (RADIUS - BALL))
-    wanted = 2 * np.pi * np.sqrt(1.4 * (RADIUS - BALL) / 9.81) * (1 + angle**2 / 16)
-    assert 2 * np.diff(crossings).mean() == pytest.approx(wanted, rel=0.01)
+    expected = 2 * np.pi * np.sqrt(1.4 * (RADIUS - BALL) / 9.81) * (1 + angle**2 / 16)
+    assert 2 * np.diff(crossings).mean() == pytest.approx(expected, rel=0.01)
 
 
 def test_rolling_friction_takes_its_share_of_every_half_swing(cylinder, contacts):

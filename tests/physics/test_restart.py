@@ -1,4 +1,4 @@
-"""A run that is stopped and goes on equals one that never stopped, bit for bit."""
+"""A run that is stopped and continued equals one that never stopped, bit for bit."""
 
 import h5py
 import numpy as np
@@ -94,7 +94,7 @@ def test_a_longer_window_is_restarted_too(mills, contacts, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("damage", ["truncated", "not HDF5", "other speed"])
-def test_a_restart_file_of_no_use_is_left_alone(mills, contacts, tmp_path, monkeypatch, small_chunks, damage):
+def test_a_useless_restart_file_is_ignored(mills, contacts, tmp_path, monkeypatch, small_chunks, damage):
     whole = run(tmp_path / "whole", mills, contacts)
     speed = 1100 if damage == "other speed" else 1200
     with monkeypatch.context() as patched, pytest.raises(Killed):
@@ -108,8 +108,8 @@ def test_a_restart_file_of_no_use_is_left_alone(mills, contacts, tmp_path, monke
     assert run(tmp_path / "parts", mills, contacts)["ledger_J"] == whole["ledger_J"]
 
 
-def test_jobs_beside_a_run_do_not_change_it(mills, contacts):
-    """Two simulations driven by turns give what each gives alone."""
+def test_other_jobs_do_not_change_a_run(mills, contacts):
+    """Two simulations that run alternately give the same results as each alone."""
     alone = Simulation(CASE, mills["emax"], contacts["calibrated"], DEM)
     alone.run("alone")
     first, second = (

@@ -1,4 +1,4 @@
-"""What the equations keep when the whole set-up is moved, turned, mirrored or run again."""
+"""Symmetries of the equations: the whole set-up moved, turned, mirrored or run again."""
 
 import numpy as np
 import pytest

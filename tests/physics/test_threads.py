@@ -1,4 +1,4 @@
-"""The step loop with threads does what the serial one does, up to rounding, and the same whenever it is run."""
+"""The step loop with threads gives the result of the serial one, up to rounding, and the same in every run."""
 
 import itertools
 
@@ -47,7 +47,7 @@ def table(recording) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("name", ["2", "3"])
-def test_threads_change_a_run_by_rounding_alone(runs, name):
+def test_threads_change_a_run_only_by_rounding(runs, name):
     (serial, alone), (shared, together) = runs["1"], runs[name]
     assert serial.count > 300
     assert np.abs(shared.balls.position - serial.balls.position).max() < 1e-9

@@ -1,4 +1,4 @@
-"""Two simulations that start a nanometre apart: the same before, and as far apart as the disturbance says after."""
+"""Two simulations that differ by a nanometre from some time on: equal before, and that far apart afterwards."""
 
 import h5py
 import numpy as np

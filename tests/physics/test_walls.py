@@ -1,4 +1,4 @@
-"""Faces, seams, convex edges and corners: what a ball feels of the wall."""
+"""Contacts of a ball with faces, seams, convex edges and corners of the wall."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ NOTCHED = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.0], [0.0, 0.0], [0.0, 0.1
 
 @kernel()
 def touch_feature(walls, feature, point, limit):
-    """What only kernels may call, for Python."""
+    """A function that only kernels may call, for Python."""
     return touch(walls, feature, 0, point, limit)
 
 

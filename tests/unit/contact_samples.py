@@ -1,4 +1,4 @@
-"""A small mill for the tests of the contact surrogate, and networks that nobody has trained."""
+"""A small mill for the tests of the contact surrogate, and untrained networks."""
 
 import numpy as np
 import torch
@@ -33,7 +33,7 @@ def tiny_tracer() -> Tracer:
 
 
 def random_network(seed: int = 0, size: float = 0.1) -> Predictor:
-    """A network that nobody has trained, with outputs of about `size`."""
+    """An untrained network with outputs of about `size`."""
     torch.manual_seed(seed)
     model = Predictor(NETWORK.width, NETWORK.rounds)
     for layers in model.rounds:

@@ -1,4 +1,4 @@
-"""The bench: LAMMPS's input says what the configuration says, its log is read, and the tables mean what they say."""
+"""The benchmark: input of LAMMPS from the configuration, its log, and the tables."""
 
 import math
 import re
@@ -87,7 +87,7 @@ def after(line: list[str], *keys: str) -> list[float]:
 
 
 def test_timed_input_is_the_one_that_users_write(config, setup):
-    """The words of LAMMPS's own examples of a mill, as the issue names them, between balls and at the wall."""
+    """The commands of LAMMPS's own examples of a mill, between balls and at the wall."""
     text = input_text(setup, config.lammps, 9.4e-7, [1000], with_means=False)
     law = (
         "hertz/material 2050000000 0.3 0.235 tangential mindlin NULL 1.0 0.3 rolling sds 10000.0 0.5 0.045 "
@@ -325,7 +325,7 @@ def test_large_jar_has_the_fill_of_the_case_that_it_is_compared_with(config, mil
     assert setup.settle_s == config.large.settle_s
 
 
-def test_a_jar_scales_with_what_stands_in_it(mill):
+def test_a_jar_scales_with_its_inner_parts(mill):
     post = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
     doubled = scaled_mill(post, 8.0)
     assert doubled.geometry.post.radius_mm == pytest.approx(2 * post.geometry.post.radius_mm)

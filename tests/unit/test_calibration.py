@@ -1,4 +1,4 @@
-"""The user's tables of the calibration, its configuration, and what is said of its claims."""
+"""The user's tables of the calibration, its configuration, and its claims."""
 
 from pathlib import Path
 
@@ -103,13 +103,13 @@ def friction_claim(results: Path) -> Finding:
     return collect_findings(results, CONFIG.parent / "data/claims.tsv", "3.friction")["3.friction_fit"]
 
 
-@pytest.mark.parametrize(("pair", "wanted"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
-def test_the_friction_claim_is_judged_by_the_track_made_in_the_same_mill(tmp_path, pair, wanted):
+@pytest.mark.parametrize(("pair", "expected"), [((0.298, 0.0455), "reproduced"), ((0.33, 0.045), "deviates")])
+def test_the_friction_claim_uses_the_track_of_the_same_mill(tmp_path, pair, expected):
     write_table(friction_table(*pair), tmp_path / "calibration/calibrated/friction_fit.tsv")
     other = friction_table(0.45, 0.04, experiment="another", track_mill="emax_smooth")
     write_table(other, tmp_path / "calibration/another/friction_fit.tsv")
     finding = friction_claim(tmp_path)
-    assert verdict("0.30/0.045", "recover", finding) == wanted
+    assert verdict("0.30/0.045", "recover", finding) == expected
     assert "emax_smooth gives 0.45/0.04" in finding.explanation
 
 

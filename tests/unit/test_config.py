@@ -1,4 +1,4 @@
-"""Configuration models refuse what does not hold, in one line a fault; sweeps expand to cases with telling names."""
+"""Configuration models refuse invalid values with a line for each fault; sweeps expand to named cases."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The defaults of the package are the thesis's, but for what is listed here with its reason."""
+"""The defaults of the package are the values of the thesis, except for those listed here with a reason."""
 
 from collections.abc import Iterator
 from typing import Any

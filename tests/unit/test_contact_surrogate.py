@@ -1,4 +1,4 @@
-"""The contact surrogate: what holds whatever its network has learned, and that training goes on where it stopped."""
+"""The contact surrogate: properties that hold for any network, and training that continues where it stopped."""
 
 from functools import partial
 
@@ -111,12 +111,12 @@ def test_kernel_and_torch_expect_the_same(tracer):
     gather_all(*groups[:6], coarse.scratch, *groups[6:], begin.step * coarse.step)
     predict(coarse.balls, coarse.contacts, coarse.walls, coarse.clock, coarse.scratch, coarse.counters)
     used = [lane for lane in range(coarse.counters[COUNTER.used]) if coarse.contacts.slot[lane] >= 0]
-    for quantity, wanted in ((PAIR.expected_force, mean), (PAIR.expected_tilt, tilt)):
+    for quantity, expected in ((PAIR.expected_force, mean), (PAIR.expected_tilt, tilt)):
         rows = coarse.scratch.work.reshape(-1, PAIR_WIDTH, LANES)
         found = [rows[lane // LANES, span_of(quantity), lane % LANES] for lane in used]
-        wanted = wanted * graph.unit.numpy()
-        assert np.abs(wanted).max() > 1e-4
-        np.testing.assert_allclose(found, wanted, rtol=2e-3, atol=2e-5 * np.abs(wanted).max())
+        expected = expected * graph.unit.numpy()
+        assert np.abs(expected).max() > 1e-4
+        np.testing.assert_allclose(found, expected, rtol=2e-3, atol=2e-5 * np.abs(expected).max())
     coarse.weights = no_weights()
 
 
@@ -165,7 +165,7 @@ def test_a_bounce_does_not_depend_on_where_in_the_step_it_begins(height_radii):
     assert restitution == pytest.approx(TINY_CONTACT.restitution, rel=0.02)
 
 
-def test_dissipation_never_falls_and_no_ball_leaves_a_jar_that_nobody_has_learned(tracer):
+def test_dissipation_never_falls_and_no_ball_leaves_an_untrained_jar(tracer):
     coarse = tracer.coarse
     coarse.weights = make_weights(random_network(seed=5).arrays())
     coarse.load(tracer.saved())

@@ -110,7 +110,7 @@ def test_the_stiffest_ball_is_the_reference_of_a_modulus_sweep():
     assert table["power_deviation_percent"].tolist() == pytest.approx([0.0, 5.0, -10.0])
 
 
-def test_the_balance_alone_limits_the_step_where_descriptors_do_not_move():
+def test_the_balance_limits_the_step_if_no_descriptor_changes():
     """Balance errors of 1e-4, 4e-4, 1.6e-3 at 2, 4, 8 us against a bound of 1e-3."""
     choice = choose_step(table_of(sweep()), SETTINGS, 2e-6)
     (series,) = choice["series"]
@@ -142,7 +142,7 @@ def test_a_descriptor_that_moves_with_the_step_limits_it():
     assert series["steps"][2]["closes"]
 
 
-def test_what_chance_does_is_not_taken_for_a_deviation_and_is_told():
+def test_chance_is_not_taken_for_a_deviation_and_is_reported():
     """With a spread of 3 % and four seeds a deviation under some 6 % cannot be told; the verdict says so."""
     choice = choose_step(table_of(sweep(spread=0.03, closure=1e-3)), SETTINGS, 2e-6)
     (series,) = choice["series"]

@@ -1,4 +1,4 @@
-"""A run that stops making sense stops, in one line that says what, which ball, and when; driven through Simulation."""
+"""An invalid run stops with one line that names the fault, the ball and the time."""
 
 import math
 import re
@@ -34,7 +34,7 @@ def refusal(action) -> str:
     return line
 
 
-def test_balls_that_do_not_fit_are_told_the_largest_fill_that_does():
+def test_the_refusal_of_too_many_balls_names_the_largest_fill():
     line = refusal(lambda: simulation(fill_ratio=0.9))
     balls, fill = re.fullmatch(
         r"(\d+) balls of 10 mm do not fit .* largest fill ratio that does is ([\d.]+)", line

@@ -1,4 +1,4 @@
-"""A script's digest covers what it imports, at any depth, and nothing else."""
+"""The digest of a script covers exactly the files that it imports, directly or indirectly."""
 
 from millprint import digest
 
@@ -43,7 +43,7 @@ def test_digest_changes_with_what_is_used_only(tmp_path, monkeypatch):
     assert fresh(script) != before
 
 
-def test_digest_changes_with_the_templates_beside_what_is_used(tmp_path, monkeypatch):
+def test_digest_changes_with_the_templates_of_the_used_modules(tmp_path, monkeypatch):
     root, script = package(tmp_path, monkeypatch)
     write(root, "near/page.html", "<p>")
     write(root, "far/page.html", "<p>")

@@ -148,7 +148,7 @@ def test_a_drift_over_the_run_order_is_found_only_where_there_is_one(config):
     assert checked(drift)[["trend_over_run_order", "durbin_watson"]].max() < 0.01
 
 
-def test_without_the_run_order_its_check_says_so(config, runs):
+def test_without_the_run_order_its_check_is_marked(config, runs):
     table = residual_checks(config, runs, fit_factors(config, runs), 100, 1).set_index("check")
     assert "run_order" in table.loc["durbin_watson", "note"]
     assert np.isnan(table.loc["durbin_watson", "p_simulated"])

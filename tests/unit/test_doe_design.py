@@ -170,7 +170,7 @@ def test_the_audit_finds_case_4_and_the_treatment_that_was_meant():
     assert counts.tolist() == ["9/9/9", "9/9/9", "9/9/9", "10/8/9"]
 
 
-def test_the_audit_of_the_design_itself_finds_nothing():
+def test_the_audit_of_the_planned_design_finds_nothing():
     config = settings()
     design = design_table(config).assign(yield_percent=50.0)
     audit = audit_table(config, design)

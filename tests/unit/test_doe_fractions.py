@@ -112,7 +112,7 @@ def test_each_number_of_levels_can_have_its_own_fraction():
         mixed(),
     ],
 )
-def test_two_effects_share_freedom_in_the_runs_exactly_where_the_algebra_says_so(config):
+def test_two_effects_share_degrees_of_freedom_exactly_if_they_are_aliases(config):
     codes, table = level_codes(config), alias_table(config)
     names = list(config.symbols) + [":".join(pair) for pair in combinations(config.symbols, 2)]
     linked = set()

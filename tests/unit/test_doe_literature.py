@@ -1,4 +1,4 @@
-"""What other groups report, leave out, and contradict themselves in."""
+"""The literature: reported and missing parameters, and contradictions."""
 
 import pandas as pd
 import pytest

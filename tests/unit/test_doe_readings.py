@@ -1,4 +1,4 @@
-"""A chemist's own numbers: tables in, tables out, by the library and by the command."""
+"""Wet-lab calculations for your own readings, by the library and by the command."""
 
 import numpy as np
 import pandas as pd
@@ -41,7 +41,7 @@ def write(path, *rows: dict) -> str:
     return str(path)
 
 
-def test_a_reading_is_the_yield_that_it_stands_for(tmp_path):
+def test_a_gas_volume_gives_the_yield_it_was_made_from(tmp_path):
     table = yield_table(write(tmp_path / "g.tsv", READING), CHEMISTRY, GAS)
     assert table["yield_percent"][0] == pytest.approx(71.0, abs=0.01)
     # 1.112 g of 137.86 g/mol give 4 mol of gas each.

@@ -1,4 +1,4 @@
-"""The analysis of variance: Table 2.5 to its digits, and what it should have been."""
+"""The analysis of variance: Table 2.5 to its digits, and the corrected table."""
 
 import numpy as np
 import pandas as pd
@@ -57,7 +57,7 @@ def test_table_2_5_follows_digit_for_digit(printed, source):
     assert (row["sum_of_squares_truncated"], row["p_value_truncated"]) == PRINTED[source]
 
 
-def test_dl_alone_is_printed_rounded(printed):
+def test_only_dl_is_printed_rounded(printed):
     assert f"{printed.loc['DL', 'sum_of_squares']:.3f}" == "0.003"
     assert printed.loc["DL", "sum_of_squares_truncated"] == "0.002"
 
@@ -242,7 +242,7 @@ def test_yields_without_scatter_are_refused(config, slope):
         fit_factors(config, design.assign(yield_percent=50 + slope * design["A"]))
 
 
-def test_factors_of_names_alone_have_no_trends():
+def test_factors_with_names_have_no_trends():
     factors = [
         {"symbol": symbol, "column": symbol.lower(), "label": symbol, "levels": ["x", "y", "z"]} for symbol in "AB"
     ]

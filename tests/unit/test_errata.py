@@ -1,4 +1,4 @@
-"""Errata follow from tables alone: each is found where the tables contradict the print, and only there."""
+"""Errata follow from tables: each is found if, and only if, the tables contradict the printed value."""
 
 import pandas as pd
 import pytest

@@ -1,4 +1,4 @@
-"""The explorer in a browser: the library's numbers, nothing fetched, and a page that can be read on a phone."""
+"""The explorer in a browser: the same numbers as the library, no requests, readable on a phone."""
 
 from pathlib import Path
 
@@ -95,7 +95,7 @@ def _states(content: dict, count: int) -> list[dict]:
 
 
 def _library(run: dict, state: dict) -> dict:
-    """What the library says of a state of the page."""
+    """The values of the library for a state of the page."""
     condition = {name: state[name] for name in ("speed_hz", "ball_diameter_m", "fill_ratio", "density_kg_m3")}
     own = run["fingerprints"][state["contact"]]
     found = own.predict(own.condition(**condition))
@@ -153,8 +153,8 @@ def test_the_page_computes_what_the_library_computes(run, page):
 @needs_browser
 @pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
 def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
-    wanted = run["request"].targets[0].given
-    target = {name: wanted[name] for name in TARGET_DESCRIPTORS if name not in left_open}
+    expected = run["request"].targets[0].given
+    target = {name: expected[name] for name in TARGET_DESCRIPTORS if name not in left_open}
     script = f"""
       const rows = await explorer.search({target!r});
       return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,

@@ -1,4 +1,4 @@
-"""What a killed, damaged or disk-less run leaves: sealed checkpoints, records of results, files of runs."""
+"""Killed and damaged runs, and full disks: sealed checkpoints, records of results, files of runs."""
 
 import json
 import os
@@ -114,7 +114,7 @@ def test_a_run_reports_damage_in_a_line_a_file_and_changes_none(recorded, capsys
     assert line.startswith(f"found: {one}: truncated, 6 bytes of 7 (dated ")
     assert line.endswith("; make verify tells more")
     assert one.read_text() == "edited"
-    # The damaged file is told of each time, and of the other one only the date is new.
+    # The damaged file is reported each time; of the other one only the date is new.
     entries = read_record(logs / "a.json")
     assert entries[str(two)]["date_ns"] == 1
     assert entries[str(one)]["bytes"] == 7
@@ -246,7 +246,7 @@ def test_a_run_is_alive_until_its_process_ends_and_leaves_no_file_at_a_normal_en
     assert states(tmp_path) == {names[0]: DEAD}
 
 
-def test_of_another_machine_nothing_is_known_and_its_file_is_left_alone(tmp_path):
+def test_the_state_of_a_run_on_another_machine_is_unknown_and_its_file_stays(tmp_path):
     other = tmp_path / "other-host-7"
     other.write_text("theirs")
     process = holding(tmp_path)
@@ -266,7 +266,7 @@ def test_where_a_file_system_knows_no_locks_nothing_is_known(tmp_path, monkeypat
     assert list(states(tmp_path).values()) == [UNKNOWN]
 
 
-def test_a_living_process_is_alive_even_where_every_lock_is_granted(tmp_path):
+def test_a_living_process_is_alive_even_if_every_lock_is_granted(tmp_path):
     """The file of this very process, which holds no lock on it; then one older than this process, so another's."""
     path = tmp_path / f"{socket.gethostname()}-{os.getpid()}"
     path.touch()

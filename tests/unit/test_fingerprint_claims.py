@@ -141,7 +141,7 @@ def test_the_tables_of_chapter_4_hold_both_curves(results):
     assert set(design.loc[design["curves"] == "published", "fill_ratio"]) == {0.06, 0.10, 0.17}
 
 
-def test_table_3_5_is_beside_the_published(results):
+def test_table_3_5_has_the_published_values(results):
     table = read_table(results / "fingerprint/table_3_5.tsv")
     row = table[(table["contact"] == "calibrated") & (table["ball_diameter_mm"] == 10) & (table["speed_rpm"] == 600)]
     assert len(row) == 1 and row["normal_mean_J_published"].iloc[0] == pytest.approx(

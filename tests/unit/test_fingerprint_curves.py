@@ -88,7 +88,7 @@ def test_exponents_of_an_exact_mill_are_those_of_the_scaling():
     assert levels.to_dict() == {"rho": 3, "omega": 2, "A": 4, "d": 2}
 
 
-def test_a_mill_of_other_exponents_is_seen_and_told_from_the_supposed():
+def test_other_exponents_are_found_and_differ_from_the_supposed():
     generator = np.random.default_rng(4)
     runs = summaries(fills=(0.06, 0.10, 0.17)) + overrides()
     for run in runs:
@@ -129,7 +129,7 @@ def test_the_interval_is_that_of_a_regression_with_a_constant_for_each_group():
     np.testing.assert_allclose(found[["lower", "upper"]].astype(float), fit.conf_int(0.05)[-1], rtol=1e-9)
 
 
-def test_variables_changed_only_together_are_not_told_apart():
+def test_variables_changed_only_together_have_no_exponents():
     runs = [summary(fill, d, n) for fill in (0.06, 0.10) for d, n in ((5.0, 1200.0), (10.0, 600.0))]
     table = exponents_of(runs)
     assert table["exponent"].isna().all()

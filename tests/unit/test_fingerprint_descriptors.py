@@ -61,7 +61,7 @@ def test_known_collisions_have_a_known_answer():
     assert {column.name for column in COMPUTED} <= set(known)
 
 
-def test_scaled_descriptors_do_not_see_the_size_of_the_mill_or_its_speed():
+def test_scaled_descriptors_do_not_depend_on_size_or_speed_of_the_mill():
     """The same balls in a mill of twice the length at half the speed: Eqs 3.28 and 3.29 leave nothing but shape."""
     small = Condition(0.1, 10.0, 0.01, 7700.0, 0.017)
     large = Condition(0.1, 5.0, 0.02, 7700.0, 0.034)

@@ -1,4 +1,4 @@
-"""Figures of chapters 3 and 4 show what they are given, with units on every axis."""
+"""Figures of chapters 3 and 4 show their input, with units on every axis."""
 
 from pathlib import Path
 
@@ -83,8 +83,8 @@ def test_energies_have_a_line_for_each_condition():
 
 def test_cycles_show_the_means_that_table_3_5_implies(published):
     marks = published_cycles(published)
-    wanted = marks[(marks["ball_diameter_mm"] == 10) & (marks["speed_rpm"] == 600)].iloc[0]
-    assert wanted["normal_mean_J"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
+    expected = marks[(marks["ball_diameter_mm"] == 10) & (marks["speed_rpm"] == 600)].iloc[0]
+    assert expected["normal_mean_J"] == pytest.approx(float(PRINTED["3.cycle.10mm.600.n"]), abs=5e-4)
     runs = summaries(fills=(0.08,), contacts=("calibrated", "steel"))
     means = chapter3.plot_cycle_means(tabulate_cycles(runs), marks)
     assert_units(means)

@@ -63,7 +63,7 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
 
 
 @pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"])
-def test_a_descriptor_kept_alone_is_met_exactly(kept):
+def test_a_single_descriptor_is_kept_exactly(kept):
     nearest = nearest_speed(TARGET, CURVES, at(0.007), {kept: 1.0})
     assert nearest.ball_diameter_m == 0.007
     found = descriptors_of(nearest, scaled_quantities(CURVES))
@@ -184,7 +184,7 @@ def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
         ({"targets": [{"name": "a", "frequency_per_ball_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
     ],
 )
-def test_a_faulty_request_is_told_in_one_line(change, message):
+def test_a_faulty_request_is_refused_in_one_line(change, message):
     with pytest.raises(ConfigError, match=message):
         check_model(REQUEST | change, MatchConfig, "request.yaml")
 

@@ -72,7 +72,7 @@ def test_the_curve_passes_through_an_exact_mill(own):
     np.testing.assert_allclose(table["ratio"], table["Pt"] / table["Pn"], rtol=1e-12)
 
 
-def test_the_band_holds_new_conditions_as_often_as_it_says(noisy):
+def test_the_band_holds_the_stated_fraction_of_new_conditions(noisy):
     new = scattered(3)
     band = noisy.curve(new["fill_ratio"].to_numpy())
     held = (band["Pn_lower"] < new["Pn"]) & (new["Pn"] < band["Pn_upper"])
@@ -81,7 +81,7 @@ def test_the_band_holds_new_conditions_as_often_as_it_says(noisy):
     assert 1.15 < np.median(band["Pn_upper"] / band["Pn_lower"]) < 1.45
 
 
-def test_what_is_left_out_is_held_as_often_as_the_band_says(noisy):
+def test_the_band_holds_the_stated_fraction_of_left_out_conditions(noisy):
     table = tabulate_coverage(noisy).set_index(["left_out", "quantity"])
     for quantity in ("Pn", "Pt"):
         row = table.loc[("condition", quantity)]

@@ -1,4 +1,4 @@
-"""Faults between the fingerprint and partition sections, the sweeps and the data are told before a run."""
+"""Contradictions between the sections fingerprint and partition, sweeps and data are refused before a run."""
 
 import shutil
 from pathlib import Path
@@ -37,7 +37,7 @@ def test_the_configuration_of_the_thesis_has_no_fault():
     assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]
 
 
-def test_amplitude_and_density_are_described_of_the_own_mill_alone():
+def test_amplitude_and_density_are_described_only_for_the_mill_of_the_run():
     config, cases = load()
     described = described_cases(config, cases)
     changed = [case for case in described.values() if case.amplitude_mm or case.density_kg_m3]

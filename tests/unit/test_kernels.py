@@ -1,4 +1,4 @@
-"""What only kernels may call, nothing else calls: from Python, such a call ends the process without a word."""
+"""Functions that only kernels may call are called by kernels only: from Python they end the process silently."""
 
 import ast
 from pathlib import Path

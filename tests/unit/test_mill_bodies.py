@@ -82,19 +82,19 @@ def test_an_insert_without_a_motion_moves_with_the_vessel():
 
 def test_an_impeller_from_a_file_is_the_one_by_parameters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    wanted = build_bodies(attritor(), 60)
+    expected = build_bodies(attritor(), 60)
     # A solid's walls face out of it, as a file's normals do.
-    trimesh.Trimesh(*wanted[1].vessel.triangles(), process=False).export("stirrer.stl")
+    trimesh.Trimesh(*expected[1].vessel.triangles(), process=False).export("stirrer.stl")
     geometry = {"kind": "stl", "path": "stirrer.stl", "unit": "m"}
     made = mill(inserts=[{"name": "stirrer", "geometry": geometry, "motion": TURNING}])
     found = build_bodies(made, 60)
     check(made)
     assert made.source_files == ["stirrer.stl"]
-    assert len(found[1].vessel.facets) == len(wanted[1].vessel.facets)
-    assert ball_space_m3(found) == pytest.approx(ball_space_m3(wanted), rel=1e-6)
+    assert len(found[1].vessel.facets) == len(expected[1].vessel.facets)
+    assert ball_space_m3(found) == pytest.approx(ball_space_m3(expected), rel=1e-6)
     points = np.random.default_rng(0).uniform([-0.04, -0.04, 0.01], [0.04, 0.04, 0.09], (300, 3))
     assert distance_to_walls(found, points, 0.3)[0] == pytest.approx(
-        distance_to_walls(wanted, points, 0.3)[0], abs=1e-8
+        distance_to_walls(expected, points, 0.3)[0], abs=1e-8
     )
 
 
@@ -236,7 +236,7 @@ def test_balls_start_around_an_insert_at_its_first_pose(angle):
     assert capacity(vessel, 6e-3, inserts=solids) < capacity(vessel, 6e-3)
 
 
-def test_the_insert_lowers_the_largest_fill_that_is_told():
+def test_the_insert_lowers_the_largest_fill_in_the_refusal():
     thick = [{"name": "core", "geometry": {**ROD, "radius_mm": 40, "height_mm": 90}}]
     bodies = build_bodies(mill(inserts=thick), 60)
     with pytest.raises(SimulationError, match=r"the largest fill ratio that does is 0\.1"):

@@ -1,4 +1,4 @@
-"""Vessels from files of triangles: the same facets as from parameters, and refusals of what is no vessel."""
+"""Vessels from files of triangles: the same facets as from parameters, and refusals of invalid surfaces."""
 
 from pathlib import Path
 
@@ -53,21 +53,21 @@ def join(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 @pytest.mark.parametrize(("suffix", "rounding_m"), [("stl", 2e-8), ("obj", 2e-9)])
 def test_a_jar_from_a_file_has_the_facets_that_its_parameters_give(name, suffix, rounding_m):
-    wanted = build_vessel(load_named(MILLS, name, MillConfig, "mill"))
-    points, triangles = wanted.triangles()
+    expected = build_vessel(load_named(MILLS, name, MillConfig, "mill"))
+    points, triangles = expected.triangles()
     # A file's normals point out of the hollow; those of the vessel point into it.
     trimesh.Trimesh(points * 1e3, triangles[:, ::-1], process=False).export(f"jar.{suffix}")
     found = read(f"jar.{suffix}")
     assert len(triangles) > 2 * len(found.facets)
-    assert matched(found, wanted, rounding_m)
-    assert found.volume_m3 == pytest.approx(wanted.volume_m3, rel=1e-7)
-    assert len(found.convex_edges) == len(wanted.convex_edges)
-    assert len(found.corners) == len(wanted.corners)
+    assert matched(found, expected, rounding_m)
+    assert found.volume_m3 == pytest.approx(expected.volume_m3, rel=1e-7)
+    assert len(found.convex_edges) == len(expected.convex_edges)
+    assert len(found.corners) == len(expected.corners)
 
 
-def matched(found: Vessel, wanted: Vessel, tolerance_m: float) -> bool:
+def matched(found: Vessel, expected: Vessel, tolerance_m: float) -> bool:
     """Whether each facet of one vessel is one of the other: the same loops of vertices, wherever they begin."""
-    left = list(wanted.facets)
+    left = list(expected.facets)
     for facet in found.facets:
         middle = facet.loops[0].mean(axis=0)
         near = [other for other in left if np.linalg.norm(other.loops[0].mean(axis=0) - middle) < tolerance_m]
@@ -133,7 +133,7 @@ def test_triangles_turned_against_the_rest_are_refused():
     assert "are not oriented alike" in fault(mesh)
 
 
-def test_inside_out_is_refused_and_says_what_is_wanted():
+def test_an_inside_out_surface_is_refused_with_a_remedy():
     mesh = block()
     mesh.faces = mesh.faces[:, ::-1]
     message = fault(mesh)
@@ -195,7 +195,7 @@ def test_a_dent_is_a_vessel_until_it_breaks_through_the_floor():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_two_joined_bodies_meet_exactly_when_a_sampling_says_so(seed):
+def test_two_bodies_intersect_exactly_if_their_edges_do(seed):
     """Random pairs of tetrahedra: intersecting surfaces are found, and only those."""
     rng = np.random.default_rng(seed)
     found = {True: 0, False: 0}

@@ -1,4 +1,4 @@
-"""A motion given as a table of points: the curve goes through them, is smooth and periodic, and bad tables are told."""
+"""A motion as a table of points: a smooth, periodic curve through the points, and refusals of bad tables."""
 
 import numpy as np
 import pandas as pd
@@ -60,8 +60,8 @@ def test_an_odd_number_of_turns_comes_back_with_the_other_sign_and_goes_on_smoot
     time = np.linspace(0, 3.3, 400)
     assert made.breaks[-1] == pytest.approx(2)
     assert angular_velocity(made, time) == pytest.approx(np.tile(2 * np.pi * axis, (400, 1)), abs=1e-4)
-    wanted = Rotation.from_rotvec(2 * np.pi * time[:, None] * axis).as_matrix()
-    assert made.rotation(time) == pytest.approx(wanted, abs=1e-6)
+    expected = Rotation.from_rotvec(2 * np.pi * time[:, None] * axis).as_matrix()
+    assert made.rotation(time) == pytest.approx(expected, abs=1e-6)
 
 
 def test_velocities_are_the_rates_of_a_rotation_about_a_moving_axis(tmp_path):

@@ -134,7 +134,7 @@ def test_the_kernel_moves_several_bodies_as_the_objects_say():
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_before_the_start_a_body_stands_still_where_the_motion_begins(name):
+def test_before_the_start_a_body_rests_at_the_beginning_of_its_motion(name):
     made = motion(name)
     for still, time in ((made, -0.2), (made.at_rest(), -0.2), (made.at_rest(), 0.3)):
         assert still.position(time) == pytest.approx(made.position(0.0), abs=1e-15)
@@ -151,7 +151,7 @@ def test_an_axis_without_a_direction_is_refused():
 
 
 class TeleportMotion(MotionSection):
-    """A motion that nobody has registered."""
+    """A motion that is not registered."""
 
     kind: Literal["teleport"] = "teleport"
 

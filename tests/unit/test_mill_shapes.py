@@ -167,7 +167,7 @@ def test_sizes_that_do_not_fit_are_refused(shape, changes, message):
 
 
 class TorusGeometry(GeometrySection):
-    """A shape that nobody has registered."""
+    """A shape that is not registered."""
 
     kind: Literal["torus"] = "torus"
 

@@ -113,14 +113,14 @@ def test_points_in_line_with_a_corner_are_inside_or_outside_for_certain(vessels,
     axes = np.array(vessel.facets[facet].axes)
     flat = np.concatenate(vessel.facets[facet].loops) @ axes.T
     rng = np.random.default_rng(0)
-    wanted = Path2D(vessel, facet)
+    expected = Path2D(vessel, facet)
     for u in rng.uniform(*np.percentile(flat[:, 0], [2, 98]), 40):
         for v in np.concatenate([flat[:, 1], np.nextafter(flat[:, 1], 1), np.nextafter(flat[:, 1], -1)]):
             point = tuple((np.array([u, v]) @ axes).tolist())
             beyond, _ = beyond_side(walls.axes, walls.first_side, walls.side, facet, point, 0.0)
             # The same place a hair away from every corner's line settles the answer, except on the outline itself.
             if abs(beyond) > 1e-9:
-                assert (beyond < 0) == wanted.holds(u, v + 1e-10), (u, v)
+                assert (beyond < 0) == expected.holds(u, v + 1e-10), (u, v)
 
 
 class Path2D:

@@ -1,4 +1,4 @@
-"""Mills by their own sweeps: which conditions, how far curves collapse, the sheet, a large mill, and the figures."""
+"""Mills with their own sweeps: conditions, collapse of the curves, the sheet, a large mill, and figures."""
 
 import math
 from pathlib import Path
@@ -65,7 +65,7 @@ def test_a_mill_of_ours_holds_its_volume_within_its_tolerance(name):
         check_volume(closer, vessel)
 
 
-def test_what_a_run_is_told_and_records_does_not_hold_the_tolerance():
+def test_a_run_neither_gets_nor_records_the_tolerance():
     made = mill("emax_post")
     assert "volume_tolerance" not in made.model_dump()
     assert "volume_tolerance" not in made.model_dump_json()
@@ -195,7 +195,7 @@ def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     assert set(table["collapse"]) == {VERDICTS[0]}
 
 
-def test_other_powers_are_found_and_said():
+def test_other_exponents_of_the_power_are_found_and_reported():
     """Power that grows as omega^2 d^4 collapses by its own exponents only; at one speed nothing can be told of it."""
     runs = [
         summary(fill, size, speed, factor=(speed / 600) ** -1 * (size / 10))
@@ -250,7 +250,7 @@ def test_an_enlarged_mill_is_similar_in_shape_and_motion():
         assert [len(body.vessel.facets) for body in many] == [len(body.vessel.facets) for body in few]
 
 
-def test_each_way_to_run_a_large_mill_keeps_what_it_says(settings):
+def test_each_way_to_run_a_large_mill_keeps_its_quantity(settings):
     """With the scaling exact, the ratios large over small follow from L alone."""
     plan = settings.scale_up.model_copy(update={"ball_diameter_mm": 10.0})
     factor = 80 ** (1 / 3)

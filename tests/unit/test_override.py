@@ -55,7 +55,7 @@ def test_a_simulation_runs_with_the_amplitude_and_density_of_its_case():
     assert changed.mill.geometry == MILL.geometry and changed.contact.restitution == CONTACT.restitution
 
 
-def test_a_case_without_overrides_leaves_mill_and_contact_set_alone():
+def test_a_case_without_overrides_changes_neither_mill_nor_contact_set():
     assert overridden(cases_of()[0], MILL, CONTACT) == (MILL, CONTACT)
 
 

@@ -1,4 +1,4 @@
-"""A user's own configuration of twenty lines: what it means, what it may leave out, and how faults in it are told."""
+"""A configuration of twenty lines: its meaning, its optional parts, and the refusals of faults in it."""
 
 import copy
 import re
@@ -70,7 +70,7 @@ def test_the_twenty_lines_pass_every_check_before_the_first_job(own):
     check_before_running(*load_workflow(own, [FILE]), FILE)
 
 
-def test_the_mill_alone_is_a_configuration():
+def test_only_the_mill_is_required():
     config, mills, _, cases = load_workflow({"mill": "spex"}, [FILE])
     assert (config.name, config.results, config.contacts, config.sweeps) == ("run", "results", ["calibrated"], [])
     assert config.mills.named == config.mills.box and config.mills.contact == "calibrated"
@@ -80,7 +80,7 @@ def test_the_mill_alone_is_a_configuration():
     assert fault({}).endswith("mill: this key is missing")
 
 
-def test_balls_are_those_of_the_first_contact_set_unless_told_otherwise(own):
+def test_balls_are_those_of_the_first_contact_set_by_default(own):
     assert load_workflow({**own, "contacts": ["steel", "calibrated"]}, [FILE])[0].mills.contact == "steel"
     own["mills"]["contact"] = "steel"
     config, mills, contacts, _ = load_workflow(own, [FILE])
@@ -108,7 +108,7 @@ def test_a_seed_given_twice_is_refused(own):
     assert "sweep: seeds = [1, 1]: a value appears twice" in fault(own)
 
 
-def test_a_fill_that_has_no_room_is_told_of_the_file_that_asks_for_it(own):
+def test_the_refusal_of_a_fill_without_room_names_its_file(own):
     own["sweep"]["fill_ratios"] = [0.1, 0.2, 0.95]
     own["mills"] = {"box": ["planetary"]}
     with pytest.raises(ConfigError, match=rf"^{FILE}: sweep: fill_ratios = 0.95: .* do not fit in mill planetary"):

@@ -73,7 +73,7 @@ def test_table_4_2_to_the_printed_digits(measured):
     assert_printed(design_cases(measured, REFERENCE), TABLE_4_2)
 
 
-def test_62_8_rad_s_gives_energies_powers_and_ratios_by_rounding_alone(measured):
+def test_62_8_rad_s_changes_energies_powers_and_ratios_only_by_rounding(measured):
     table = design_cases(measured, replace(REFERENCE, speed_hz=62.8 / (2 * np.pi)))
     normal, tangential = (table[f"{name}_energy_J"].mul(1e4).round(2) for name in ("normal", "tangential"))
     for column, values, digits in (

@@ -67,7 +67,7 @@ def test_deviations_are_ranked_by_size_with_words_first():
     assert largest_deviations(table, 1)["id"].tolist() == ["c"]
 
 
-def test_the_summary_says_what_was_counted(tmp_path):
+def test_the_summary_shows_the_counts(tmp_path):
     table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates"), ("A.c", "", "not run"))
     errata = pd.DataFrame(
         [["chapter 2", "Table 2.5", "6", "4", "the rank is 4.", "doe/audit.tsv"]],

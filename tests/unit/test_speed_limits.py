@@ -1,4 +1,4 @@
-"""Speeds against what machines reach: accelerations in closed form, and what is refused and warned of."""
+"""Speed limits: accelerations in closed form, refusals and warnings."""
 
 import math
 from pathlib import Path

@@ -44,7 +44,7 @@ def test_ablations_override_the_budget_and_the_budget_the_sections(content):
     assert settings(content).variant("thesis").training.batch_size == content["training"]["batch_size"]
 
 
-def test_ablations_of_thresholds_alone_are_rolled_out_with_the_weights_of_the_thesis(content):
+def test_ablations_that_change_only_thresholds_use_the_weights_of_the_thesis(content):
     config = settings(content)
     for name in ("baseline", "phi_shallow", "phi_deep", "centre_distance"):
         assert config.weights_of(name) == "thesis"
@@ -245,7 +245,7 @@ def test_metrics_carry_the_figures_of_the_thesis_and_the_aims():
     assert is_met("balls_left", 0, 0) and not is_met("balls_left", float("nan"), 0)
 
 
-def test_a_roll_out_that_runs_away_says_so(tmp_path):
+def test_the_claims_explain_a_roll_out_that_runs_away(tmp_path):
     """The cause stands beside the verdict: what left when, and how long the network was trained."""
     values = {"stable": 0, "balls_left": 3, "first_left_s": 0.25, "mean_square_speed_ratio": 9e9}
     values |= {"one_step_dissipation_bias_percent": -8.0, "one_step_acceleration_r2": 0.1}
@@ -268,7 +268,7 @@ def test_the_contact_surrogate_never_learns_from_a_test(content):
         settings(content)
 
 
-def test_kinds_of_variants_are_told_apart(content):
+def test_variants_have_their_kind(content):
     config = settings(content)
     assert config.of_kind("contact") == ["contact"]
     assert "thesis" in config.of_kind("graph")

@@ -1,4 +1,4 @@
-"""Figures of chapter 6: what is drawn of what a variant has."""
+"""Figures of chapter 6, for every kind of variant."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Measures of a roll-out: closed forms, and what they make of roll-outs that are known to be right or wrong."""
+"""Measures of a roll-out: closed forms, and roll-outs that are known to be right or wrong."""
 
 from dataclasses import replace
 
@@ -96,7 +96,7 @@ def test_contacts_are_counted_on_both_sides():
     assert placed.contacts(RADIUS)[0, 0].tolist() == [2, 1, 0]
 
 
-def test_the_simulation_itself_scores_nothing_and_meets_every_aim():
+def test_the_simulation_as_roll_out_has_no_error_and_meets_every_aim():
     table = table_of(known())
     for name in ("position_mse_plateau_m2", "dissipation_error_percent", "balls_left", *OF_REFERENCE):
         if name not in AT_LEAST:
@@ -286,7 +286,7 @@ def ablation(variant: str, stable: int, error: float, power_W: float):
     return tabulate(values, {"dissipation_error_percent": 0.5}, "trained", variant)
 
 
-def test_ablations_stand_beside_the_statements_of_the_thesis():
+def test_ablations_are_tabulated_with_the_statements_of_the_thesis():
     parts = {
         "baseline": (1, 5.0, 0.735),
         "window3": (1, 9.0, 0.76),

@@ -1,4 +1,4 @@
-"""Timing: what is timed, and what is made of it."""
+"""Timing of surrogates and of the simulation."""
 
 import time
 
@@ -22,9 +22,9 @@ class Sleeper:
 def test_seconds_are_those_of_a_batch_and_of_its_share():
     table = time_rollouts(Sleeper(), 0.1, [1, 4], 20, "one thread")
     assert table["batch"].tolist() == [1, 4] and table["balls"].tolist() == [7, 7]
-    wanted = 1e-3 * PHYSICAL_S / 1e-4
+    expected = 1e-3 * PHYSICAL_S / 1e-4
     # A sleep is never shorter than asked for, and a busy machine makes it longer.
-    assert wanted <= table["seconds_per_trajectory"].min() < 3 * wanted
+    assert expected <= table["seconds_per_trajectory"].min() < 3 * expected
     assert table["seconds_for_15_s"][1] == pytest.approx(4 * table["seconds_per_trajectory"][1])
     assert table["basis"][0] == "extrapolated from 20 steps of 0.0001 s, one thread"
 
@@ -36,7 +36,7 @@ def test_thresholds_of_smaller_balls_are_at_the_same_gaps():
     assert scaled_thresholds(CONTACTS, None, 0.0025, 0.005)[1] is None
 
 
-def test_the_simulation_is_timed_anew(tmp_path):
+def test_the_simulation_is_timed_again(tmp_path):
     path = tmp_path / "run.h5"
     mill, contact = (
         yaml.safe_load((ROOT / "config" / name).read_text()) for name in ("mills/emax.yaml", "contacts/calibrated.yaml")

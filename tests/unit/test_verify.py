@@ -1,4 +1,4 @@
-"""The command that mends what earlier runs left: whose locks it removes, which files it moves, keeps and puts back."""
+"""The command that repairs what earlier runs left: locks that it removes, files that it renames, keeps and restores."""
 
 import os
 from pathlib import Path
@@ -95,7 +95,7 @@ def content() -> dict[str, str]:
     return {path.name: path.read_text() for path in sorted(Path().glob("*.txt*"))}
 
 
-def test_a_damaged_file_alone_is_made_again(place, capsys):
+def test_only_the_damaged_file_is_made_again(place, capsys):
     date, snakemake = Path("clock.txt").stat().st_mtime_ns, Pretended(lambda: run_job(2))
     assert mend_files(damaged_files("logs"), MAKE_AGAIN, snakemake, COMMAND)
     assert snakemake.asked == [("--", "a.txt")]
@@ -105,13 +105,13 @@ def test_a_damaged_file_alone_is_made_again(place, capsys):
         "b.txt": "content of b",
         "clock.txt": "1 s",
     }
-    # As it was, with its date: no news to what was made from it.
+    # With its old date, so that Snakemake makes nothing that depends on it again.
     assert Path("clock.txt").stat().st_mtime_ns == date
     assert damaged_files("logs") == []
     assert "made again: a.txt, bit for bit" in capsys.readouterr().out
 
 
-def test_where_a_file_is_made_with_another_content_so_are_those_beside_it(place, capsys):
+def test_if_a_file_gets_another_content_the_other_outputs_are_replaced_too(place, capsys):
     keep_edited("b.txt")
     assert mend_files(damaged_files("logs"), MAKE_AGAIN, Pretended(lambda: run_job(2, "better")), COMMAND)
     # But for what the user has kept.
@@ -134,7 +134,7 @@ def test_a_job_that_fails_leaves_everything_as_it_was(place, capsys):
     assert "not made again, see above: a.txt is unchanged" in capsys.readouterr().out
 
 
-def test_nothing_is_moved_where_nobody_can_be_asked(place, capsys):
+def test_nothing_is_moved_without_a_terminal(place, capsys):
     before, snakemake = content(), Pretended()
     assert not mend_files(damaged_files("logs"), None, snakemake, COMMAND)
     assert content() == before

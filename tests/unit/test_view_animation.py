@@ -1,4 +1,4 @@
-"""Frames of an animation: what is seen, in which order, and that the file plays it."""
+"""Frames of an animation: visible parts, their order, and the written file."""
 
 import subprocess
 import sys
@@ -47,7 +47,7 @@ def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]
     return replace(movie, frames=(replace(movie.frames[0], pictures=pictures),), speed_max_m_s=2.0)
 
 
-def test_frames_are_spread_over_the_revolutions_wanted(run):
+def test_frames_are_spread_over_the_requested_revolutions(run):
     movie = read_movie(run, SETTINGS)
     assert len(movie.frames) == 25
     assert [frame.time_s for frame in movie.frames] == pytest.approx(0.5 + 4e-3 * np.arange(25))
@@ -95,14 +95,14 @@ def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
     with h5py.File(tmp_path / "run.h5") as file:
         body = file["snapshots/body_position_m"][20]
     rotation = turn(np.array([turning * 0.54]))[0][:2, :2]
-    wanted = 1e3 * (OUTLINE @ rotation.T + body[:2])
+    expected = 1e3 * (OUTLINE @ rotation.T + body[:2])
     above, side = movie.frames[10].pictures
     drawn = above.outline_mm.reshape(-1, 2)
-    away = np.linalg.norm(drawn[:, None] - wanted, axis=-1)
+    away = np.linalg.norm(drawn[:, None] - expected, axis=-1)
     assert away.min(axis=1).max() < 1e-9 and away.min(axis=0).max() < 1e-9
     # Floor and lid, each once around; upright edges are points from above.
     length = np.linalg.norm(np.diff(above.outline_mm, axis=1)[:, 0], axis=1).sum()
-    assert length == pytest.approx(2 * np.linalg.norm(wanted - np.roll(wanted, 1, axis=0), axis=1).sum())
+    assert length == pytest.approx(2 * np.linalg.norm(expected - np.roll(expected, 1, axis=0), axis=1).sum())
     # Only the floor faces the eye, head on.
     assert above.wall_shade == pytest.approx(1)
     assert np.ptp(side.wall_mm[..., 1]) == pytest.approx(30)
@@ -127,7 +127,7 @@ def test_a_ball_has_its_size_and_the_colour_of_its_speed(run):
             assert inside == pytest.approx(colour, abs=0.02)
         for away in ((6.0, 0), (0, -6.0), (-4.2, -4.2)):
             outside = pixel(animation, drawn, panel, (17.0 + away[0], 12.0 + away[1]))
-            assert np.ptp(outside) < 0.02, "grey wall or paper is wanted"
+            assert np.ptp(outside) < 0.02, "must be grey wall or paper"
 
 
 def test_both_panels_have_one_scale(run):

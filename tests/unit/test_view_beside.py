@@ -1,4 +1,4 @@
-"""A prediction beside the simulation: the right frames in the right panels."""
+"""A prediction next to the simulation: the right frames in the right panels."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Files for ParaView, read back with VTK's own reader, hold what the run holds."""
+"""Files for ParaView, read by VTK's own reader, have the same content as the run."""
 
 import subprocess
 import sys
@@ -71,21 +71,23 @@ def run(request, tmp_path, monkeypatch) -> Path:
 def test_balls_are_where_the_run_has_them(run, every):
     balls, *_ = export(run, every)
     with h5py.File(run) as file:
-        wanted = {name: dataset[:] for name, dataset in file["snapshots"].items()}
+        expected = {name: dataset[:] for name, dataset in file["snapshots"].items()}
     rows = range(0, 60, every)
     assert steps_of(balls) == len(rows)
     for step, row in enumerate(rows):
         time_s, mesh, arrays = read(balls, step)
-        assert time_s == wanted["time_s"][row]
-        np.testing.assert_array_equal(points(mesh), wanted["position_m"][row])
+        assert time_s == expected["time_s"][row]
+        np.testing.assert_array_equal(points(mesh), expected["position_m"][row])
         assert mesh.GetNumberOfVerts() == BALLS
         for name in ("velocity_m_s", "spin_rad_s", "contact_force_N"):
-            np.testing.assert_array_equal(arrays[name], wanted[name][row])
-        np.testing.assert_allclose(arrays["speed_m_s"], np.linalg.norm(wanted["velocity_m_s"][row], axis=1), rtol=1e-6)
+            np.testing.assert_array_equal(arrays[name], expected[name][row])
+        np.testing.assert_allclose(
+            arrays["speed_m_s"], np.linalg.norm(expected["velocity_m_s"][row], axis=1), rtol=1e-6
+        )
         np.testing.assert_array_equal(arrays["radius_m"], RADIUS)
         np.testing.assert_array_equal(arrays["ball"], np.arange(BALLS))
-        touching = slice(*wanted["contact_offset"][row : row + 2])
-        both = np.concatenate([wanted["contact_first"][touching], wanted["contact_second"][touching]])
+        touching = slice(*expected["contact_offset"][row : row + 2])
+        both = np.concatenate([expected["contact_first"][touching], expected["contact_second"][touching]])
         np.testing.assert_array_equal(arrays["contacts"], [(both == ball).sum() for ball in range(BALLS)])
 
 
@@ -128,11 +130,11 @@ def test_speed_relative_to_the_wall_vanishes_for_balls_that_go_with_it(run):
 def test_contacts_are_lines_between_centres_or_to_the_wall(run):
     *_, contacts = export(run)
     with h5py.File(run) as file:
-        wanted = {name: dataset[:] for name, dataset in file["snapshots"].items()}
+        expected = {name: dataset[:] for name, dataset in file["snapshots"].items()}
     for step in range(60):
         _, mesh, arrays = read(contacts, step)
-        rows = slice(*wanted["contact_offset"][step : step + 2])
-        first, second = wanted["contact_first"][rows], wanted["contact_second"][rows]
+        rows = slice(*expected["contact_offset"][step : step + 2])
+        first, second = expected["contact_first"][rows], expected["contact_second"][rows]
         assert mesh.GetNumberOfLines() == len(first) == (0 if step == 3 else mesh.GetNumberOfCells())
         if step == 3:
             continue
@@ -140,7 +142,7 @@ def test_contacts_are_lines_between_centres_or_to_the_wall(run):
         np.testing.assert_array_equal(arrays["second"], second)
         np.testing.assert_array_equal(arrays["partner"], np.where(second < 0, WALL, BALL))
         ends = points(mesh)[vtk_to_numpy(mesh.GetLines().GetConnectivityArray())].reshape(-1, 2, 3)
-        position, pair = wanted["position_m"][step], second >= 0
+        position, pair = expected["position_m"][step], second >= 0
         np.testing.assert_array_equal(ends[:, 0], position[first])
         np.testing.assert_array_equal(ends[pair, 1], position[second[pair]])
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -185,7 +187,7 @@ def test_every_contact_of_a_simulation_overlaps(tmp_path):
     assert overlap.max() < 0.15 * RADIUS
 
 
-def test_a_run_without_snapshots_says_which_key_to_set(tmp_path):
+def test_the_refusal_of_a_run_without_snapshots_names_the_key(tmp_path):
     write_sample(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "a") as file:
         del file["snapshots"]
@@ -198,7 +200,7 @@ def test_a_run_without_snapshots_says_which_key_to_set(tmp_path):
     assert not list(tmp_path.glob("*vtkhdf*"))
 
 
-def test_the_command_line_writes_beside_the_run_or_elsewhere(tmp_path):
+def test_the_command_line_writes_to_the_folder_of_the_run_or_to_another(tmp_path):
     write_sample(tmp_path / "run.h5")
     command = [sys.executable, ROOT / "scripts/export_run.py", tmp_path / "run.h5", "--every", "20"]
     done = subprocess.run([*command, "--out", tmp_path / "there"], capture_output=True, text=True)
