@@ -2,7 +2,7 @@
 
 from scipy.stats import f as f_distribution
 
-from millprint.claims.evidence import Evidence, Finding, NotRun, claim
+from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
 MAIN_EFFECTS, INTERACTIONS = ("A", "B", "C", "D"), ("A:B", "A:C", "B:C")
@@ -20,11 +20,11 @@ def screening_runs(evidence: Evidence) -> Finding:
     """Table 2.3, with the runs that depart from the design."""
     fraction = evidence.row("doe/fraction.json", "runs")
     departing = evidence.table("doe/audit.tsv", "check.str.startswith('generator') and departs == 'yes'")
-    departures = [f"{row.subject} was run at {row.found}, not {row.wanted}" for row in departing.itertuples()]
+    departures = in_words(departing, "{subject} was run at {found}, not {wanted}", "; ")
     return Finding(
         fraction["runs"],
         f"{', '.join(fraction['generators'])} (mod 3), defining relation I = {', '.join(fraction['defining_words'])}, "
-        f"resolution {fraction['resolution']}; {'; '.join(departures) or 'every run is as designed'}",
+        f"resolution {fraction['resolution']}; {departures or 'every run is as designed'}",
     )
 
 
@@ -109,8 +109,7 @@ def interaction_degrees_of_freedom(evidence: Evidence) -> Finding:
 def largest_effect(evidence: Evidence) -> Finding:
     """Fig. 2.3; the table is sorted by F."""
     pareto = evidence.rows("doe/pareto.tsv", "source, F")
-    ranking = ", ".join(f"{row.source} {row.F:.1f}" for row in pareto.itertuples())
-    return Finding(pareto["source"].iloc[0], f"F of each term, largest first: {ranking}")
+    return Finding(pareto["source"].iloc[0], f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}")
 
 
 @claim("2.best_yield")

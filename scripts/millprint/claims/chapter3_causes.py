@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from millprint.claims.evidence import Evidence
+from millprint.claims.evidence import Evidence, in_words
 from millprint.fingerprint.descriptors import NOTHING
 
 MILL, CONTACT = "emax", "calibrated"
@@ -23,11 +23,8 @@ def _conditions(evidence: Evidence, fill: str, quantity: str) -> str:
     if found.empty:
         return ""
     single = found.sort_values(["ball_diameter_mm", "speed_rpm"], ascending=[False, True])
-    words = [
-        f"{row[quantity]:.3g} at {row['ball_diameter_mm']:g} mm {row['speed_rpm']:g} rpm"
-        for _, row in single.iterrows()
-    ]
-    return f"single conditions {', '.join(words)}"
+    form = f"{{{quantity}:.3g}} at {{ball_diameter_mm:g}} mm {{speed_rpm:g}} rpm"
+    return f"single conditions {in_words(single, form)}"
 
 
 def _jar(evidence: Evidence, name: str) -> str:
@@ -118,13 +115,9 @@ def mean_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> st
     fit = evidence.table(FIT, f"record == 'value' and quantity == '{channel}' and ball_diameter_mm == {diameter}")
     if fit.empty:
         return ""
-    words = ", ".join(
-        f"{row.error_percent:+.0f} % at {row.speed_rpm:g} rpm" for row in fit.sort_values("speed_rpm").itertuples()
-    )
-    return _join(
-        f"{channel} dissipation of {diameter} mm balls is off by {words}",
-        _jar(evidence, f"{channel}_d{diameter}_n1200"),
-    )
+    words = in_words(fit.sort_values("speed_rpm"), "{error_percent:+.0f} % at {speed_rpm:g} rpm")
+    told = f"{channel} dissipation of {diameter} mm balls is off by {words}"
+    return _join(told, _jar(evidence, f"{channel}_d{diameter}_n1200"))
 
 
 def spread_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> str:
@@ -139,7 +132,7 @@ def spread_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> 
     degrees = here["revolutions"].iloc[0] - 1
     low, high = (value * np.sqrt(degrees / stats.chi2.ppf(part, degrees)) for part in (0.975, 0.025))
     chance = "chance may explain it" if low <= printed <= high else "more than chance"
-    others = ", ".join(f"{row[column]:.1f} at {row['speed_rpm']:g} rpm" for _, row in table.iterrows())
+    others = in_words(table, f"{{{column}:.1f}} at {{speed_rpm:g}} rpm")
     return f"95 % interval {low:.1f} to {high:.1f} %: {chance}; at all speeds {others}"
 
 
@@ -171,11 +164,9 @@ def low_ratio_cause(evidence: Evidence) -> str:
     low = evidence.table(DESCRIPTORS, f"{AS_BUILT} and fill_ratio <= 0.06")
     if low.empty:
         return ""
-    words = [
-        f"Pt/Pn {row.Pt:.0f}/{row.Pn:.0f} at {row.ball_diameter_mm:g} mm fill {row.fill_ratio:g} {row.speed_rpm:g} rpm"
-        for row in low.sort_values(["fill_ratio", "ball_diameter_mm"]).itertuples()
-    ]
-    return _join(", ".join(words), _jar(evidence, "Pn_f0.06"))
+    form = "Pt/Pn {Pt:.0f}/{Pn:.0f} at {ball_diameter_mm:g} mm fill {fill_ratio:g} {speed_rpm:g} rpm"
+    words = in_words(low.sort_values(["fill_ratio", "ball_diameter_mm"]), form)
+    return _join(words, _jar(evidence, "Pn_f0.06"))
 
 
 def trend_cause(evidence: Evidence, contact: str) -> str:

@@ -5,7 +5,7 @@ from scipy.stats import spearmanr
 
 from millprint.claims import chapter3_causes as causes
 from millprint.claims.chapter3_causes import AS_BUILT, CONTACT, MILL
-from millprint.claims.evidence import Evidence, Finding, NotRun, claim, yes_no
+from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.fingerprint.collapse import MACHINE
 from millprint.fingerprint.exponents import FACTOR
 
@@ -146,11 +146,9 @@ def _exponents(evidence: Evidence) -> str:
     words = []
     for name in ("normal", "tangential"):
         where = f"contact == '{CONTACT}' and quantity == '{name}_power_per_ball_W' and exponent == exponent"
-        given = [
-            f"{row.variable} {row.exponent:.2f} ({row.lower:.2f} to {row.upper:.2f})"
-            for row in evidence.table("fingerprint/exponents.tsv", where).itertuples()
-        ]
-        words += [f"{name} power {', '.join(given)}"] if given else []
+        fits = evidence.table("fingerprint/exponents.tsv", where)
+        if len(fits):
+            words.append(f"{name} power {in_words(fits, '{variable} {exponent:.2f} ({lower:.2f} to {upper:.2f})')}")
     return f"; exponents from our runs, of the {'; of the '.join(words)}" if words else ""
 
 
@@ -162,9 +160,7 @@ def universal_collapse(evidence: Evidence) -> Finding:
     pooled = evidence.rows("fingerprint/collapse.tsv", columns, where, absent)
     median = 100 * pooled.groupby("quantity")[["spread_scaled", "spread_universal"]].median()
     holds = bool((median["spread_universal"] < median["spread_scaled"]).all())
-    words = "; ".join(
-        f"{name} {row['spread_scaled']:.1f} to {row['spread_universal']:.1f} %" for name, row in median.iterrows()
-    )
+    words = in_words(median.reset_index(), "{quantity} {spread_scaled:.1f} to {spread_universal:.1f} %", "; ")
     fits = evidence.table("fingerprint/exponents.tsv", f"contact == 'all' and variable == '{FACTOR}'")
     fitted = ", ".join(
         f"{-row.exponent:+.2f} for {row.quantity}" for row in fits.itertuples() if pd.notna(row.exponent)

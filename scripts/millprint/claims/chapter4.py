@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.claims.evidence import Evidence, Finding, claim
+from millprint.claims.evidence import Evidence, Finding, claim, in_words
 
 # Quantity in a claim's id -> column of Table 4.2 and the factor to the claim's unit.
 TABLE_4_2 = {
@@ -116,7 +116,7 @@ def slope(evidence: Evidence, series: str) -> Finding:
 def fit_of_the_slopes(evidence: Evidence) -> Finding:
     """Sec. 4.3.1: the smaller R2 of the two lines."""
     slopes = evidence.rows("partition/slopes.tsv", "r2")
-    words = ", ".join(f"{row.r2:.4f} at {row.title}" for row in slopes.itertuples())
+    words = in_words(slopes, "{r2:.4f} at {title}")
     return Finding(float(slopes["r2"].min()), f"the smaller of {words}; three points each")
 
 

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from millprint.claims.compare import agrees
-from millprint.claims.evidence import Evidence, Finding, claim
+from millprint.claims.evidence import Evidence, Finding, claim, in_words
 from millprint.predict.honest import LEFT_OUT, NESTED, RANDOM
 from millprint.predict.judge import GAINS
 
@@ -44,20 +44,16 @@ def error_on_the_locked_split(
     absent = f"results/{path} has no {metric} of {model} {strategy}"
     locked = evidence.row(path, "value", f"{own} and scheme == 'locked'", absent)
     rows = int(evidence.table("yield/locked.tsv")["test_rows"].iloc[0])
-    parts = [
-        f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}"
-    ]
     others = evidence.table(path, own).set_index("scheme")
-    parts += [
-        f"{title} {row['value']:.3g} ({row['lower']:.3g} to {row['upper']:.3g}){unit}"
-        for scheme, title in SCHEMES.items()
-        if scheme in others.index
-        for row in [others.loc[scheme]]
-    ]
+    others = others.reindex([scheme for scheme in SCHEMES if scheme in others.index]).rename(index=SCHEMES)
+    parts = (
+        f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}",
+        in_words(others.reset_index(), f"{{scheme}} {{value:.3g}} ({{lower:.3g}} to {{upper:.3g}}){unit}", "; "),
+    )
     value, printed = float(locked["value"]), float(evidence.printed[evidence.id])
     gain = value - printed if metric in GAINS else printed - value
     better = f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(printed) else ""
-    return Finding(value, f"{'; '.join(parts)}{better}. {RECIPES[model]}")
+    return Finding(value, f"{'; '.join(filter(None, parts))}{better}. {RECIPES[model]}")
 
 
 @claim("5.ood.{case}.{model}", "5.ood.27.gpr 5.ood.28.gpr 5.ood.27.xgb 5.ood.28.xgb")
@@ -98,6 +94,5 @@ def first_feature(evidence: Evidence) -> Finding:
     for model, rows in table.groupby("model", sort=False):
         ranked = rows.sort_values("mean_abs_shap_pp", ascending=False)
         first.append(ranked["feature"].iloc[0].removesuffix("_h"))
-        top = ", ".join(f"{row.feature} {row.mean_abs_shap_pp:.1f}" for row in ranked.head(3).itertuples())
-        words.append(f"{model}: {top}")
+        words.append(f"{model}: {in_words(ranked.head(3), '{feature} {mean_abs_shap_pp:.1f}')}")
     return Finding(" / ".join(dict.fromkeys(first)), f"mean |SHAP| in points over all runs; {'; '.join(words)}")

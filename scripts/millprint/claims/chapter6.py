@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.claims.chapter3_causes import CONTACT, MILL
-from millprint.claims.evidence import Evidence, Finding, NotRun, claim, yes_no
+from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.surrogate.ablations import BASELINE, DISSIPATION, OPEN, PLATEAU
 from millprint.surrogate.tables import covered_share
 
@@ -106,7 +106,7 @@ def _budget(evidence: Evidence) -> str:
 def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
     """The measures of the other variants, as text."""
     rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
-    return "".join(f"; variant {row.variant}: {row.value:.3g} {unit}" for row in rows.itertuples())
+    return in_words(rows, f"; variant {{variant}}: {{value:.3g}} {unit}", "")
 
 
 @claim("6.pearson")
@@ -153,15 +153,12 @@ def speed_up(evidence: Evidence) -> Finding:
     """Sec. 6.3.4."""
     row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
     rivals = evidence.table("surrogate/runtime.tsv", f"variant != '{VARIANT}' and batch == 1 and balls == balls.min()")
-    others = "".join(
-        f"; variant {rival.variant}: {rival.dem_seconds_for_15_s / rival.seconds_for_15_s:.3g}"
-        for rival in rivals.itertuples()
-    )
+    rivals = rivals.assign(ratio=rivals["dem_seconds_for_15_s"] / rivals["seconds_for_15_s"])
     return Finding(
         float(row["dem_seconds_for_15_s"] / row["seconds_for_15_s"]),
         f"our DEM over our surrogate in the same job: {_timed(row)}; our DEM takes {row['dem_seconds_for_15_s']:.3g} s "
         f"for what took the thesis's {float(evidence.printed['6.runtime.dem']):,.0f} s, so there is little left to "
-        f"gain{others}",
+        f"gain{in_words(rivals, '; variant {variant}: {ratio:.3g}', '')}",
     )
 
 

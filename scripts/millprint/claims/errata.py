@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.claims.chapter6 import METRICS, VARIANT
 from millprint.claims.compare import ERRATUM
-from millprint.claims.evidence import Evidence
+from millprint.claims.evidence import Evidence, in_words
 from millprint.claims.tabulate import chapter_of
 from millprint.files import read_table
 from millprint.surrogate.tables import covered_share
@@ -57,17 +57,17 @@ def departing_run(evidence: Evidence) -> Iterator[Contradiction]:
     departs = evidence.table(AUDIT, "departs == 'yes'")
     if departs.empty:
         return
-    effects = [
-        f"{row.subject} is run {row.found} times at its levels, not {row.wanted}"
-        for row in departs[departs["check"] == "runs at each level"].itertuples()
-    ]
+    levels = departs[departs["check"] == "runs at each level"]
     shared = departs[departs["check"] == "shared degrees of freedom"]
-    effects += [f"{row.subject} share {row.found} degrees of freedom" for row in shared.itertuples()]
+    effects = [
+        in_words(levels, "{subject} is run {found} times at its levels, not {wanted}", "; "),
+        in_words(shared, "{subject} share {found} degrees of freedom", "; "),
+    ]
     for row in departs[departs["check"].str.startswith("generator")].itertuples():
         yield (
             f"{row.subject}: {row.found}, in a design with the {row.check}",
             row.wanted,
-            f"{row.note}. So the design is not orthogonal: {'; '.join(effects)}.",
+            f"{row.note}. So the design is not orthogonal: {'; '.join(filter(None, effects))}.",
         )
 
 
@@ -164,8 +164,10 @@ def correlation_of_rising_lines(evidence: Evidence) -> Iterator[Contradiction]:
     )
     if cumulative.empty or increments.empty:
         return
-    tests = ", ".join(f"{row.test} {row.dem_reference:.4f}" for row in cumulative.itertuples())
-    parts = ", ".join(f"{row.test} {row.dem_reference:.2f}" for row in increments.itertuples())
+    tests, parts = (
+        in_words(cumulative, "{test} {dem_reference:.4f}"),
+        in_words(increments, "{test} {dem_reference:.2f}"),
+    )
     yield (
         f"a Pearson r of {evidence.printed['6.pearson']} of the cumulative dissipation shows that its evolution is "
         "captured",

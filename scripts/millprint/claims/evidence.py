@@ -135,6 +135,11 @@ def find_claim(evidence: Evidence) -> Finding:
     return Finding(found.value, found.explanation, found.erratum, tuple(evidence.sources))
 
 
+def in_words(table: pd.DataFrame, form: str, separator: str = ", ") -> str:
+    """The rows of a table as text; form: of one row, as `str.format` takes it: "{f:.0f} 1/s at {speed_rpm:g} rpm"."""
+    return separator.join(form.format(**row) for row in table.to_dict("records"))
+
+
 def yes_no(holds: bool, explanation: str) -> Finding:
     """The finding of a claim that holds or does not."""
     return Finding("yes" if holds else "no", explanation)
