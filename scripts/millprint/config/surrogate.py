@@ -270,9 +270,8 @@ class SurrogateConfig(Section):
                 raise ValueError(f"{name}.weights_of = {source!r}: unknown; known: {', '.join(known)}")
             if self.weights_of(source) != source:
                 raise ValueError(f"{name}.weights_of = {source!r}: has no weights of its own")
-            every = self.ablations | self.variants
-            if every[name].kind != every[source].kind:
-                raise ValueError(f"{name}.weights_of = {source!r}: is of kind {every[source].kind}")
+            if self.every[name].kind != self.every[source].kind:
+                raise ValueError(f"{name}.weights_of = {source!r}: is of kind {self.every[source].kind}")
             for section in ("graph", "network"):
                 if getattr(self.variant(name), section) != getattr(self.variant(source), section):
                     raise ValueError(f"{name}.weights_of = {source!r}: those have another {section}")
@@ -294,13 +293,18 @@ class SurrogateConfig(Section):
             message = fault["msg"].removeprefix("Value error, ")
             raise ValueError(f"{name}.{key} = {fault['input']!r}: {message}" if key else f"{name}: {message}") from None
 
+    @property
+    def every(self) -> dict[str, VariantConfig]:
+        """The variants, then the ablations."""
+        return self.variants | self.ablations
+
     def of_kind(self, kind: str) -> list[str]:
         """Names of the variants and ablations of a kind."""
-        return [name for name, variant in (self.variants | self.ablations).items() if variant.kind == kind]
+        return [name for name, variant in self.every.items() if variant.kind == kind]
 
     def weights_of(self, name: str) -> str:
         """The variant whose weights `name` is rolled out with."""
-        return (self.ablations | self.variants)[name].weights_of or name
+        return self.every[name].weights_of or name
 
     def rollout_of(self, name: str, test: str) -> RollOutConfig:
         """The roll-out settings of a variant in a test; the shorter of both lengths holds."""

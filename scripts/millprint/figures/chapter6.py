@@ -28,6 +28,8 @@ LOSSES: tuple[tuple[str, str, LineLook], ...] = (
 )
 # Height of a box of the flow chart and of the gap below it.
 BOX_IN, GAP_IN = 0.44, 0.16
+# What r_c bounds, by its reading.
+READINGS = {"surface_gap": "gap of surfaces", "centre_distance": "distance of centres"}
 TITLES = {
     "trained": "trained motion",
     "motion1": "unseen motion 1",
@@ -75,7 +77,7 @@ def plot_wall_contacts(table: pd.DataFrame, threshold_m: float, share: float) ->
 
 def plot_recursion(window: int, edges: EdgeConfig, snap_back_m: float | None, step_s: float) -> Figure:
     """The recursive stage of a variant as a flow chart, whose last step leads to the first (Fig. 6.5)."""
-    reach = "gap of surfaces" if edges.ball_threshold_reading == "surface_gap" else "distance of centres"
+    reach = READINGS[edges.ball_threshold_reading]
     back = "balls stay where they are"
     if snap_back_m is not None:
         back = f"balls with φ ≥ {1e3 * snap_back_m:g} mm back to there"

@@ -8,6 +8,9 @@ from torch import Tensor
 from millprint.config.surrogate import EdgeConfig
 from millprint.surrogate.thesis.dataset import DISTANCE, GRADIENT, Snapshots
 
+# By the reading of r_c: how many radii lie between two centres where r_c is zero.
+RADII_BETWEEN_CENTRES = {"surface_gap": 2, "centre_distance": 0}
+
 
 @dataclass(frozen=True)
 class Edges:
@@ -74,7 +77,7 @@ def threshold_edges(position: Tensor, ball: Tensor, rule: EdgeConfig, radius: fl
     gap between two surfaces or, as printed, the distance of two centres, which 10 mm balls never meet at 1.5 mm.
     """
     graphs, balls, _ = position.shape
-    reach = rule.ball_threshold_m + (2 * radius if rule.ball_threshold_reading == "surface_gap" else 0.0)
+    reach = rule.ball_threshold_m + RADII_BETWEEN_CENTRES[rule.ball_threshold_reading] * radius
     # All pairs: at the ball counts of a jar this is cheaper than a cell list.
     first, second = torch.triu_indices(balls, balls, offset=1, device=position.device)
     gap = position[:, second] - position[:, first]
