@@ -24,6 +24,12 @@ def test_losses_of_one_network_and_of_an_ensemble():
     assert [text.get_text() for text in ensemble.axes[1].get_legend().get_texts()] == ["force"]
 
 
+def test_every_term_of_a_loss_is_drawn_even_if_there_are_more_than_colours():
+    terms = {f"{part}_term{number}": [1.0, 0.5] for number in range(9) for part in ("training", "validation")}
+    history = pd.DataFrame({"epoch": [1, 2], "training_total": [1.0, 0.5], "validation_total": [1.1, 0.6]} | terms)
+    assert len(plot_loss(history).axes[1].lines) == 2 * 9
+
+
 def test_roll_outs_that_run_away_leave_the_picture():
     time_s = np.array([0.0, 0.1, 0.2])
     errors = pd.DataFrame({"test": "motion1", "time_s": time_s, "surrogate_m2": [0, 1e-3, 1e40]})

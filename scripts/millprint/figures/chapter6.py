@@ -1,5 +1,7 @@
 """Figures of chapter 6 and appendix A: signed distance, wall contacts, recursion, loss, roll-outs, ablations."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
@@ -128,7 +130,7 @@ def plot_loss(history: pd.DataFrame) -> Figure:
         for column, title, look in LOSSES:
             if column in part:
                 panels[0].plot(part["epoch"], part[column], label=title if number == 0 else None, **look)
-        for term, colour in zip(terms, COLOURS, strict=False):
+        for term, colour in zip(terms, itertools.cycle(COLOURS), strict=False):
             label = term.replace("_", " ") if number == 0 else None
             panels[1].plot(part["epoch"], part[f"training_{term}"], color=colour, label=label)
             panels[1].plot(part["epoch"], part[f"validation_{term}"], color=colour, linestyle="--")
@@ -148,7 +150,7 @@ def _grid(tests: list[str]) -> tuple[Figure, dict[str, Axes]]:
     figure, panels = plt.subplots(rows, columns, figsize=(width, 2.1 * rows), squeeze=False)
     for panel in panels.ravel()[len(tests) :]:
         panel.remove()
-    named = dict(zip(tests, panels.ravel(), strict=False))
+    named = dict(zip(tests, panels.ravel()[: len(tests)], strict=True))
     for test, panel in named.items():
         panel.set_title(TITLES.get(test, test))
     return figure, named
