@@ -9,7 +9,7 @@ from millprint.claims.evidence import Finding
 REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
 VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)
 
-# Fitted pairs (tolerance `recover`) and claims that only ask for a report are held to these relative bounds.
+# Relative bounds for fitted pairs (tolerance `recover`) and for claims with the tolerance `report`.
 RECOVER_BOUND = 0.05
 REPORT_BOUND = 0.10
 
