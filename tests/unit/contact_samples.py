@@ -8,11 +8,10 @@ from millprint.config.sweep import DemConfig
 from millprint.dem.compilation import TINY_CONTACT, TINY_MILL
 from millprint.dem.layout import HISTORY_WIDTH
 from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState
-from millprint.surrogate.contact.dataset import open_tracer
+from millprint.surrogate.contact.dataset import TracedModels, open_tracer
 from millprint.surrogate.contact.network import Predictor
 from millprint.surrogate.contact.tracer import Tracer
 
-DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0, window_s=0.05)
 COARSE = CoarseConfig(rayleigh_multiple=0.96, substeps=4, warm_up_s=0.001)
 TRACE = TraceConfig(
     mill="tiny", contact="tiny", ball_diameter_mm=4, fill_ratio=0.08, speed_rpm=600, seed=0, from_s=0.02, until_s=0.1,
@@ -27,7 +26,9 @@ TRAINING = ContactTrainingConfig(
 
 def tiny_tracer() -> Tracer:
     """The DEM of a small jar with a post, just in motion."""
-    tracer = open_tracer(TRACE, TINY_MILL, TINY_CONTACT, DEM, COARSE, interval_s=1e-3)
+    dem = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0, window_s=0.05)
+    models = TracedModels(mills={"tiny": TINY_MILL}, contacts={"tiny": TINY_CONTACT}, dem=dem)
+    tracer = open_tracer(TRACE, models, COARSE, interval_s=1e-3)
     tracer.to_time(TRACE.from_s)
     return tracer
 
