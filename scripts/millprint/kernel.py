@@ -16,6 +16,9 @@ import numba
 from llvmlite import binding
 
 PACKAGE = Path(__file__).parent
+KERNEL_FOLDERS = ("mill", "dem", "surrogate/contact")
+MAKERS = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
+IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 
 
 def cache_root() -> Path:
@@ -36,11 +39,20 @@ def processor_type() -> str:
 
 
 def kernel_files() -> list[Path]:
-    """Every library file that holds kernels, or numbers that are compiled into them."""
-    files = [*PACKAGE.glob("mill/*.py"), *PACKAGE.glob("dem/*.py"), *PACKAGE.glob("surrogate/contact/*.py")]
-    makers = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
-    kernels = [file for file in files if makers.search(file.read_text())]
-    return sorted({Path(__file__), PACKAGE / "dem" / "state.py", PACKAGE / "surrogate/contact/scratch.py", *kernels})
+    """Every library file that holds kernels, and the files that these import: their numbers are compiled in.
+
+    Settings (millprint.config) reach kernels as arguments, and are left out.
+    """
+    kernels = [file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).glob("*.py")]
+    found = {PACKAGE / "kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
+    to_read = list(found)
+    while to_read:
+        for module in IMPORTS.findall(to_read.pop().read_text()):
+            file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
+            if file.is_file() and file not in found and not module.startswith("config"):
+                found.add(file)
+                to_read.append(file)
+    return sorted(found)
 
 
 def kernel_digest() -> str:

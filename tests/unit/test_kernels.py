@@ -1,7 +1,15 @@
-"""Functions that only kernels may call are called by kernels only: from Python they end the process silently."""
+"""Only kernels call what only kernels may call, and the cache of machine code sees all that is compiled in.
+
+A call from Python of what only kernels may call ends the process silently.
+"""
 
 import ast
+import shutil
 from pathlib import Path
+
+import pytest
+
+from millprint import kernel
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = ROOT / "scripts"
@@ -68,3 +76,42 @@ def test_such_a_call_would_be_found():
     assert ("millprint.mill.walls", "touch") in INNER
     calls = "from millprint.mill.walls import touch\nfrom millprint.dem import lanes\ntouch(1)\nlanes.get(1)\n"
     assert calls_from_python(ast.parse(calls), "a", INNER) == ["line 3: touch", "line 4: get"]
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch) -> Path:
+    """A copy of the library, of which the digest of the kernels is taken."""
+    shutil.copytree(kernel.PACKAGE, tmp_path / "millprint", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(kernel, "PACKAGE", tmp_path / "millprint")
+    return tmp_path / "millprint"
+
+
+@pytest.mark.parametrize(
+    "file", ["columns.py", "dem/layout.py", "dem/law.py", "mill/pose.py", "surrogate/contact/pair.py", "kernel.py"]
+)
+def test_the_cache_sees_every_number_that_is_compiled_in(library, file):
+    before = kernel.kernel_digest()
+    (library / file).write_text((library / file).read_text() + "\nADDED = 1\n")
+    assert kernel.kernel_digest() != before
+
+
+@pytest.mark.parametrize("file", ["dem/summary.py", "config/sweep.py", "surrogate/contact/training.py"])
+def test_the_cache_stays_where_no_kernel_changes(library, file):
+    before = kernel.kernel_digest()
+    (library / file).write_text((library / file).read_text() + "\nADDED = 1\n")
+    assert kernel.kernel_digest() == before
+
+
+def test_every_constant_that_a_kernel_file_imports_is_seen():
+    """Names in capitals come from files of the digest, but for bounds of settings, which size arrays."""
+    seen = {module_of(file) for file in kernel.kernel_files()}
+    imported = {
+        (node.module, alias.name)
+        for file in kernel.kernel_files()
+        for node in TREES[file].body
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("millprint.")
+        for alias in node.names
+        if alias.name.isupper()
+    }
+    assert {name for module, name in imported if module not in seen} <= {"WIDTH_MAX"}
+    assert ("millprint.dem.layout", "LANE") in imported
