@@ -32,16 +32,18 @@ def put(lanes, block, quantity, m, value):
 
 @inlined()
 def get_vector(lanes, block, quantity, m):
-    """A vector of a lane, of which `quantity` names the three columns."""
-    return get(lanes, block, quantity.x, m), get(lanes, block, quantity.y, m), get(lanes, block, quantity.z, m)
+    """A vector of a lane, of which `quantity` names the three columns: they follow each other."""
+    at = quantity.x * LANES + m
+    return lanes[block, at], lanes[block, at + LANES], lanes[block, at + 2 * LANES]
 
 
 @inlined()
 def put_vector(lanes, block, quantity, m, vector):
     """Set a vector of a lane."""
-    put(lanes, block, quantity.x, m, vector[0])
-    put(lanes, block, quantity.y, m, vector[1])
-    put(lanes, block, quantity.z, m, vector[2])
+    at = quantity.x * LANES + m
+    lanes[block, at] = vector[0]
+    lanes[block, at + LANES] = vector[1]
+    lanes[block, at + 2 * LANES] = vector[2]
 
 
 @inlined()
