@@ -6,28 +6,25 @@ from threadpoolctl import threadpool_limits
 from millprint.config.yields import TrainingConfig
 from millprint.files import write_table
 from millprint.job import job, progress
-from millprint.predict.catalogue import searched_again
 from millprint.predict.choices import compare_choices, describe_search
-from millprint.predict.metrics import YieldWeights
-from millprint.predict.store import load_model
+from millprint.predict.model_files import load_model
 from millprint.predict.tables import read_rows
 
 
-def main(inputs, choices_path: str, settings: TrainingConfig, again: list[str]) -> None:
+def main(inputs, choices_path: str, settings: TrainingConfig, again: list[tuple[str, str, str]]) -> None:
     """Write a row for each model as taken and for each alternative.
 
-    inputs.otherwise: in the order of searched_again(again).
+    again: regressor, strategy and choice of every model of inputs.otherwise.
     """
-    weigh = YieldWeights(settings.high_yield_percent, settings.high_yield_weight)
     train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
     tables = []
     with threadpool_limits(1), progress(len(inputs.models), "comparing choices", "model") as bar:
         for path in inputs.models:
             model = load_model(path)
-            tables.append(compare_choices(model, train, test, outside, settings.choices, settings.seed, weigh))
-            for (*kind, choice), other in zip(searched_again(again), inputs.otherwise, strict=True):
-                if kind == [model.algorithm, model.strategy]:
-                    tables.append(describe_search(load_model(other), test, outside, choice, settings, weigh))
+            tables.append(compare_choices(model, train, test, outside, settings))
+            for (*own, choice), other in zip(again, inputs.otherwise, strict=True):
+                if own == [model.name, model.strategy]:
+                    tables.append(describe_search(load_model(other), test, outside, choice, settings))
             bar.update()
     write_table(pd.concat(tables, ignore_index=True), choices_path)
 

@@ -2,17 +2,15 @@
 
 import pandas as pd
 
-from millprint.config.yields import HonestConfig, TrainingConfig
+from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.job import job
-from millprint.predict.archive import load_averaged
-from millprint.predict.evaluation import time_variance
-from millprint.predict.honest import ENCLOSED, PREDICTED
-from millprint.predict.judge import judge, judge_intervals, split_luck
+from millprint.predict.evaluation import coverage_table, score_table, split_luck, time_variance
+from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.predict.metrics import YieldWeights
-from millprint.predict.report import hyperparameters, locked_metrics, predictions
-from millprint.predict.store import load_model, stored_search
+from millprint.predict.model_files import load_averaged, load_model, stored_search
+from millprint.predict.report import hyperparameters, labelled, locked_metrics, predictions
 from millprint.predict.tables import read_rows
 
 TEXT = ["scheme", "case"]
@@ -26,13 +24,13 @@ def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.Data
     tables = []
     for path, model in zip(paths, models, strict=True):
         table = read_table(path, numeric=[name for name in columns if name not in text], text=text)
-        tables.append(table.assign(model=model.algorithm, strategy=model.strategy))
+        tables.append(labelled(table, model))
     return pd.concat(tables, ignore_index=True)
 
 
-def main(inputs, output, training: TrainingConfig, budget: HonestConfig, level: float) -> None:
+def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, level: float) -> None:
     """Write every table that compares models, except the SHAP values. `level`: level of the predictive intervals."""
-    weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
+    weigh = YieldWeights.of(training)
     train, test = read_rows(inputs.train), read_rows(inputs.test)
     printed = [load_model(path) for path in inputs.models]
     models = [*printed, load_averaged(inputs.averaged)]
@@ -44,10 +42,10 @@ def main(inputs, output, training: TrainingConfig, budget: HonestConfig, level: 
     outside = read_rows(inputs.outside)
     write_table(predictions(models, outside, level), output.out_of_domain)
     locked = predicted[predicted["role"] == "test"].assign(scheme=LOCKED, repeat=0)
-    held_out = read_held_out(inputs.held_out, models, PREDICTED)
-    write_table(judge(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.honest)
-    enclosed = read_held_out(inputs.intervals, models, ENCLOSED)
-    write_table(judge_intervals(enclosed, budget.level), output.coverage)
+    held_out = read_held_out(inputs.held_out, models, PREDICTION_COLUMNS)
+    write_table(score_table(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.honest)
+    intervals = read_held_out(inputs.intervals, models, INTERVAL_COLUMNS)
+    write_table(coverage_table(intervals, budget.level), output.coverage)
     write_table(split_luck(held_out, weigh, budget.level), output.split_luck)
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)
 
@@ -58,6 +56,6 @@ if "snakemake" in globals():
             snakemake.input,
             snakemake.output,
             TrainingConfig(**snakemake.params.training),
-            HonestConfig(**snakemake.params.honest),
+            EvaluationConfig(**snakemake.params.honest),
             snakemake.params.interval_level,
         )

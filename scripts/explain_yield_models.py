@@ -5,21 +5,16 @@ import pandas as pd
 from millprint.files import write_table
 from millprint.job import job
 from millprint.predict.explanation import rank_features, shap_values
-from millprint.predict.store import load_model
+from millprint.predict.model_files import load_model
+from millprint.predict.report import labelled
 from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], model_paths: list[str], values_path: str, ranking_path: str) -> None:
     """Explain each model of `model_paths` on the rows of `parts`, whose yields are not used."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    tables = []
-    for path in model_paths:
-        model = load_model(path)
-        table = shap_values(model, rows)
-        table.insert(0, "model", model.algorithm)
-        table.insert(1, "strategy", model.strategy)
-        tables.append(table)
-    values = pd.concat(tables, ignore_index=True)
+    models = [load_model(path) for path in model_paths]
+    values = pd.concat([labelled(shap_values(model, rows), model) for model in models], ignore_index=True)
     write_table(values, values_path)
     write_table(rank_features(values), ranking_path)
 

@@ -7,8 +7,8 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.job import job, progress
-from millprint.predict.honest import outer_folds, predict_held_out
-from millprint.predict.learners import make_learner
+from millprint.predict.held_out import outer_folds, predict_held_out
+from millprint.predict.procedures import procedure_of
 from millprint.predict.tables import read_rows
 
 
@@ -19,18 +19,18 @@ def main(
     model: str,
     strategy: str,
     training: TrainingConfig,
-    honest: HeldOutConfig,
+    budget: HeldOutConfig,
     averaging: AveragingConfig,
 ) -> None:
     """Write held-out predictions and their intervals for every scheme."""
     parts = [read_rows(train).assign(role="train"), read_rows(test).assign(role="test")]
     rows = pd.concat(parts, ignore_index=True)
-    learn = make_learner(model, strategy, training, honest, averaging)
-    folds = outer_folds(rows, honest)
+    procedure = procedure_of(model, strategy, training, budget, averaging)
+    folds = outer_folds(rows, budget)
     with threadpool_limits(1), progress(len(folds), f"holding out {model} {strategy}", "fold") as bar:
-        predicted, enclosed = predict_held_out(learn, rows, folds, honest.nominal, bar.update)
-    write_table(predicted, output.predictions)
-    write_table(enclosed, output.intervals)
+        predictions, intervals = predict_held_out(procedure, rows, folds, budget.nominal, bar.update)
+    write_table(predictions, output.predictions)
+    write_table(intervals, output.intervals)
 
 
 if "snakemake" in globals():

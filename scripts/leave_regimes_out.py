@@ -10,17 +10,17 @@ from millprint.files import write_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job, progress
-from millprint.predict.catalogue import AVERAGED
-from millprint.predict.learners import make_learner
+from millprint.predict.procedures import procedure_of
 from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
+from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
 from millprint.predict.tables import read_rows
 
 # The averaged Gaussian process with and without the tangential share, and the two models of Table 5.8.
-LEARNERS = {
-    (AVERAGED, "power and share"): (AVERAGED, "primary", False),
-    (AVERAGED, "power alone"): (AVERAGED, "primary", True),
-    ("gpr two_step", "energies and frequency"): ("gpr", "two_step", False),
-    ("xgb two_step", "energies and frequency"): ("xgb", "two_step", False),
+PROCEDURES = {
+    (AVERAGED, "power and share"): (AVERAGED, PRIMARY, False),
+    (AVERAGED, "power alone"): (AVERAGED, PRIMARY, True),
+    ("gpr two_step", "energies and frequency"): ("gpr", TWO_STEP, False),
+    ("xgb two_step", "energies and frequency"): ("xgb", TWO_STEP, False),
 }
 
 
@@ -30,19 +30,19 @@ def main(
     output,
     reference: Condition[float],
     training: TrainingConfig,
-    honest: HeldOutConfig,
+    budget: HeldOutConfig,
     averaging: AveragingConfig,
     level: float,
 ) -> None:
     """Write predictions for every regime left out, and their summary."""
     screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     rows = regime_rows(cases, reference)
-    learners = {
-        name: (make_learner(model, strategy, training, honest, averaging), hidden)
-        for name, (model, strategy, hidden) in LEARNERS.items()
+    procedures = {
+        name: (procedure_of(model, strategy, training, budget, averaging), hidden)
+        for name, (model, strategy, hidden) in PROCEDURES.items()
     }
-    with threadpool_limits(1), progress(len(learners) * 12, "leaving regimes out", "fit") as bar:
-        table = leave_regimes_out(screening, rows, learners, level, bar.update)
+    with threadpool_limits(1), progress(len(procedures) * 12, "leaving regimes out", "fit") as bar:
+        table = leave_regimes_out(screening, rows, procedures, level, bar.update)
     write_table(table, output.regimes)
     write_table(summarise_regimes(table), output.summary)
 

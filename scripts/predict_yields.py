@@ -11,7 +11,7 @@ from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
 from millprint.files import write_table
 from millprint.job import job
-from millprint.predict.answer import answer
+from millprint.predict.new_conditions import predict_conditions
 from millprint.predict.tables import read_rows
 
 
@@ -27,7 +27,8 @@ def main(
 ) -> int:
     """Write the predictions, and return the number of rows without one."""
     with threadpool_limits(1):
-        table = answer(model, read_rows(conditions, yields=False), limits, training, folds, level, extrapolate)
+        rows = read_rows(conditions, yields=False)
+        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate)
     write_table(table, out)
     return int(table["predicted_percent"].isna().sum())
 

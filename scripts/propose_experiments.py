@@ -11,7 +11,7 @@ from millprint.files import read_table, write_table
 from millprint.fingerprint.condition import BASIC, Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job
-from millprint.predict.averaging import average, fit_library
+from millprint.predict.averaging import fit_averaged
 from millprint.predict.proposals import propose
 from millprint.predict.regimes import reference_of_mill, regime_rows
 from millprint.predict.region import Mill, check_region, region_conditions
@@ -37,7 +37,7 @@ def main(
     check_region(settings.region, table, "config")
     mill = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
     with threadpool_limits(1):
-        model = average(fit_library(rows, rows[YIELD].to_numpy(float), averaging), averaging)
+        model = fit_averaged(rows, rows[YIELD].to_numpy(float), averaging)
         conditions = region_conditions(settings.region, table, mill)
         write_table(propose(model, rows, conditions, settings), proposals)
 

@@ -7,8 +7,8 @@ from millprint.config.averaging import AveragingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job
-from millprint.predict.archive import describe_members, save_averaged
-from millprint.predict.averaging import average, fit_library
+from millprint.predict.averaging import describe_members, fit_averaged
+from millprint.predict.model_files import save_averaged
 from millprint.predict.tables import read_rows
 
 
@@ -16,7 +16,7 @@ def main(parts: list[str], model_path: str, members_path: str, settings: Averagi
     """Train only on the rows of `parts`."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1):
-        model = average(fit_library(rows, rows[YIELD].to_numpy(float), settings), settings)
+        model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
         save_averaged(model, rows, settings.margin, model_path)
     write_table(describe_members(model), members_path)
 

@@ -5,9 +5,9 @@ from threadpoolctl import threadpool_limits
 from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.job import job, progress
-from millprint.predict.store import save_model
+from millprint.predict.model_files import save_model
+from millprint.predict.search import Trainer
 from millprint.predict.tables import read_rows
-from millprint.predict.training import evaluations_of, train
 
 
 def main(
@@ -21,11 +21,11 @@ def main(
 ) -> None:
     """Train only on the rows of `train_path`, and write the model."""
     rows = read_rows(train_path)
-    total = evaluations_of(model, strategy, settings, budget)
+    total = Trainer(settings, budget).evaluations(model, strategy)
     with threadpool_limits(threads), progress(total, f"tuning {model} {strategy}", "set") as bar:
-        yields = rows[YIELD].to_numpy(float)
-        fitted, found = train(model, strategy, rows, yields, settings, budget, threads, bar.update)
-    save_model(fitted, found, rows, settings.choices, settings.seed, model_path)
+        trainer = Trainer(settings, budget, threads, bar.update)
+        fitted, results = trainer.train(model, strategy, rows, rows[YIELD].to_numpy(float))
+    save_model(fitted, results, rows, settings, model_path)
 
 
 if "snakemake" in globals():

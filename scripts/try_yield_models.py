@@ -10,16 +10,15 @@ from millprint.files import write_table
 from millprint.job import job, progress
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.tables import read_rows
-from millprint.predict.tried import tabulate_trials, try_everything
+from millprint.predict.trials import run_trials, trial_table
 
 
 def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
     """Write a row for each model that was tried."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
-        trials = try_everything(rows, averaging, training.seed, bar.update)
-    weigh = YieldWeights(training.high_yield_percent, training.high_yield_weight)
-    write_table(tabulate_trials(trials, rows[YIELD].to_numpy(float), weigh), tried_path)
+        trials = run_trials(rows, averaging, training.seed, bar.update)
+    write_table(trial_table(trials, rows[YIELD].to_numpy(float), YieldWeights.of(training)), tried_path)
 
 
 if "snakemake" in globals():

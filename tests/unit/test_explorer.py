@@ -16,9 +16,9 @@ from millprint.explorer.page import explorer_content, explorer_page, sliders
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions
-from millprint.predict.answer import range_warnings, trained_ranges
-from millprint.predict.archive import load_averaged, save_averaged, training_rows
-from millprint.predict.averaging import average, fit_library
+from millprint.predict.averaging import fit_averaged
+from millprint.predict.model_files import load_averaged, save_averaged, training_rows
+from millprint.predict.new_conditions import range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
@@ -62,7 +62,7 @@ def run(tmp_path_factory) -> dict:
         }
     )
     rows = all_runs()
-    model = average(fit_library(rows, rows[YIELD].to_numpy(float), settings), settings)
+    model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
     save_averaged(model, rows, settings.margin, str(folder / "yield.json"))
     request = InverseConfig(**read_yaml(ROOT / "config/config.yaml")["fingerprint"]["inverse"])
     request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})

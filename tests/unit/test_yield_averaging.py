@@ -9,26 +9,20 @@ from scipy.stats import norm
 from millprint.config.averaging import INPUTS
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
-from millprint.predict.archive import describe_members, load_any, load_averaged, save_averaged, training_rows
 from millprint.predict.averaging import (
+    LINKS,
     AveragedModel,
     Candidate,
-    average,
+    describe_members,
     evidence_weights,
-    fit_library,
+    fit_averaged,
     fit_member,
     library,
+    to_conversion,
 )
-from millprint.predict.inputs import InputScaling, describe
-from millprint.predict.links import LINKS, to_conversion
-from millprint.predict.structured import (
-    Pairs,
-    Process,
-    fit_process,
-    negative_log_posterior,
-    prior_of,
-    terms_of,
-)
+from millprint.predict.features import Standardisation, describe
+from millprint.predict.model_files import load_any, load_averaged, save_averaged, training_rows
+from millprint.predict.structured import Pairs, Posterior, Process, fit_process, prior_of, terms_of
 from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
 
 SCALES = ("linear", "linear", "log", "log", "linear")
@@ -38,7 +32,7 @@ STRUCTURES = thesis_yields()["averaging"]["structures"]
 def fitted() -> tuple[AveragedModel, pd.DataFrame]:
     rows, _ = parts()
     config = settings().averaging
-    return average(fit_library(rows, rows["yield_percent"].to_numpy(float), config), config), rows
+    return fit_averaged(rows, rows["yield_percent"].to_numpy(float), config), rows
 
 
 @pytest.mark.parametrize("structure", STRUCTURES)
@@ -48,9 +42,9 @@ def test_gradient_is_the_slope_of_the_posterior(structure):
     terms = terms_of(structure)
     prior = prior_of(terms, settings().averaging.priors)
     where = prior[0] + 0.4 * generator.normal(size=len(prior[0]))
-    arguments = (terms, Pairs.of(inputs, inputs), target, prior)
-    slope = approx_fprime(where, lambda at: negative_log_posterior(at, *arguments)[0], 1e-6)
-    np.testing.assert_allclose(negative_log_posterior(where, *arguments)[1], slope, rtol=1e-3, atol=1e-4)
+    posterior = Posterior(terms, Pairs.of(inputs, inputs), target, prior)
+    slope = approx_fprime(where, lambda at: posterior.negative_log(at)[0], 1e-6)
+    np.testing.assert_allclose(posterior.negative_log(where)[1], slope, rtol=1e-3, atol=1e-4)
 
 
 def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
@@ -68,11 +62,11 @@ def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
     target = inputs[:, 0] + 0.2 * generator.normal(size=30)
     _, evidence = fit_process(inputs, target / target.std(), terms, pinned)
     prior = prior_of(terms, pinned)
-    arguments = (terms, Pairs.of(inputs, inputs), target / target.std(), prior)
+    posterior = Posterior(terms, Pairs.of(inputs, inputs), target / target.std(), prior)
     noise = prior[0][-1] + np.linspace(-3, 3, 601)
     # The prior's density of the pinned ones at their mean is divided out by their own integral.
     width = np.log(prior[1][:-1] * np.sqrt(2 * np.pi)).sum()
-    heights = [-negative_log_posterior(np.append(prior[0][:-1], at), *arguments)[0] + width for at in noise]
+    heights = [-posterior.negative_log(np.append(prior[0][:-1], at))[0] + width for at in noise]
     exact = np.log(np.trapezoid(np.exp(np.array(heights) - max(heights)), noise)) + max(heights)
     assert evidence == pytest.approx(exact, abs=0.05)
 
@@ -101,8 +95,10 @@ def test_derived_inputs_are_power_and_share():
 
 def test_an_input_that_hardly_varies_is_not_blown_up():
     raw = np.array([[1.0, 0.69], [2.0, 0.70], [3.0, 0.69]])
-    scaling = InputScaling.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
-    assert scaling.spread[0] == pytest.approx(np.std([1, 2, 3])) and scaling.spread[1] == 0.05
+    standard = Standardisation.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
+    assert standard.deviation[0] == pytest.approx(np.std([1, 2, 3])) and standard.deviation[1] == 0.05
+    logarithmic = Standardisation.of(raw, np.array([True, False]))
+    np.testing.assert_allclose(logarithmic(raw)[:, 0], (np.log(raw[:, 0]) - np.log(6) / 3) / np.std(np.log([1, 2, 3])))
 
 
 def test_left_out_in_closed_form_is_the_process_without_the_row():
@@ -148,8 +144,8 @@ def test_quantiles_of_one_identity_member_are_those_of_a_normal():
     model = AveragedModel([member], np.array([1.0]))
     mean, deviation = member.latent(describe(test).to_numpy())
     levels = np.array([0.1, 0.5, 0.9])
-    wanted = 100 * np.clip(mean[:, None] + deviation[:, None] * norm.ppf(levels), 0, 1)
-    np.testing.assert_allclose(model.quantiles(test, levels), wanted, atol=1e-6)
+    normal = 100 * np.clip(mean[:, None] + deviation[:, None] * norm.ppf(levels), 0, 1)
+    np.testing.assert_allclose(model.quantiles(test, levels), normal, atol=1e-6)
     np.testing.assert_allclose(model.predict(test), 100 * mean, rtol=1e-10)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from millprint.predict.evaluation import bootstrap_metrics, half_width, time_variance
-from millprint.predict.metrics import YieldWeights, metrics, weighted_mse
+from millprint.predict.evaluation import time_variance
+from millprint.predict.metrics import YieldWeights, bootstrap_metrics, metrics, weighted_mse
 
 WEIGH = YieldWeights(70, 2.0)
 
@@ -45,12 +45,6 @@ def test_bootstrap_interval_of_the_mae_is_that_of_a_mean():
 def test_bootstrap_leaves_out_resamples_without_spread():
     table = bootstrap_metrics(np.array([10.0, 90.0]), np.array([12.0, 80.0]), WEIGH, 100, 0.95, seed=0)
     assert np.isfinite(table[["value", "lower", "upper"]].to_numpy()).all()
-
-
-def test_half_width_is_that_of_a_normal():
-    errors = np.random.default_rng(7).standard_normal(20000)
-    for level in (0.5, 0.8, 0.95):
-        assert np.mean(np.abs(errors) <= half_width(np.ones(20000), level)) == pytest.approx(level, abs=0.01)
 
 
 def test_repeats_are_averaged_within_each_resample():

@@ -7,16 +7,14 @@ from sklearn.ensemble import RandomForestRegressor
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
-from millprint.predict.algorithms import make_estimator, quiet_fit
-from millprint.predict.catalogue import MODELS
-from millprint.predict.explanation import shap_values
-from millprint.predict.features import FEATURES, engineer
-from millprint.predict.forest import ForestFold
+from millprint.predict.estimators import ForestFold
+from millprint.predict.features import FEATURES, Standardisation, engineer
 from millprint.predict.metrics import METRICS, YieldWeights, metrics
-from millprint.predict.model import Scaling, fit_model, plan_steps
-from millprint.predict.store import load_model, save_model, stored_search
+from millprint.predict.model import fit_model, plan_steps
+from millprint.predict.model_files import load_model, save_model
+from millprint.predict.regressors import REGRESSORS
+from millprint.predict.search import Trainer
 from millprint.predict.tables import read_rows
-from millprint.predict.training import evaluations_of, train
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import parts, settings
 
@@ -27,15 +25,12 @@ START = {"constant": 100.0, "length_scale": 2.0, "noise": 0.5}
 def trained(model: str, strategy: str):
     rows, _ = parts()
     config = settings()
-    return train(model, strategy, rows, rows["yield_percent"].to_numpy(), config.training, config.search)
+    return Trainer(config.training, config.search).train(model, strategy, rows, rows["yield_percent"].to_numpy())
 
 
 def refitted(model: str, strategy: str, parameters: list, **choices):
     rows, _ = parts()
-    training = settings(**choices).training
-    return fit_model(
-        model, strategy, parameters, rows, rows["yield_percent"].to_numpy(), training.choices, training.seed
-    )
+    return fit_model(model, strategy, parameters, rows, rows["yield_percent"].to_numpy(), settings(**choices).training)
 
 
 def has_printed_row(model, name: str) -> bool:
@@ -45,9 +40,9 @@ def has_printed_row(model, name: str) -> bool:
 
 
 def test_linear_has_every_printed_digit():
-    model, found = trained("linear", "primary")
+    model, results = trained("linear", "primary")
     assert has_printed_row(model, "linear")
-    assert found[0].evaluations == 0
+    assert results[0].evaluations == 0
 
 
 def test_linear_on_other_features_has_not():
@@ -62,55 +57,38 @@ def test_two_step_gpr_has_every_printed_digit_from_a_plain_start():
         assert agrees(PRINTED[f"5.ood.{case}.gpr"], "printed", float(predicted))
 
 
+def test_interval_of_gpr_is_that_of_a_normal_and_others_have_none():
+    _, test = parts()
+    model = refitted("gpr", "two_step", [START, START])
+    lower, upper = model.interval(test, 0.95)
+    np.testing.assert_allclose((lower + upper) / 2, model.predict(test), rtol=1e-12)
+    np.testing.assert_allclose((upper - lower) / 2, 1.959964 * model.deviation(test), rtol=1e-6)
+    assert np.isnan(refitted("linear", "primary", [{}]).interval(test, 0.95)).all()
+
+
 def test_two_step_gpr_with_one_length_scale_is_far_off():
     _, test = parts()
     model = refitted("gpr", "two_step", [START, START], length_scales="shared")
     assert metrics(test["yield_percent"].to_numpy(float), model.predict(test), WEIGH)["r2"] < 0.6
 
 
-@pytest.mark.parametrize(("name", "strategy"), [model for model in MODELS if model[1] == "two_step"])
-def test_two_step_prediction_is_the_sum_of_its_steps(name, strategy):
+@pytest.mark.parametrize("name", [name for name, record in REGRESSORS.items() if record.two_step])
+def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
+    """The first step is the line itself, so the second is fitted on zeros: fitted on the yields it would give them."""
     rows, test = parts()
-    model, found = trained(name, strategy)
+    training = settings(time_model="linear").training
+    model, _ = Trainer(training, settings().search).train(name, "two_step", rows, 10 + 2 * rows["time_h"].to_numpy())
     first, second = model.steps
-    assert first.plan.features == ("time_h",)
-    assert set(second.plan.features) == set(FEATURES) - {"time_h"}
-    np.testing.assert_allclose(
-        model.predict(test), first.predict(engineer(test)) + second.predict(engineer(test)), rtol=1e-14
-    )
-    # The second step alone, fitted on the residuals of the first, is the second step.
-    residuals = rows["yield_percent"] - first.predict(engineer(rows))
-    training = settings().training
-    alone = make_estimator(name, found[1].parameters, 9, training.choices, training.seed)
-    quiet_fit(alone, second.inputs(engineer(rows)), residuals)
-    np.testing.assert_allclose(alone.predict(second.inputs(engineer(test))), second.predict(engineer(test)), rtol=1e-6)
-
-
-@pytest.mark.parametrize(("name", "strategy"), MODELS)
-def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name, strategy):
-    rows, test = parts()
-    (model, found), (again, found_again) = trained(name, strategy), trained(name, strategy)
-    assert [best.parameters for best in found] == [best.parameters for best in found_again]
-    assert np.array_equal(model.predict(test), again.predict(test))
-    config = settings().training
-    for number, each in enumerate((model, again)):
-        save_model(each, found, rows, config.choices, config.seed, str(tmp_path / f"{number}.json"))
-    assert (tmp_path / "0.json").read_bytes() == (tmp_path / "1.json").read_bytes()
-    loaded = load_model(str(tmp_path / "0.json"))
-    np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
-    if name == "gpr":
-        np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
-    else:
-        assert model.deviation(test) is None
-    tuned = sum(search["evaluations"] for search in stored_search(str(tmp_path / "0.json")) if search)
-    assert tuned == evaluations_of(name, strategy, config, settings().search)
+    assert first.plan.features == ("time_h",) and set(second.plan.features) == set(FEATURES) - {"time_h"}
+    np.testing.assert_allclose(second.predict(engineer(test)), 0, atol=1e-6)
+    np.testing.assert_allclose(model.predict(test), 10 + 2 * test["time_h"], atol=1e-6)
 
 
 def test_a_changed_file_is_refused(tmp_path):
     rows, _ = parts()
-    model, found = trained("svr", "primary")
-    config, path = settings().training, tmp_path / "model.json"
-    save_model(model, found, rows, config.choices, config.seed, str(path))
+    model, results = trained("svr", "primary")
+    path = tmp_path / "model.json"
+    save_model(model, results, rows, settings().training, str(path))
     content = read_json(path)
     content["steps"][0]["parameters"]["gamma"] *= 1.5
     write_json(content, path)
@@ -126,18 +104,18 @@ def test_another_seed_searches_elsewhere():
     rows, _ = parts()
     config = settings()
     other = config.training.model_copy(update={"seed": 5})
-    _, found = train("svr", "primary", rows, rows["yield_percent"].to_numpy(), other, config.search)
-    assert found[0].parameters != trained("svr", "primary")[1][0].parameters
+    _, results = Trainer(other, config.search).train("svr", "primary", rows, rows["yield_percent"].to_numpy())
+    assert results[0].parameters != trained("svr", "primary")[1][0].parameters
 
 
-def test_scaling_uses_the_training_rows_alone():
+def test_standardisation_uses_the_training_rows_alone():
     rows, test = parts()
     model = refitted("linear", "primary", [{}])
     step = model.steps[0]
-    np.testing.assert_allclose(step.scaling.mean, rows[["bpr", "molar_ratio", "time_h"]].mean())
+    np.testing.assert_allclose(step.standard.mean, rows[["bpr", "molar_ratio", "time_h"]].mean())
     np.testing.assert_allclose(step.inputs(engineer(rows)).std(axis=0), 1)
     assert abs(step.inputs(engineer(test)).mean(axis=0)).max() > 0.05
-    assert Scaling.of(np.array([[1.0], [1.0]]), scaled=True)(np.array([[3.0]])).tolist() == [[2.0]]
+    assert Standardisation.of(np.array([[1.0], [1.0]]))(np.array([[3.0]])).tolist() == [[2.0]]
     trees = refitted("rf", "primary", [{"n_estimators": 2, "max_depth": 3}])
     np.testing.assert_array_equal(trees.steps[0].inputs(engineer(test)), engineer(test).to_numpy())
 
@@ -166,16 +144,4 @@ def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share)
 
 def test_linear_time_model_is_one_choice_away():
     choices = settings(time_model="linear").training.choices
-    assert [plan.algorithm for plan in plan_steps("xgb", "two_step", choices)] == ["linear", "xgb"]
-
-
-@pytest.mark.parametrize("name", ["rf", "xgb"])
-def test_shap_values_add_up_to_the_prediction(name):
-    _, test = parts()
-    model, _ = trained(name, "two_step")
-    table = shap_values(model, test)
-    by_case = table.groupby("case", sort=False)
-    sums = by_case["shap_pp"].sum() + by_case["base_percent"].first()
-    np.testing.assert_allclose(sums.loc[test["case"]], model.predict(test), atol=1e-3)
-    time = table[table["feature"] == "time_h"].set_index("case")
-    np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
+    assert [plan.regressor for plan in plan_steps("xgb", "two_step", choices)] == ["linear", "xgb"]

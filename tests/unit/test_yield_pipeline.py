@@ -27,8 +27,8 @@ from millprint.claims.tabulate import collect_findings
 from millprint.files import read_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
-from millprint.predict.honest import LOCKED_AGAIN
+from millprint.predict.held_out import LOCKED_AGAIN
+from millprint.predict.regressors import AVERAGED, MODELS, otherwise, searched_again
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -36,6 +36,7 @@ from tests.unit.yield_settings import SPLIT, parts, settings
 
 CLAIMS = ROOT / "config/data/claims.tsv"
 REGIMES = ROOT / "config/data/regimes.tsv"
+EVERY_MODEL = (*MODELS, (AVERAGED, "primary"))
 REFERENCE = Condition(0.10, speed_hz=10.0, ball_diameter_m=0.01, density_kg_m3=7700.0, amplitude_m=0.017)
 TABLES = [
     "locked",
@@ -116,15 +117,15 @@ def run_chapter(results: Path, screening: Path) -> Path:
         config.honest,
         config.interval_level,
     )
-    otherwise_models = []
-    for model, strategy, choice in searched_again(config.searched_again):
+    otherwise_models, again = [], searched_again(config.searched_again)
+    for model, strategy, choice in again:
         otherwise_models.append(str(folder / f"models/otherwise/{model}_{strategy}_{choice}.json"))
         changed = otherwise(config.training, choice)
         train_yield_model.main(train, otherwise_models[-1], model, strategy, changed, config.search)
     compared = SimpleNamespace(
         train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
     )
-    compare_yield_choices.main(compared, folder / "choices.tsv", config.training, config.searched_again)
+    compare_yield_choices.main(compared, folder / "choices.tsv", config.training, again)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     follow_up(folder, [train, test], config)

@@ -12,9 +12,9 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.predict.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
-from millprint.predict.averaging import AveragedModel, Candidate, average, fit_library, fit_member
-from millprint.predict.inputs import describe
-from millprint.predict.learners import Answer
+from millprint.predict.averaging import AveragedModel, Candidate, fit_averaged, fit_member
+from millprint.predict.features import describe
+from millprint.predict.procedures import Prediction
 from millprint.predict.proposals import propose, shortlist
 from millprint.predict.regimes import (
     leave_regimes_out,
@@ -114,7 +114,7 @@ def test_draws_have_the_mean_and_the_correlation_of_the_process():
     asked = conditions().iloc[[0, 1, 5]]
     drawn = joint_draws(model, asked, 40000, np.random.default_rng(0))
     member = model.members[0]
-    mean, covariance = member.process.posterior(member.scaling(describe(asked).to_numpy()))
+    mean, covariance = member.process.posterior(member.standard(describe(asked).to_numpy()))
     inside = (drawn > 0) & (drawn < 100)
     assert inside.mean() > 0.98
     np.testing.assert_allclose(drawn.mean(axis=0), 100 * (member.mean + member.spread * mean), atol=0.8)
@@ -140,7 +140,7 @@ def test_learning_takes_off_the_variance_that_a_new_row_does():
     everywhere = np.arange(len(asked))
     (position, share), (second, _) = choose_for_learning(model, asked, everywhere, 2)
     member = model.members[0]
-    process, inputs = member.process, member.scaling(describe(asked).to_numpy())
+    process, inputs = member.process, member.standard(describe(asked).to_numpy())
     before = np.trace(process.posterior(inputs)[1])
     after = []
     for index in everywhere:
@@ -162,7 +162,7 @@ def test_shortlist_is_half_merit_and_half_chance():
 
 def test_proposals_are_of_the_region_and_the_same_twice():
     rows, config = all_runs(), settings()
-    model = average(fit_library(rows, rows["yield_percent"].to_numpy(float), config.averaging), config.averaging)
+    model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
     table, again = (propose(model, rows, conditions(), config.proposals) for _ in range(2))
     assert table.equals(again)
     assert table["purpose"].tolist() == ["yield", "yield", "learning", "learning"]
@@ -244,9 +244,9 @@ def test_regimes_left_out_are_not_in_the_training():
     screening, regimes = all_runs(), regime_rows(read_regimes(str(REGIMES)), REFERENCE)
     seen = []
 
-    def spy(rows, yields, asked, levels):
-        seen.append((set(rows["case"]), set(asked["case"])))
-        return Answer(np.full(len(asked), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(asked), 1, 1))})
+    def spy(rows, yields, unseen, levels):
+        seen.append((set(rows["case"]), set(unseen["case"])))
+        return Prediction(np.full(len(unseen), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(unseen), 1, 1))})
 
     table = leave_regimes_out(screening, regimes, {("spy", "none"): (spy, False)}, 0.95)
     assert all(not known & asked and len(known) >= 27 for known, asked in seen)

@@ -1,8 +1,24 @@
 """Shared by the rules of chapter 5: its folder, and the machine that its descriptors were calculated for."""
 
-from millprint.predict.catalogue import EVERY_MODEL, MODELS, otherwise, searched_again
+from millprint.predict.regressors import (
+    AVERAGED,
+    PRIMARY,
+    REGRESSORS,
+    RESIDUAL_WEIGHTS,
+    SEARCH_SEED,
+    TWO_STEP,
+    models_of,
+    otherwise,
+    searched_again,
+)
 
 YIELDS = f"{RESULTS}/yield"
+MODELS = models_of(CONFIG.yields.models)
+EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
+EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
+SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
+ANY_REGRESSOR = "|".join(REGRESSORS)
+ANY_STRATEGY = f"{PRIMARY}|{TWO_STEP}"
 # The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
 YIELD_CONTACT = CONTACTS[CONFIG.partition.contact]
 YIELD_MACHINE = {

@@ -26,8 +26,8 @@ rule hold_out_yields:
     benchmark:
         f"{BENCHMARKS}/hold_out_yields/{{model}}/{{strategy}}.tsv"
     wildcard_constraints:
-        model="linear|gpr|rf|svr|xgb|averaged_gpr",
-        strategy="primary|two_step",
+        model=f"{ANY_REGRESSOR}|{AVERAGED}",
+        strategy=ANY_STRATEGY,
     params:
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
@@ -72,7 +72,7 @@ rule compare_yield_choices:
         models=every_model(rules.train_yield_model.output.model, MODELS),
         otherwise=[
             rules.train_yield_model_otherwise.output.model.format(model=model, strategy=strategy, choice=choice)
-            for model, strategy, choice in searched_again(CONFIG.yields.searched_again)
+            for model, strategy, choice in SEARCHED_AGAIN
         ],
         outside=CONFIG.yields.out_of_domain,
     output:
@@ -83,7 +83,7 @@ rule compare_yield_choices:
         f"{BENCHMARKS}/compare_yield_choices/compare_yield_choices.tsv"
     params:
         training=yield_settings("training"),
-        searched_again=CONFIG.yields.searched_again,
+        searched_again=SEARCHED_AGAIN,
         library=library("compare_yield_choices.py"),
     message:
         "Comparing models with other values of the choices that the thesis leaves open"
@@ -142,7 +142,7 @@ rule explain_yield_models:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        models=every_model(rules.train_yield_model.output.model, [(model, "two_step") for model in ("rf", "xgb")]),
+        models=every_model(rules.train_yield_model.output.model, EXPLAINED),
     output:
         values=f"{YIELDS}/shap.tsv",
         ranking=f"{YIELDS}/shap_ranking.tsv",

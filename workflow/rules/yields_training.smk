@@ -30,8 +30,8 @@ rule train_yield_model:
     benchmark:
         f"{BENCHMARKS}/train_yield_model/{{model}}/{{strategy}}.tsv"
     wildcard_constraints:
-        model="linear|gpr|rf|svr|xgb",
-        strategy="primary|two_step",
+        model=ANY_REGRESSOR,
+        strategy=ANY_STRATEGY,
     params:
         training=yield_settings("training"),
         search=yield_settings("search"),
@@ -50,9 +50,9 @@ use rule train_yield_model as train_yield_model_otherwise with:
     benchmark:
         f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}/{{strategy}}_{{choice}}.tsv"
     wildcard_constraints:
-        model="linear|gpr|rf|svr|xgb",
-        strategy="primary|two_step",
-        choice="search_seed|residual_weights",
+        model=ANY_REGRESSOR,
+        strategy=ANY_STRATEGY,
+        choice=f"{SEARCH_SEED}|{RESIDUAL_WEIGHTS}",
     params:
         training=lambda wildcards: otherwise(CONFIG.yields.training, wildcards.choice).model_dump(mode="json"),
         search=yield_settings("search"),

@@ -4,21 +4,13 @@ import pandas as pd
 
 from millprint.claims.compare import agrees
 from millprint.claims.evidence import Evidence, Finding, claim, in_words
-from millprint.predict.honest import LEFT_OUT, NESTED, RANDOM
-from millprint.predict.judge import GAINS
+from millprint.predict.held_out import LEFT_OUT, NESTED, RANDOM
+from millprint.predict.metrics import GAINS
+from millprint.predict.regressors import regressor
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
 # Other ways to split the rows, in the order in which an explanation names them.
 SCHEMES = {LEFT_OUT: "leave-one-out", NESTED: "nested cross-validation", RANDOM: "other splits of this size"}
-# How the open choices were settled; every row of the table was computed from training rows alone.
-RECIPES = {
-    "linear": "Least squares on three features; found by its printed row, as is the split.",
-    "gpr": "The search sets where the marginal likelihood starts, with a length scale for each feature; both read off "
-    "the printed row.",
-    "rf": "Every node sees the share of features in yields.training.choices; one seed for everything, not chosen.",
-    "svr": "One seed for everything, not chosen.",
-    "xgb": "One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
-}
 
 
 @claim("5.linear.{metric}", "5.linear.rmse 5.linear.mae 5.linear.mape 5.linear.r2 5.linear.wmse")
@@ -53,7 +45,7 @@ def error_on_the_locked_split(
     value, printed = float(locked["value"]), float(evidence.printed[evidence.id])
     gain = value - printed if metric in GAINS else printed - value
     better = f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(printed) else ""
-    return Finding(value, f"{'; '.join(filter(None, parts))}{better}. {RECIPES[model]}")
+    return Finding(value, f"{'; '.join(filter(None, parts))}{better}. {regressor(model).settled}")
 
 
 @claim("5.ood.{case}.{model}", "5.ood.27.gpr 5.ood.28.gpr 5.ood.27.xgb 5.ood.28.xgb")

@@ -9,7 +9,7 @@ from millprint.dem import convergence, summary
 from millprint.doe import audit, design, residuals, variance, wet_lab
 from millprint.fingerprint import collapse, curves, cycles, descriptors, energy, inverse, regimes
 from millprint.predict import evaluation as yield_evaluation
-from millprint.predict import explanation, judge, report
+from millprint.predict import explanation, report
 from millprint.surrogate import ablations, evaluation, tables, timing
 
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
@@ -37,7 +37,7 @@ ORIGINS: dict[str, tuple[str, Callable]] = {
     "partition/table_4_4.tsv": ("partition_dissipation", energy.specific_yields),
     "partition/table_4_5.tsv": ("partition_dissipation", energy.energy_leverage),
     "partition/slopes.tsv": ("partition_dissipation", energy.fit_slopes),
-    "yield/honest.tsv": ("evaluate_yield_models", judge.judge),
+    "yield/honest.tsv": ("evaluate_yield_models", yield_evaluation.score_table),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", report.predictions),
     "yield/time_variance.tsv": ("evaluate_yield_models", yield_evaluation.time_variance),
     "yield/shap_ranking.tsv": ("explain_yield_models", explanation.rank_features),

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from millprint.config.averaging import LinkName, Structure
+from millprint.config.regressors import STORED_MODEL
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
 Settings = Annotated[list[Positive], Field(min_length=1)]
@@ -69,7 +70,7 @@ class PredictionConfig(Section):
     """table of conditions: case and the six conditions"""
     model: str = Field(
         default="averaged_gpr_final",
-        pattern=r"^(linear_primary|(gpr|rf|svr|xgb)_(primary|two_step)|averaged_gpr_(primary|final))$",
+        pattern=STORED_MODEL,
     )
     """stored model: ALGORITHM_STRATEGY, or averaged_gpr_final, which is fitted on all runs"""
     tolerance: NonNegative = 0.01

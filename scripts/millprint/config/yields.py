@@ -2,105 +2,12 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
+from millprint.config.regressors import TABLE_5_6, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
-
-Algorithm = Literal["linear", "gpr", "rf", "svr", "xgb"]
-Strategy = Literal["primary", "two_step"]
-Interval = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-WholeInterval = Annotated[list[Count], Field(min_length=2, max_length=2)]
-
-
-class Bounded(Section):
-    """A search space: a lower and an upper bound for each hyper-parameter."""
-
-    @model_validator(mode="after")
-    def _bounds_rise(self) -> "Bounded":
-        for name in type(self).model_fields:
-            low, high = getattr(self, name)
-            if low >= high:
-                raise ValueError(f"{name} = [{low}, {high}]: the first bound must be below the second")
-        return self
-
-
-class GprSpace(Bounded):
-    """Table 5.2: starting points for maximising the marginal likelihood (Eq. 5.10)."""
-
-    constant: Interval = [0.1, 1000.0]
-    """constant scaling C, uniform [pp2]"""
-    length_scale: Interval = [0.05, 10.0]
-    """length scale l, uniform [standard deviations of a feature]"""
-    noise: Interval = [1e-5, 1.5]
-    """noise variance, uniform [pp2]"""
-
-
-class RfSpace(Bounded):
-    """Table 5.3, uniform on whole numbers."""
-
-    n_estimators: WholeInterval = [50, 300]
-    """number of trees"""
-    max_depth: WholeInterval = [5, 30]
-    """largest depth of a tree"""
-    min_samples_split: Annotated[list[Annotated[int, Field(ge=2, le=100_000)]], Field(min_length=2, max_length=2)] = [
-        2,
-        20,
-    ]
-    """rows that a node needs to be split"""
-    min_samples_leaf: WholeInterval = [1, 10]
-    """rows that a leaf needs"""
-
-
-class SvrSpace(Bounded):
-    """Table 5.4."""
-
-    C: Interval = [0.1, 100.0]
-    """regularisation, uniform in its logarithm [-]"""
-    epsilon: Interval = [0.001, 1.0]
-    """half width of the insensitive tube, uniform [pp]"""
-    gamma: Interval = [0.001, 1.0]
-    """kernel scale of Eq. 5.13, uniform in its logarithm [-]"""
-
-
-class XgbSpace(Bounded):
-    """Table 5.5."""
-
-    max_depth: WholeInterval = [3, 10]
-    """largest depth of a tree, uniform on whole numbers"""
-    learning_rate: Interval = [0.01, 0.3]
-    """learning rate, uniform in its logarithm [-]"""
-    n_estimators: WholeInterval = [100, 500]
-    """number of trees, uniform on whole numbers"""
-    subsample: Interval = [0.5, 1.0]
-    """fraction of the rows for a tree, uniform [-]"""
-    colsample_bytree: Interval = [0.5, 1.0]
-    """fraction of the features for a tree, uniform [-]"""
-    gamma: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] = [0.0, 5.0]
-    """smallest loss reduction that splits a node, uniform [pp2]"""
-
-
-class Spaces(Section):
-    """The search space of each algorithm."""
-
-    gpr: GprSpace = GprSpace()
-    rf: RfSpace = RfSpace()
-    svr: SvrSpace = SvrSpace()
-    xgb: XgbSpace = XgbSpace()
-
-
-class Evaluations(Section):
-    """Evaluations of the search for each algorithm that is tuned, one at least."""
-
-    gpr: Count
-    """evaluations for Gaussian-process regression"""
-    rf: Count
-    """evaluations for the random forest"""
-    svr: Count
-    """evaluations for support-vector regression"""
-    xgb: Count
-    """evaluations for XGBoost"""
 
 
 class SearchConfig(Section):
@@ -140,7 +47,7 @@ class HeldOutConfig(SearchConfig):
     """levels at which predictive intervals are checked [-]"""
 
 
-class HonestConfig(HeldOutConfig):
+class EvaluationConfig(HeldOutConfig):
     """Evaluation over all runs, with scaling, search and fit repeated inside every outer fold."""
 
     resamples: Count = 10_000
@@ -186,13 +93,15 @@ class YieldConfig(Section):
     """table of runs outside the trained domain (Table 5.7)"""
     interval_level: Fraction = 0.95
     """level of the predictive intervals in tables and figures [-]"""
+    models: RegressorList = list(TABLE_5_6)
+    """regressors of the models that are trained; those of Table 5.6 at least"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
     searched_again: list[Literal["search_seed", "residual_weights"]] = ["search_seed", "residual_weights"]
     """choices that are also searched with another value: the seed (every tuned model), the weights of residuals
     (two-step models); [] for none. Together they take longer than the models themselves
     """
-    honest: HonestConfig = HonestConfig()
+    honest: EvaluationConfig = EvaluationConfig()
     averaging: AveragingConfig = AveragingConfig()
     proposals: ProposalConfig
     retrospective: RetrospectiveConfig = RetrospectiveConfig()

@@ -12,10 +12,10 @@ from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.inputs import read_content
 from millprint.fingerprint.search import GRID
 from millprint.pages import embed_files, embed_json, render_page
-from millprint.predict.answer import trained_ranges
-from millprint.predict.archive import load_averaged, training_rows
 from millprint.predict.averaging import BISECTIONS, HIGHEST, LOWEST, NODE_WEIGHTS, NODES, Member
 from millprint.predict.features import CHEMICAL
+from millprint.predict.model_files import load_averaged, training_rows
+from millprint.predict.new_conditions import trained_ranges
 from millprint.predict.structured import JITTER, MEAN_VARIANCE
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
@@ -113,8 +113,8 @@ def _member(member: Member, weight: float) -> dict:
         "scales": list(member.candidate.scales),
         "terms": [{"factors": factors, "linear": linear} for factors, linear in terms],
         "log_parameters": member.process.logs.tolist(),
-        "input_mean": member.scaling.mean.tolist(),
-        "input_spread": member.scaling.spread.tolist(),
+        "input_mean": member.standard.mean.tolist(),
+        "input_spread": member.standard.deviation.tolist(),
         "target_mean": float(member.mean),
         "target_spread": float(member.spread),
         "known": member.process.inputs.tolist(),

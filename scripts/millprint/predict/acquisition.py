@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from millprint.predict.averaging import NODE_WEIGHTS, NODES, AveragedModel
-from millprint.predict.inputs import describe
-from millprint.predict.links import LINKS
+from millprint.predict.averaging import LINKS, NODE_WEIGHTS, NODES, AveragedModel
+from millprint.predict.features import describe
 
 # Added to a covariance before it is factorised, in units of its largest variance.
 JITTER = 1e-8
@@ -27,7 +26,7 @@ def joint_draws(model: AveragedModel, rows: pd.DataFrame, draws: int, generator:
     inputs, found = describe(rows).to_numpy(), []
     for member, weight in zip(model.members, model.weights, strict=True):
         count = round(weight * draws)
-        mean, covariance = member.process.posterior(member.scaling(inputs))
+        mean, covariance = member.process.posterior(member.standard(inputs))
         covariance = covariance + JITTER * covariance.diagonal().max() * np.eye(len(rows))
         latent = mean + generator.standard_normal((count, len(rows))) @ np.linalg.cholesky(covariance).T
         found.append(100 * LINKS[member.candidate.link].inverse(member.mean + member.spread * latent))
@@ -65,7 +64,7 @@ def choose_for_learning(
     states: list[tuple[np.ndarray, float]] = []
     weights, total = [], 0.0
     for member, weight in zip(model.members, model.weights, strict=True):
-        mean, covariance = member.process.posterior(member.scaling(inputs))
+        mean, covariance = member.process.posterior(member.standard(inputs))
         inverse, latent = LINKS[member.candidate.link].inverse, member.mean + member.spread * mean
         slope = (inverse(latent + SLOPE_STEP) - inverse(latent - SLOPE_STEP)) / (2 * SLOPE_STEP)
         scale = weight * (100 * member.spread * slope[reference]) ** 2

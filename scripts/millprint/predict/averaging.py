@@ -1,33 +1,68 @@
 """The averaged Gaussian process: every link, scale and structure of a library, weighted by its evidence."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 import pandas as pd
-from scipy.special import logsumexp, ndtr
+from scipy.special import expit, logit, logsumexp, ndtr
 
 from millprint.config.averaging import INPUTS, AveragingConfig
-from millprint.predict.catalogue import AVERAGED
-from millprint.predict.inputs import InputScaling, describe, smallest_spreads
-from millprint.predict.links import LINKS, to_conversion
+from millprint.predict.features import Standardisation, describe
+from millprint.predict.regressors import AVERAGED, PRIMARY
 from millprint.predict.structured import Process, fit_process, terms_of
 
 # Nodes and weights of a normal distribution's mean (Gauss and Hermite).
 NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)
 NODE_WEIGHTS = NODE_WEIGHTS / NODE_WEIGHTS.sum()
 BISECTIONS = 50
-# Where quantiles are looked for [-]; the identity link knows no bounds.
+# Conversions between which quantiles are searched [-]; the identity link has no bounds.
 LOWEST, HIGHEST = -2.0, 3.0
 
 
 @dataclass(frozen=True)
+class Link:
+    """A scale on which a process sees a conversion y [-]: z = forward(y), its inverse, and log |dz/dy|.
+
+    The last makes likelihoods in z comparable.
+    """
+
+    forward: Callable[[np.ndarray], np.ndarray]
+    inverse: Callable[[np.ndarray], np.ndarray]
+    log_slope: Callable[[np.ndarray], np.ndarray]
+
+
+LINKS = {
+    "identity": Link(lambda y: np.asarray(y, dtype=float), lambda z: z, np.zeros_like),
+    "logit": Link(logit, expit, lambda y: -np.log(y * (1 - y))),
+    # Avrami's kinetics y = 1 - exp(-(k t)^n): ln(-ln(1 - y)) = n ln k + n ln t, so that effects on the rate constant
+    # add up and time enters by its logarithm.
+    "avrami": Link(
+        lambda y: np.log(-np.log1p(-y)),
+        lambda z: -np.expm1(-np.exp(np.minimum(z, 30.0))),
+        lambda y: -np.log(-(1 - y) * np.log1p(-y)),
+    ),
+}
+
+
+def to_conversion(yields_percent: np.ndarray, margin: float) -> np.ndarray:
+    """Yields [%] as conversions [-], kept `margin` away from 0 and 1, where bounded links have no finite value."""
+    return np.clip(np.asarray(yields_percent, dtype=float) / 100, margin, 1 - margin)
+
+
+@dataclass(frozen=True)
 class Candidate:
-    """What a member of the library is before it is fitted; `scales` in the order of INPUTS."""
+    """A member of the library before it is fitted; `scales` in the order of INPUTS."""
 
     link: str
     scales: tuple[str, ...]
     structure: str
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Which inputs enter by their logarithm, (k,)."""
+        return np.array([scale == "log" for scale in self.scales])
 
 
 def library(settings: AveragingConfig) -> list[Candidate]:
@@ -38,10 +73,10 @@ def library(settings: AveragingConfig) -> list[Candidate]:
 
 @dataclass(frozen=True)
 class Member:
-    """A fitted member: z = (link(y) - mean) / spread is a Gaussian process of the scaled inputs."""
+    """A fitted member: z = (link(y) - mean) / spread is a Gaussian process of the standardised inputs."""
 
     candidate: Candidate
-    scaling: InputScaling
+    standard: Standardisation
     mean: float
     spread: float
     process: Process
@@ -49,7 +84,7 @@ class Member:
 
     def latent(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of link(y) for raw inputs (n, k)."""
-        mean, deviation = self.process.predict(self.scaling(inputs))
+        mean, deviation = self.process.predict(self.standard(inputs))
         return self.mean + self.spread * mean, self.spread * deviation
 
     def expected(self, inputs: np.ndarray) -> np.ndarray:
@@ -76,18 +111,21 @@ def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> n
 
 
 def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> Member:
-    """Fit one member on rows with the six conditions and yields (n,) [%]; its evidence is that of the yields."""
+    """Fit one member on rows with the six conditions and yields (n,) [%]; its evidence is that of the yields.
+
+    Raises KeyError for an unknown link or structure.
+    """
     conversion, link = to_conversion(yields, settings.margin), LINKS[candidate.link]
     raw = describe(rows).to_numpy()
-    logarithmic = np.array([scale == "log" for scale in candidate.scales])
-    scaling = InputScaling.of(raw, logarithmic, smallest_spreads(settings))
+    smallest = np.array([getattr(settings.smallest_spread, name, 0.0) for name in INPUTS])
+    standard = Standardisation.of(raw, candidate.logarithmic, smallest)
     seen = link.forward(conversion)
     mean, spread = float(seen.mean()), float(seen.std()) or 1.0
     process, evidence = fit_process(
-        scaling(raw), (seen - mean) / spread, terms_of(candidate.structure), settings.priors
+        standard(raw), (seen - mean) / spread, terms_of(candidate.structure), settings.priors
     )
     jacobian = float(link.log_slope(conversion).sum()) - len(seen) * np.log(spread)
-    return Member(candidate, scaling, mean, spread, process, evidence + jacobian)
+    return Member(candidate, standard, mean, spread, process, evidence + jacobian)
 
 
 def evidence_weights(log_evidences: np.ndarray, smallest: float) -> np.ndarray:
@@ -104,8 +142,9 @@ class AveragedModel:
     members: list[Member]
     weights: np.ndarray
 
-    algorithm = AVERAGED
-    strategy = "primary"
+    name = AVERAGED
+    strategy = PRIMARY
+    distribution = "mixture"
 
     def predict(self, rows: pd.DataFrame) -> np.ndarray:
         """Mean yields (n,) [%] for rows with the six conditions."""
@@ -113,18 +152,22 @@ class AveragedModel:
         shares = [weight * member.expected(inputs) for member, weight in zip(self.members, self.weights, strict=True)]
         return 100 * np.sum(shares, axis=0)
 
+    def deviation(self, rows: pd.DataFrame) -> np.ndarray:
+        """NaN (n,): a mixture is not described by a deviation, only by its quantiles."""
+        return np.full(len(rows), np.nan)
+
     def quantiles(self, rows: pd.DataFrame, levels: np.ndarray) -> np.ndarray:
         """Quantiles (n, levels) [%] of a measurement, within 0 and 100, by bisection of the mixture's distribution."""
         inputs = describe(rows).to_numpy()
         latent = [member.latent(inputs) for member in self.members]
-        wanted = np.broadcast_to(np.asarray(levels, dtype=float), (len(rows), len(levels)))
-        low, high = np.full(wanted.shape, LOWEST), np.full(wanted.shape, HIGHEST)
+        target = np.broadcast_to(np.asarray(levels, dtype=float), (len(rows), len(levels)))
+        low, high = np.full(target.shape, LOWEST), np.full(target.shape, HIGHEST)
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
-            below = np.zeros(wanted.shape)
+            below = np.zeros(target.shape)
             for member, weight, (mean, deviation) in zip(self.members, self.weights, latent, strict=True):
                 below += weight * member.share_below(middle, mean[:, None], deviation[:, None])
-            low, high = np.where(below < wanted, middle, low), np.where(below < wanted, high, middle)
+            low, high = np.where(below < target, middle, low), np.where(below < target, high, middle)
         return 100 * np.clip((low + high) / 2, 0, 1)
 
     def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
@@ -141,5 +184,29 @@ def fit_library(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfi
 def average(members: list[Member], settings: AveragingConfig) -> AveragedModel:
     """The members weighted by their evidence."""
     weights = evidence_weights(np.array([member.log_evidence for member in members]), settings.smallest_weight)
-    kept = [index for index, weight in enumerate(weights) if weight > 0]
+    kept = np.flatnonzero(weights)
     return AveragedModel([members[index] for index in kept], weights[kept])
+
+
+def fit_averaged(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> AveragedModel:
+    """The averaged process of rows with the six conditions and their yields (n,) [%], and of nothing else."""
+    return average(fit_library(rows, yields, settings), settings)
+
+
+def describe_members(model: AveragedModel) -> pd.DataFrame:
+    """A row a member, heaviest first: link, a scale for each input, structure, weight, log_evidence and kernel."""
+    table = []
+    for member, weight in zip(model.members, model.weights, strict=True):
+        lengths = np.exp(member.process.logs[: len(INPUTS)])
+        table.append(
+            {
+                "link": member.candidate.link,
+                **{f"{name}_scale": scale for name, scale in zip(INPUTS, member.candidate.scales, strict=True)},
+                "structure": member.candidate.structure,
+                "weight": weight,
+                "log_evidence": member.log_evidence,
+                **{f"{name}_length_scale": length for name, length in zip(INPUTS, lengths, strict=True)},
+                "noise_variance": member.process.noise,
+            }
+        )
+    return pd.DataFrame(table).sort_values("weight", ascending=False, kind="stable", ignore_index=True)

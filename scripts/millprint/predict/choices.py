@@ -1,105 +1,95 @@
 """What the thesis leaves open, and what each choice does to the metrics on the locked split."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import pandas as pd
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.doe.runs import YIELD
-from millprint.predict.catalogue import otherwise
 from millprint.predict.features import CONDITIONS, FEATURES
 from millprint.predict.metrics import YieldWeights, metrics
 from millprint.predict.model import YieldModel, fit_model
+from millprint.predict.regressors import RESIDUAL_WEIGHTS, SEARCH_SEED, TWO_STEP, otherwise, regressor
 
 TAKEN = "as taken"
-OTHER_BOUNDS = ((1e-3, 1e3), (1e-2, 1e6))
 
 
 @dataclass(frozen=True)
 class Alternative:
     """Another value of one choice, or another seed of the trees."""
 
-    choice: str
     value: str
-    changes: dict
+    changes: dict = field(default_factory=dict)
     seed_shift: int = 0
 
 
-def alternatives(algorithm: str, strategy: str, choices: Choices) -> list[Alternative]:
-    """The alternatives that bear on a model and need no new search."""
-    found = []
-    if algorithm == "linear":
-        for title, features in (("the six conditions", CONDITIONS), ("all ten features", FEATURES)):
-            found.append(Alternative("linear_features", title, {"linear_features": list(features)}))
-    if algorithm == "gpr":
-        other = "shared" if choices.length_scales == "per_feature" else "per_feature"
-        found.append(Alternative("length_scales", other, {"length_scales": other}))
-        found += [
-            Alternative("kernel_bounds", f"{low:g} to {high:g}", {"kernel_bounds": [low, high]})
-            for low, high in OTHER_BOUNDS
-        ]
-    if algorithm == "rf":
-        found.append(Alternative("max_features", "1/3", {"max_features": 1 / 3}))
-    if algorithm in ("rf", "xgb"):
-        found += [Alternative("seed", f"seed + {shift}", {}, shift) for shift in (1, 2, 3)]
-    if strategy == "two_step" and choices.time_model == "same":
-        found.append(Alternative("time_model", "linear", {"time_model": "linear"}))
-    return found
+def _other_length_scales(choices: Choices) -> list[Alternative]:
+    other = {"per_feature": "shared", "shared": "per_feature"}[choices.length_scales]
+    return [Alternative(other, {"length_scales": other})]
 
 
-def _judged(model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, weigh: YieldWeights) -> dict:
-    """Metrics on the test rows, and what the model says of each run outside the domain [%]."""
+def _other_time_model(choices: Choices) -> list[Alternative]:
+    return [Alternative("linear", {"time_model": "linear"})] if choices.time_model == "same" else []
+
+
+# The alternatives to each choice that need no new search.
+ALTERNATIVES: dict[str, Callable[[Choices], list[Alternative]]] = {
+    "linear_features": lambda choices: [
+        Alternative("the six conditions", {"linear_features": list(CONDITIONS)}),
+        Alternative("all ten features", {"linear_features": list(FEATURES)}),
+    ],
+    "length_scales": _other_length_scales,
+    "kernel_bounds": lambda choices: [
+        Alternative(f"{low:g} to {high:g}", {"kernel_bounds": [low, high]}) for low, high in ((1e-3, 1e3), (1e-2, 1e6))
+    ],
+    "max_features": lambda choices: [Alternative("1/3", {"max_features": 1 / 3})],
+    "seed": lambda choices: [Alternative(f"seed + {shift}", seed_shift=shift) for shift in (1, 2, 3)],
+    "time_model": _other_time_model,
+}
+
+
+def _row(
+    model: YieldModel, choice: str, value: str, test: pd.DataFrame, outside: pd.DataFrame, training: TrainingConfig
+) -> dict:
+    """Metrics on the test rows, and what the model predicts for each run outside the domain [%]."""
     beyond = zip(outside["case"], model.predict(outside), strict=True)
-    return metrics(test[YIELD].to_numpy(float), model.predict(test), weigh) | {
-        f"case_{case}_percent": float(predicted) for case, predicted in beyond
+    return {
+        "model": model.name,
+        "strategy": model.strategy,
+        "choice": choice,
+        "value": value,
+        **metrics(test[YIELD].to_numpy(float), model.predict(test), YieldWeights.of(training)),
+        **{f"case_{case}_percent": float(predicted) for case, predicted in beyond},
     }
 
 
 def compare_choices(
-    model: YieldModel,
-    train: pd.DataFrame,
-    test: pd.DataFrame,
-    outside: pd.DataFrame,
-    choices: Choices,
-    seed: int,
-    weigh: YieldWeights,
+    model: YieldModel, train: pd.DataFrame, test: pd.DataFrame, outside: pd.DataFrame, training: TrainingConfig
 ) -> pd.DataFrame:
     """Metrics on the test rows for the model as taken and for each alternative, with the hyper-parameters as found.
 
-    Columns: model, strategy, choice, value, rmse [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and
-    case_CASE_percent for each row of `outside`.
+    train, test, outside: case, the six conditions and yield_percent. Columns: model, strategy, choice, value, rmse
+    [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and case_CASE_percent for each row of `outside`.
     """
-    parameters = [step.parameters for step in model.steps]
-    about = {"model": model.algorithm, "strategy": model.strategy}
-    rows = [{**about, "choice": TAKEN, "value": "", **_judged(model, test, outside, weigh)}]
-    for other in alternatives(model.algorithm, model.strategy, choices):
-        changed = Choices(**{**choices.model_dump(), **other.changes})
-        refitted = fit_model(
-            model.algorithm,
-            model.strategy,
-            parameters,
-            train,
-            train[YIELD].to_numpy(float),
-            changed,
-            seed + other.seed_shift,
-        )
-        values = _judged(refitted, test, outside, weigh)
-        rows.append({**about, "choice": other.choice, "value": other.value, **values})
+    rows = [_row(model, TAKEN, "", test, outside, training)]
+    bearing = [*regressor(model.name).choices, *(["time_model"] if model.strategy == TWO_STEP else [])]
+    fit = (model.name, model.strategy, [step.parameters for step in model.steps], train, train[YIELD].to_numpy(float))
+    for choice in bearing:
+        for other in ALTERNATIVES[choice](training.choices):
+            choices = Choices(**{**training.choices.model_dump(), **other.changes})
+            changed = training.model_copy(update={"choices": choices, "seed": training.seed + other.seed_shift})
+            rows.append(_row(fit_model(*fit, changed), choice, other.value, test, outside, training))
     return pd.DataFrame(rows)
 
 
 def describe_search(
-    model: YieldModel,
-    test: pd.DataFrame,
-    outside: pd.DataFrame,
-    choice: str,
-    settings: TrainingConfig,
-    weigh: YieldWeights,
+    model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, choice: str, training: TrainingConfig
 ) -> pd.DataFrame:
-    """The row of compare_choices for a model that was searched anew with `otherwise(settings, choice)`."""
-    changed = otherwise(settings, choice)
-    value = f"{changed.choices.residual_weights}, searched anew"
-    if choice == "search_seed":
-        value = f"seed {changed.seed} for folds, search and fit"
-    about = {"model": model.algorithm, "strategy": model.strategy, "choice": choice, "value": value}
-    return pd.DataFrame([{**about, **_judged(model, test, outside, weigh)}])
+    """The row of compare_choices for a model that was searched again with `otherwise(training, choice)`."""
+    changed = otherwise(training, choice)
+    value = {
+        SEARCH_SEED: f"seed {changed.seed} for folds, search and fit",
+        RESIDUAL_WEIGHTS: f"{changed.choices.residual_weights}, searched anew",
+    }[choice]
+    return pd.DataFrame([_row(model, choice, value, test, outside, training)])

@@ -1,45 +1,106 @@
-"""Judging predictions: metrics with bootstrap intervals, and what time alone explains."""
+"""What held-out predictions show: metrics with intervals, coverage, and the luck of a split."""
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from statsmodels.stats.proportion import proportion_confint
 
-from millprint.predict.metrics import METRICS, YieldWeights, metrics
+from millprint.config.yields import EvaluationConfig
+from millprint.predict.held_out import LOCKED_AGAIN, NESTED, PERMUTED, RANDOM
+from millprint.predict.metrics import GAINS, METRICS, YieldWeights, bootstrap_metrics, metrics
+
+KEYS = ["model", "strategy", "scheme"]
 
 
-def bootstrap_metrics(
-    truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights, resamples: int, level: float, seed: int
-) -> pd.DataFrame:
-    """Each metric with its percentile interval over resampled cases: columns metric, value, lower, upper.
+def _scores(rows: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
+    """The metrics of every repeat: a row a repeat."""
+    return pd.DataFrame(
+        metrics(part["yield_percent"].to_numpy(float), part["predicted_percent"].to_numpy(float), weigh)
+        for _, part in rows.groupby("repeat")
+    )
 
-    truth, predicted: (cases,) yields [%], or (repeats, cases), over whose repeats a metric is averaged, each resample
-    taking the same cases in all. The models are not fitted again, so the interval tells how far the figure hangs on
-    which cases it was taken over. Resamples in which a metric is not defined (all yields equal) are left out.
+
+def _central(scores: pd.Series, level: float) -> dict[str, float]:
+    """Median of the repeats and the ends of their central range of a level."""
+    lower, middle, upper = np.nanquantile(scores, [(1 - level) / 2, 0.5, 1 - (1 - level) / 2])
+    return {"value": middle, "lower": lower, "upper": upper}
+
+
+def score_table(held_out: pd.DataFrame, weigh: YieldWeights, budget: EvaluationConfig) -> pd.DataFrame:
+    """Metrics by model, strategy and scheme: columns KEYS, metric, value, lower, upper.
+
+    held_out: KEYS, repeat, case, yield_percent, predicted_percent. For random splits and permutations the value is
+    the median over the repeats and the interval their central range. For the others the interval is a bootstrap over
+    cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too.
     """
-    truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
-    cases = truth.shape[1]
-    drawn = np.random.default_rng(seed).integers(cases, size=(resamples, cases))
-    values = metrics(truth, predicted, weigh)
-    # A repeat at a time: all at once would take gigabytes.
-    spread = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
-    tail = (1 - level) / 2
-    rows = []
-    for name in METRICS:
-        lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in spread]), axis=0), [tail, 1 - tail])
-        rows.append({"metric": name, "value": float(np.mean(values[name])), "lower": lower, "upper": upper})
-    return pd.DataFrame(rows)
+    tables = []
+    for keys, rows in held_out.groupby(KEYS, sort=False):
+        about = dict(zip(KEYS, keys, strict=True))
+        if about["scheme"] in (RANDOM, PERMUTED):
+            scores = _scores(rows, weigh)
+            table = pd.DataFrame({"metric": name, **_central(scores[name], budget.level)} for name in METRICS)
+        else:
+            wide = rows.pivot(index="repeat", columns="case", values=["yield_percent", "predicted_percent"])
+            truth, predicted = wide["yield_percent"].to_numpy(), wide["predicted_percent"].to_numpy()
+            table = bootstrap_metrics(truth, predicted, weigh, budget.resamples, budget.level, budget.seed)
+        tables.append(table.assign(**about))
+    return pd.concat(tables, ignore_index=True)[[*KEYS, "metric", "value", "lower", "upper"]]
 
 
-def half_width(deviation: np.ndarray, level: float) -> np.ndarray:
-    """Half width of the central normal interval of a level, for standard deviations (n,)."""
-    return norm.ppf(0.5 + level / 2) * deviation
+def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:
+    """Coverage and mean width of predictive intervals by model, strategy, scheme, method and nominal level.
+
+    intervals: KEYS, method, nominal, case, yield_percent, lower_percent, upper_percent. Columns: ..., nominal,
+    covered [-] with its Clopper-Pearson interval of `level`, width_pp, cases. Predictions of one case in several
+    repeats are not independent, so the interval counts cases and not predictions.
+    """
+    found = []
+    for keys, rows in intervals.groupby([*KEYS, "method", "nominal"], sort=False):
+        covered = float(rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"]).mean())
+        cases = rows["case"].nunique()
+        lower, upper = proportion_confint(covered * cases, cases, alpha=1 - level, method="beta")
+        width = float((rows["upper_percent"] - rows["lower_percent"]).mean())
+        found.append((*keys, covered, lower, upper, width, cases))
+    columns = [*KEYS, "method", "nominal", "covered", "lower", "upper", "width_pp", "cases"]
+    return pd.DataFrame(found, columns=columns)
+
+
+def split_luck(held_out: pd.DataFrame, weigh: YieldWeights, level: float) -> pd.DataFrame:
+    """How much the locked split flatters each model, at one search budget: a row a model and metric.
+
+    held_out: KEYS, repeat, yield_percent, predicted_percent. Columns: model, strategy, metric, locked, random_median,
+    random_lower, random_upper, nested, worse_splits. The last is the share of random splits on which the model does
+    worse than on the locked one: 1 is flattered, 0 is hurt.
+    """
+    found = []
+    for (model, strategy), rows in held_out.groupby(["model", "strategy"], sort=False):
+        locked, random, nested = (
+            _scores(rows[rows["scheme"] == scheme], weigh) for scheme in (LOCKED_AGAIN, RANDOM, NESTED)
+        )
+        for name in METRICS:
+            on_locked = locked[name].iloc[0]
+            central = _central(random[name], level)
+            worse = random[name] < on_locked if name in GAINS else random[name] > on_locked
+            found.append(
+                {
+                    "model": model,
+                    "strategy": strategy,
+                    "metric": name,
+                    "locked": on_locked,
+                    "random_median": central["value"],
+                    "random_lower": central["lower"],
+                    "random_upper": central["upper"],
+                    "nested": nested[name].mean(skipna=False),
+                    "worse_splits": float(worse.mean()),
+                }
+            )
+    return pd.DataFrame(found)
 
 
 def time_variance(time_h: np.ndarray, yields: np.ndarray) -> pd.DataFrame:
     """Share of the yield's variance that time alone explains: columns measure, share [-].
 
-    `levels`: sum of squares between the times over the total, the most that any function of time can explain;
-    `line`: R2 of a straight line.
+    time_h, yields: (n,) [h] and [%]. `levels`: sum of squares between the times over the total, the most that any
+    function of time can explain; `line`: R2 of a straight line.
     """
     frame = pd.DataFrame({"time": time_h, "yield": yields})
     means = frame.groupby("time")["yield"].transform("mean")

@@ -1,20 +1,27 @@
-"""The engineered features of thesis Sec. 5.2.2."""
+"""What the models see of a run: engineered features, inputs of the averaged process, and their standardisation."""
 
+from dataclasses import dataclass
+
+import numpy as np
 import pandas as pd
 from scipy.special import expit
 
-CHEMICAL = ("bpr", "molar_ratio", "time_h")
-MECHANICAL = ("normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz")
-CONDITIONS = (*CHEMICAL, *MECHANICAL)
-FEATURES = (*CONDITIONS, "molar_ratio_squared", "bpr_molar_ratio", "time_sigmoid", "bpr_sigmoid")
+from millprint.config.averaging import INPUTS
+
 TIME = "time_h"
+CHEMICAL = ("bpr", "molar_ratio", TIME)
+NORMAL, TANGENTIAL, FREQUENCY = "normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz"
+CONDITIONS = (*CHEMICAL, NORMAL, TANGENTIAL, FREQUENCY)
+FEATURES = (*CONDITIONS, "molar_ratio_squared", "bpr_molar_ratio", "time_sigmoid", "bpr_sigmoid")
+POWER, SHARE = "power_per_ball_mW", "tangential_share"
+MICROJOULE_HZ_IN_MW = 1e-3
 
 
 def engineer(rows: pd.DataFrame) -> pd.DataFrame:
-    """The ten features of every row, (n, 10), in the order of FEATURES.
+    """The ten features of every row (thesis Sec. 5.2.2), (n, 10), in the order of FEATURES.
 
-    To the six conditions come molar_ratio^2, bpr * molar_ratio, and the sigmoids 1 / (1 + exp(-x)) of the time in
-    hours and of the ball-to-powder ratio, both unscaled: 5 h is told from more, and 10 from 30, but little else.
+    The six conditions, molar_ratio^2, bpr * molar_ratio, and the sigmoids 1 / (1 + exp(-x)) of the time in hours and
+    of the ball-to-powder ratio. Both are unscaled: the sigmoids separate 5 h from more and 10 from 30, but little else.
     """
     features = rows[list(CONDITIONS)].astype(float)
     return features.assign(
@@ -23,3 +30,49 @@ def engineer(rows: pd.DataFrame) -> pd.DataFrame:
         time_sigmoid=expit(features[TIME]),
         bpr_sigmoid=expit(features["bpr"]),
     )[list(FEATURES)]
+
+
+def describe(rows: pd.DataFrame) -> pd.DataFrame:
+    """The inputs of the averaged process for every row, (n, 5), in the order of INPUTS.
+
+    Power that one ball dissipates (En + Et) f [mW], how hard the powder is stressed, and the tangential share
+    Et / (En + Et) [-], how it is stressed. At one fill ratio the power follows the cube of the speed and the share is
+    constant (Eqs 3.28 and 3.29), so the two tell a change of speed from a change of regime.
+    """
+    values = rows[list(CONDITIONS)].astype(float)
+    both = values[NORMAL] + values[TANGENTIAL]
+    derived = {POWER: both * values[FREQUENCY] * MICROJOULE_HZ_IN_MW, SHARE: values[TANGENTIAL] / both}
+    return values.assign(**derived)[list(INPUTS)]
+
+
+@dataclass(frozen=True)
+class Standardisation:
+    """x -> (g(x) - mean) / deviation, Eq. 5.2, each of shape (k,); g is the logarithm where `logarithmic` is true."""
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    logarithmic: np.ndarray
+
+    @classmethod
+    def of(
+        cls, inputs: np.ndarray, logarithmic: np.ndarray | bool = False, smallest: np.ndarray | float = 0.0
+    ) -> "Standardisation":
+        """That of training inputs (n, k), with the population deviation or `smallest` (k,) where that is larger.
+
+        An input that the training rows hardly vary would otherwise be blown up to the size of the others. One that
+        does not vary at all is only centred.
+        """
+        logarithmic = np.broadcast_to(logarithmic, inputs.shape[1])
+        seen = np.where(logarithmic, np.log(inputs), inputs) if logarithmic.any() else inputs
+        deviation = np.maximum(seen.std(axis=0), smallest)
+        return cls(seen.mean(axis=0), np.where(deviation > 0, deviation, 1.0), logarithmic)
+
+    @classmethod
+    def none(cls, columns: int) -> "Standardisation":
+        """That of a model which sees its inputs as they are."""
+        return cls(np.zeros(columns), np.ones(columns), np.zeros(columns, dtype=bool))
+
+    def __call__(self, inputs: np.ndarray) -> np.ndarray:
+        """Inputs (n, k) as the model sees them."""
+        seen = np.where(self.logarithmic, np.log(inputs), inputs) if self.logarithmic.any() else inputs
+        return (seen - self.mean) / self.deviation

@@ -3,8 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
+
+from millprint.config.yields import TrainingConfig
 
 METRICS = ("rmse", "mae", "mape", "r2", "wmse")
+# The metrics of which more is better; all others are errors.
+GAINS = ("r2",)
 
 
 @dataclass(frozen=True)
@@ -13,6 +18,11 @@ class YieldWeights:
 
     threshold: float
     weight: float
+
+    @classmethod
+    def of(cls, settings: TrainingConfig) -> "YieldWeights":
+        """The weights that the settings give."""
+        return cls(settings.high_yield_percent, settings.high_yield_weight)
 
     def __call__(self, yields: np.ndarray) -> np.ndarray:
         """Weights of shape (n,), for yields (n,) [%]."""
@@ -40,3 +50,26 @@ def metrics(truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights) -> di
         "r2": 1 - np.divide(squares, spread, out=np.full_like(squares, np.nan), where=spread > 0),
         "wmse": (weigh(truth) * error**2).mean(axis=-1),
     }
+
+
+def bootstrap_metrics(
+    truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights, resamples: int, level: float, seed: int
+) -> pd.DataFrame:
+    """Each metric with its percentile interval over resampled cases: columns metric, value, lower, upper.
+
+    truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, and a resample
+    takes the same cases in all of them. The models are not fitted again: the interval shows how much the value depends
+    on which cases it was taken over. Resamples in which a metric is not defined (all yields equal) are left out.
+    """
+    truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
+    cases = truth.shape[1]
+    drawn = np.random.default_rng(seed).integers(cases, size=(resamples, cases))
+    values = metrics(truth, predicted, weigh)
+    # A repeat at a time: all at once would take gigabytes.
+    spread = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
+    tail = (1 - level) / 2
+    rows = []
+    for name in METRICS:
+        lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in spread]), axis=0), [tail, 1 - tail])
+        rows.append({"metric": name, "value": float(np.mean(values[name])), "lower": lower, "upper": upper})
+    return pd.DataFrame(rows)

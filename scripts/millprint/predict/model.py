@@ -1,58 +1,49 @@
-"""A yield model: one step or two, each with its features, its scaling and its estimator (thesis Sec. 5.2.5)."""
+"""A yield model: one step or two, each with its features, their standardisation and an estimator (Sec. 5.2.5)."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
-from sklearn.gaussian_process import GaussianProcessRegressor
+from scipy.stats import norm
 
-from millprint.config.yields import Choices
-from millprint.predict.algorithms import SCALED, make_estimator, quiet_fit
-from millprint.predict.features import FEATURES, TIME, engineer
+from millprint.config.yields import Choices, TrainingConfig
+from millprint.predict.estimators import fit_quietly
+from millprint.predict.features import FEATURES, TIME, Standardisation, engineer
+from millprint.predict.regressors import PRIMARY, Parameters, regressor
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a step is before it is fitted: its algorithm and its features."""
+    """A step before it is fitted: its regressor and its features."""
 
-    algorithm: str
+    regressor: str
     features: tuple[str, ...]
 
+    def standardise(self, features: pd.DataFrame) -> tuple[Standardisation, np.ndarray]:
+        """The standardisation on the training rows, and the inputs (n, k) that the estimator sees."""
+        raw = features[list(self.features)].to_numpy(float)
+        standard = Standardisation.of(raw) if regressor(self.regressor).scaled else Standardisation.none(raw.shape[1])
+        return standard, standard(raw)
 
-def plan_steps(algorithm: str, strategy: str, choices: Choices) -> list[Plan]:
+
+def plan_steps(name: str, strategy: str, choices: Choices) -> list[Plan]:
     """The steps of a model.
 
-    primary: one step on all ten features, for `linear` on choices.linear_features. two_step: first a model on the
-    time alone, then one on the nine other features, for what the first leaves.
+    primary: one step, on all ten features unless the regressor's record names others. two_step: a model on the time
+    alone, then one on the nine other features for what the first leaves. Raises ValueError for an unknown regressor
+    and for a strategy that it does not have.
     """
-    if algorithm == "linear":
-        return [Plan("linear", tuple(choices.linear_features))]
-    if strategy == "primary":
-        return [Plan(algorithm, FEATURES)]
-    first = algorithm if choices.time_model == "same" else "linear"
-    return [Plan(first, (TIME,)), Plan(algorithm, tuple(name for name in FEATURES if name != TIME))]
-
-
-@dataclass(frozen=True)
-class Scaling:
-    """x_scaled = (x - mean) / deviation, Eq. 5.2, with the population deviation; each of shape (k,)."""
-
-    mean: np.ndarray
-    deviation: np.ndarray
-
-    @classmethod
-    def of(cls, inputs: np.ndarray, scaled: bool) -> "Scaling":
-        """That of the training inputs (n, k), or none at all; a feature that does not vary is only centred."""
-        columns = inputs.shape[1]
-        if not scaled:
-            return cls(np.zeros(columns), np.ones(columns))
-        deviation = inputs.std(axis=0)
-        return cls(inputs.mean(axis=0), np.where(deviation > 0, deviation, 1.0))
-
-    def __call__(self, inputs: np.ndarray) -> np.ndarray:
-        """Inputs (n, k) as the regressor takes them."""
-        return (inputs - self.mean) / self.deviation
+    record = regressor(name)
+    if strategy not in record.strategies:
+        raise ValueError(f"{name}: strategy = {strategy!r}: it has {', '.join(record.strategies)}")
+    if strategy == PRIMARY:
+        return [Plan(name, tuple(record.primary_features(choices) if record.primary_features else FEATURES))]
+    first = {"same": name, "linear": "linear"}[choices.time_model]
+    return [Plan(first, (TIME,)), Plan(name, tuple(feature for feature in FEATURES if feature != TIME))]
 
 
 @dataclass(frozen=True)
@@ -60,87 +51,98 @@ class Step:
     """A fitted step."""
 
     plan: Plan
-    parameters: dict[str, float]
-    scaling: Scaling
+    parameters: Parameters
+    standard: Standardisation
     estimator: Any
 
     def inputs(self, features: pd.DataFrame) -> np.ndarray:
         """What the estimator sees of engineered features, (n, k)."""
-        return self.scaling(features[list(self.plan.features)].to_numpy(float))
+        return self.standard(features[list(self.plan.features)].to_numpy(float))
 
     def predict(self, features: pd.DataFrame) -> np.ndarray:
-        """The step's own share of the prediction, (n,) [pp]."""
+        """The share of this step in the prediction, (n,) [pp]."""
         return np.asarray(self.estimator.predict(self.inputs(features)), dtype=float)
-
-
-@dataclass(frozen=True)
-class Found:
-    """The best set of hyper-parameters, its cross-validated weighted MSE [pp2], and how many sets were tried."""
-
-    parameters: dict[str, float]
-    loss: float
-    evaluations: int
-
-
-def scale(plan: Plan, features: pd.DataFrame) -> tuple[Scaling, np.ndarray]:
-    """The scaling of a step on its training rows, and the inputs (n, k) that its estimator sees."""
-    raw = features[list(plan.features)].to_numpy(float)
-    scaling = Scaling.of(raw, plan.algorithm in SCALED)
-    return scaling, scaling(raw)
 
 
 def fit_step(
     plan: Plan,
-    parameters: dict[str, float],
+    parameters: Parameters,
     features: pd.DataFrame,
     target: np.ndarray,
-    choices: Choices,
-    seed: int,
-    threads: int = 1,
+    training: TrainingConfig,
+    threads: int,
 ) -> Step:
-    """Fit one step on the engineered features of the training rows and its target (n,) [pp]."""
-    scaling, inputs = scale(plan, features)
-    estimator = make_estimator(plan.algorithm, parameters, inputs.shape[1], choices, seed, threads)
-    return Step(plan, parameters, scaling, quiet_fit(estimator, inputs, target))
+    """Fit one step on the engineered features (n, 10) of the training rows and its target (n,) [pp]."""
+    standard, inputs = plan.standardise(features)
+    estimator = regressor(plan.regressor).make(parameters, inputs.shape[1], training, threads)
+    return Step(plan, parameters, standard, fit_quietly(estimator, inputs, target))
+
+
+def fit_in_turn(
+    rows: pd.DataFrame, yields: np.ndarray, parts: Iterable[T], fit: Callable[[T, pd.DataFrame, np.ndarray], Step]
+) -> list[Step]:
+    """A step for each part, fitted on what the steps before it leave of the yields (n,) [%].
+
+    rows: the six conditions; fit(part, features, target): fits a step on engineered features (n, 10) and its target.
+    """
+    features, target, steps = engineer(rows), np.asarray(yields, dtype=float), []
+    for part in parts:
+        steps.append(fit(part, features, target))
+        target = target - steps[-1].predict(features)
+    return steps
 
 
 @dataclass(frozen=True)
 class YieldModel:
-    """A fitted model: the sum of its steps."""
+    """A fitted model: the sum of its steps. `name` is that of its regressor."""
 
-    algorithm: str
+    name: str
     strategy: str
     steps: list[Step]
+
+    @property
+    def distribution(self) -> str | None:
+        """What its own predictive intervals are made from; None for a model that predicts no distribution."""
+        return "gaussian" if regressor(self.steps[-1].plan.regressor).deviation else None
 
     def predict(self, rows: pd.DataFrame) -> np.ndarray:
         """Predicted yields (n,) [%] for rows with the six conditions; they are not clipped to 0 to 100."""
         features = engineer(rows)
         return np.sum([step.predict(features) for step in self.steps], axis=0)
 
-    def deviation(self, rows: pd.DataFrame) -> np.ndarray | None:
-        """Standard deviation of a predicted measurement (n,) [pp], Eq. 5.9 with noise; None but for GPR.
+    def deviation(self, rows: pd.DataFrame) -> np.ndarray:
+        """Standard deviation of a predicted measurement (n,) [pp]; NaN for a model that predicts no distribution.
 
-        For two steps it is that of the second: the first one's errors are what the second is a distribution of.
+        For two steps it is that of the second, which is a distribution of what the first leaves.
         """
         last = self.steps[-1]
-        if not isinstance(last.estimator, GaussianProcessRegressor):
-            return None
-        return last.estimator.predict(last.inputs(engineer(rows)), return_std=True)[1]
+        deviation = regressor(last.plan.regressor).deviation
+        return deviation(last.estimator, last.inputs(engineer(rows))) if deviation else np.full(len(rows), np.nan)
+
+    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Ends (n,), (n,) [%] of the central normal interval of a level; NaN without a distribution, not clipped."""
+        predicted, half = self.predict(rows), norm.ppf(0.5 + level / 2) * self.deviation(rows)
+        return predicted - half, predicted + half
 
 
 def fit_model(
-    algorithm: str,
+    name: str,
     strategy: str,
-    parameters: list[dict[str, float]],
+    parameters: list[Parameters],
     rows: pd.DataFrame,
     yields: np.ndarray,
-    choices: Choices,
-    seed: int,
-    threads: int = 1,
+    training: TrainingConfig,
 ) -> YieldModel:
-    """Fit a model with known hyper-parameters, a set for each step: each step on what those before it leave."""
-    features, target, steps = engineer(rows), np.asarray(yields, dtype=float), []
-    for plan, chosen in zip(plan_steps(algorithm, strategy, choices), parameters, strict=True):
-        steps.append(fit_step(plan, chosen, features, target, choices, seed, threads))
-        target = target - steps[-1].predict(features)
-    return YieldModel(algorithm, strategy, steps)
+    """Fit a model whose hyper-parameters are known: each step on what those before it leave.
+
+    name, strategy: as in the registry of regressors; parameters: a set for each step, by the names of the search
+    space; rows: the six conditions of n runs; yields: (n,) [%]. Raises ValueError for an unknown regressor or strategy
+    and where the sets are not as many as the steps.
+    """
+
+    def fit(part: tuple[Plan, Parameters], features: pd.DataFrame, target: np.ndarray) -> Step:
+        plan, known = part
+        return fit_step(plan, known, features, target, training, threads=1)
+
+    parts = zip(plan_steps(name, strategy, training.choices), parameters, strict=True)
+    return YieldModel(name, strategy, fit_in_turn(rows, yields, parts, fit))

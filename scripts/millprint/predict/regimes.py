@@ -12,7 +12,7 @@ from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import design_cases, reference_condition
 from millprint.mill.bodies import CHECK_RPM, build_bodies, travel_m
 from millprint.predict.features import CONDITIONS
-from millprint.predict.learners import Learner
+from millprint.predict.procedures import Procedure
 
 SCREENING, REFERENCE = "screening", "reference"
 
@@ -54,8 +54,8 @@ def regime_rows(cases: pd.DataFrame, reference: Condition[float]) -> pd.DataFram
 def without_regime(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows as if every run had the tangential share of the first, at the energy that it had.
 
-    A model then knows how hard the powder was stressed and not how: what is left of its answers for another regime
-    is what it can say without the share.
+    A model then knows how hard the powder was stressed but not how. Its predictions for another regime show what it
+    can tell without the share.
     """
     energy = rows["normal_energy_uJ"] + rows["tangential_energy_uJ"]
     first = rows.iloc[0]
@@ -64,59 +64,55 @@ def without_regime(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _training_sets(others: list[str], own: list[str]) -> list[tuple[str, list[str], list[str]]]:
-    """(what was added, cases added, cases asked): nothing, each own case, the other regime, and both."""
+    """(what was added, cases added, cases to predict): nothing, the other regime, and cases of the own with each."""
     sets = [("nothing", [], own), ("other regime", others, own)]
     for count in range(1, len(own)):
         for added in combinations(own, count):
-            asked = [case for case in own if case not in added]
-            sets.append((f"{count} of the regime", list(added), asked))
-            sets.append((f"other regime, {count} of the regime", [*others, *added], asked))
+            left = [case for case in own if case not in added]
+            sets.append((f"{count} of the regime", list(added), left))
+            sets.append((f"other regime, {count} of the regime", [*others, *added], left))
     return sets
 
 
 def leave_regimes_out(
     screening: pd.DataFrame,
     regimes: pd.DataFrame,
-    learners: dict[tuple[str, str], tuple[Learner, bool]],
+    procedures: dict[tuple[str, str], tuple[Procedure, bool]],
     level: float,
     tick: Callable[[], None] = lambda: None,
 ) -> pd.DataFrame:
     """Predictions for every regime by models that were trained on the screening and on more and more beside it.
 
-    screening, regimes: case, (regime,) the six conditions, yield_percent. learners: by model and descriptors, with
+    screening, regimes: case, (regime,) the six conditions, yield_percent. procedures: by model and descriptors, with
     whether the tangential share is hidden from it. Columns: model, descriptors, regime, added, added_cases, case,
     yield_percent, predicted_percent, error_pp, method, lower_percent, upper_percent.
     """
     everything = pd.concat([screening.assign(regime=SCREENING), regimes], ignore_index=True).set_index("case")
     tables = []
-    for (model, descriptors), (learn, hidden) in learners.items():
+    for (model, descriptors), (procedure, hidden) in procedures.items():
         seen = without_regime(everything) if hidden else everything
         for regime, group in regimes.groupby("regime", sort=False):
-            own = group["case"].tolist()
             others = regimes.loc[regimes["regime"] != regime, "case"].tolist()
-            for added, cases, asked in _training_sets(others, own):
+            for added, cases, unseen in _training_sets(others, group["case"].tolist()):
                 train = seen.loc[[*screening["case"], *cases]].reset_index()
-                truth = everything.loc[asked, YIELD].to_numpy(float)
-                answer = learn(train, train[YIELD].to_numpy(float), seen.loc[asked].reset_index(), [level])
+                truth = everything.loc[unseen, YIELD].to_numpy(float)
+                answer = procedure(train, train[YIELD].to_numpy(float), seen.loc[unseen].reset_index(), [level])
                 method, ends = next(iter(answer.intervals.items()))
-                tables.append(
-                    pd.DataFrame(
-                        {
-                            "model": model,
-                            "descriptors": descriptors,
-                            "regime": regime,
-                            "added": added,
-                            "added_cases": ", ".join(cases),
-                            "case": asked,
-                            "yield_percent": truth,
-                            "predicted_percent": answer.predicted,
-                            "error_pp": answer.predicted - truth,
-                            "method": method,
-                            "lower_percent": ends[:, 0, 0],
-                            "upper_percent": ends[:, 0, 1],
-                        }
-                    )
-                )
+                columns = {
+                    "model": model,
+                    "descriptors": descriptors,
+                    "regime": regime,
+                    "added": added,
+                    "added_cases": ", ".join(cases),
+                    "case": unseen,
+                    "yield_percent": truth,
+                    "predicted_percent": answer.predicted,
+                    "error_pp": answer.predicted - truth,
+                    "method": method,
+                    "lower_percent": ends[:, 0, 0],
+                    "upper_percent": ends[:, 0, 1],
+                }
+                tables.append(pd.DataFrame(columns))
                 tick()
     return pd.concat(tables, ignore_index=True)
 
@@ -124,19 +120,15 @@ def leave_regimes_out(
 def summarise_regimes(table: pd.DataFrame) -> pd.DataFrame:
     """RMSE and mean error [pp] and the share of runs within their intervals, by model, descriptors and what was added.
 
-    The mean is over the runs of both regimes, each asked once for every set of cases that could have been added.
+    The mean is over the runs of both regimes, each predicted once for every set of cases that could have been added.
     """
-    found = []
-    for keys, rows in table.groupby(["model", "descriptors", "added"], sort=False):
-        error = rows["error_pp"].to_numpy(float)
-        inside = rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"])
-        found.append(
-            dict(zip(("model", "descriptors", "added"), keys, strict=True))
-            | {
-                "rmse_pp": float(np.sqrt(np.mean(error**2))),
-                "mean_error_pp": float(error.mean()),
-                "covered": float(inside.mean()),
-                "predictions": len(rows),
-            }
-        )
-    return pd.DataFrame(found)
+    inside = table["yield_percent"].between(table["lower_percent"], table["upper_percent"])
+    scored = table.assign(square=table["error_pp"] ** 2, inside=inside.astype(float))
+    groups = scored.groupby(["model", "descriptors", "added"], sort=False)
+    summary = groups.agg(
+        rmse_pp=("square", "mean"),
+        mean_error_pp=("error_pp", "mean"),
+        covered=("inside", "mean"),
+        predictions=("case", "size"),
+    )
+    return summary.assign(rmse_pp=np.sqrt(summary["rmse_pp"])).reset_index()

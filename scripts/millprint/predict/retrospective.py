@@ -4,13 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import RetrospectiveConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.acquisition import expected_improvement
-from millprint.predict.averaging import AveragedModel, average, fit_library
+from millprint.predict.averaging import AveragedModel, fit_averaged
 
 IMPROVEMENT, GREEDY, CHANCE = "expected_improvement", "highest_mean", "random"
 Merit = Callable[[AveragedModel, pd.DataFrame, float], np.ndarray]
@@ -21,7 +22,7 @@ MERITS: dict[str, Merit] = {
 
 
 def smaller_library(averaging: AveragingConfig, settings: RetrospectiveConfig) -> AveragingConfig:
-    """The library with the links and structures of the test, since every step fits it anew."""
+    """The library with the links and structures of the test, since every step fits it again."""
     return averaging.model_copy(update={"links": settings.links, "structures": settings.structures})
 
 
@@ -41,7 +42,7 @@ def search_best(rows: pd.DataFrame, start: np.ndarray, merit: Merit, averaging: 
     known, reached = list(start), [float(yields[start].max())]
     while reached[-1] < yields.max():
         left = np.setdiff1d(np.arange(len(rows)), known)
-        model = average(fit_library(rows.iloc[known], yields[known], averaging), averaging)
+        model = fit_averaged(rows.iloc[known], yields[known], averaging)
         known.append(int(left[merit(model, rows.iloc[left], reached[-1]).argmax()]))
         reached.append(max(reached[-1], yields[known[-1]]))
     return np.array(reached)
@@ -76,18 +77,13 @@ def search_table(
         columns = {"found": hits / starts, "lower": lower, "upper": upper, "best_percent": known.mean(axis=0)}
         tables.append(pd.DataFrame({"strategy": strategy, "runs": runs, **columns}))
     exact = chance(len(yields), start_runs, int((yields == yields.max()).sum()))
-    tables.append(
-        pd.DataFrame(
-            {"strategy": CHANCE, "runs": runs, "found": exact, "lower": exact, "upper": exact, "best_percent": np.nan}
-        )
-    )
+    columns = {"found": exact, "lower": exact, "upper": exact, "best_percent": np.nan}
+    tables.append(pd.DataFrame({"strategy": CHANCE, "runs": runs, **columns}))
     return pd.concat(tables, ignore_index=True)
 
 
 def summarise_search(table: pd.DataFrame, reached: dict[str, list[np.ndarray]], level: float) -> pd.DataFrame:
     """Runs to the best, start included: strategy, mean_runs with a t interval over starts, median_runs, starts."""
-    from scipy.stats import t
-
     found = []
     for strategy, rows in table.groupby("strategy", sort=False):
         first = int(rows["runs"].iloc[0])

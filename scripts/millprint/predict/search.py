@@ -1,120 +1,123 @@
-"""The search of hyper-parameters: hyperopt's TPE over repeated k-fold cross-validation (thesis Sec. 5.2.6)."""
+"""Training: the hyper-parameters of each step by hyperopt's TPE over repeated k-fold (Sec. 5.2.6), then its fit."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from sklearn.model_selection import RepeatedKFold
 
-from millprint.config.yields import SearchConfig, Spaces, TrainingConfig
-from millprint.predict.algorithms import make_estimator, quiet_fit
-from millprint.predict.forest import ForestFold
-from millprint.predict.metrics import weighted_mse
-from millprint.predict.model import Found
-
-# How each hyper-parameter is drawn: Tables 5.2 to 5.5.
-DRAWS = {
-    "gpr": {"constant": "uniform", "length_scale": "uniform", "noise": "uniform"},
-    "rf": {"n_estimators": "whole", "max_depth": "whole", "min_samples_split": "whole", "min_samples_leaf": "whole"},
-    "svr": {"C": "logarithmic", "epsilon": "uniform", "gamma": "logarithmic"},
-    "xgb": {
-        "max_depth": "whole",
-        "learning_rate": "logarithmic",
-        "n_estimators": "whole",
-        "subsample": "uniform",
-        "colsample_bytree": "uniform",
-        "gamma": "uniform",
-    },
-}
-
-Predictor = Callable[[int, dict[str, Any]], np.ndarray]
+from millprint.config.regressors import SearchSpace
+from millprint.config.yields import SearchConfig, TrainingConfig
+from millprint.predict.estimators import fit_quietly
+from millprint.predict.metrics import YieldWeights, weighted_mse
+from millprint.predict.model import Plan, Step, YieldModel, fit_in_turn, fit_step, plan_steps
+from millprint.predict.regressors import Parameters, regressor
 
 
-def search_space(algorithm: str, spaces: Spaces) -> dict[str, Any]:
-    """The search space of an algorithm for hyperopt."""
+@dataclass(frozen=True)
+class SearchResult:
+    """The best set of hyper-parameters, its cross-validated weighted MSE [pp2], and how many sets were tried."""
+
+    parameters: Parameters
+    loss: float
+    evaluations: int
+
+
+# Of a regressor without hyper-parameters.
+NOT_SEARCHED = SearchResult({}, float("nan"), 0)
+
+
+def _hyperopt_space(space: SearchSpace) -> dict[str, Any]:
+    """A search space as hyperopt takes it."""
     from hyperopt import hp
+    from hyperopt.pyll import scope
 
-    space = {}
-    for name, draw in DRAWS[algorithm].items():
-        low, high = getattr(getattr(spaces, algorithm), name)
-        if draw == "whole":
-            space[name] = hp.quniform(name, low, high, 1)
-        elif draw == "logarithmic":
-            space[name] = hp.loguniform(name, np.log(low), np.log(high))
-        else:
-            space[name] = hp.uniform(name, low, high)
-    return space
+    draw = {
+        "uniform": hp.uniform,
+        "logarithmic": lambda name, low, high: hp.loguniform(name, np.log(low), np.log(high)),
+        "whole": lambda name, low, high: scope.int(hp.quniform(name, low, high, 1)),
+    }
+    return {name: draw[how](name, *getattr(space, name)) for name, how in space.draws().items()}
 
 
-def _plain(algorithm: str, drawn: dict[str, float]) -> dict[str, float]:
-    """Drawn values as Python's own numbers, whole ones as int."""
-    draws = DRAWS[algorithm]
-    return {name: int(drawn[name]) if draws[name] == "whole" else float(drawn[name]) for name in draws}
+@dataclass(frozen=True)
+class Trainer:
+    """How models are trained: settings, budget of the search, threads, and what is called after each evaluation."""
 
+    training: TrainingConfig
+    budget: SearchConfig
+    threads: int = 1
+    tick: Callable[[], None] = lambda: None
 
-def _predictor(
-    algorithm: str, inputs: np.ndarray, target: np.ndarray, folds: list, settings: TrainingConfig, threads: int
-) -> Predictor:
-    """A function of (fold number, hyper-parameters) that predicts the rows which the fold holds out."""
-    if algorithm == "rf":
-        most = settings.spaces.rf.n_estimators[1]
-        share = float(settings.choices.max_features)
-        forests = [
-            ForestFold(inputs[kept], target[kept], inputs[held], share, settings.seed, most) for kept, held in folds
-        ]
-        return lambda fold, parameters: forests[fold].predict(**parameters)
+    def evaluations(self, name: str, strategy: str) -> int:
+        """How many sets of hyper-parameters `train` tries, for a progress bar."""
+        plans = plan_steps(name, strategy, self.training.choices)
+        return sum(
+            getattr(self.budget.evaluations, plan.regressor) for plan in plans if regressor(plan.regressor).space
+        )
 
-    def predict(fold: int, parameters: dict[str, float]) -> np.ndarray:
-        kept, held = folds[fold]
-        columns = inputs.shape[1]
-        estimator = make_estimator(algorithm, parameters, columns, settings.choices, settings.seed, threads)
-        return quiet_fit(estimator, inputs[kept], target[kept]).predict(inputs[held])
+    def train(
+        self, name: str, strategy: str, rows: pd.DataFrame, yields: np.ndarray
+    ) -> tuple[YieldModel, list[SearchResult]]:
+        """Tune and fit a model on the given rows, and on nothing else.
 
-    return predict
+        rows: the six conditions of n runs; yields: (n,) [%]. The second of two steps is tuned and fitted on the
+        residuals of the first (Sec. 5.2.5). Returns the model and the result of the search for each step. Raises
+        ValueError for an unknown regressor or strategy.
+        """
+        weigh, results = YieldWeights.of(self.training), []
 
+        def fit(plan: Plan, features: pd.DataFrame, target: np.ndarray) -> Step:
+            best = NOT_SEARCHED
+            if regressor(plan.regressor).space:
+                _, inputs = plan.standardise(features)
+                weights = weigh({"yield": yields, "residual": target}[self.training.choices.residual_weights])
+                best = self.search(plan.regressor, inputs, target, weights)
+            results.append(best)
+            return fit_step(plan, best.parameters, features, target, self.training, self.threads)
 
-def search(
-    algorithm: str,
-    inputs: np.ndarray,
-    target: np.ndarray,
-    weights: np.ndarray,
-    settings: TrainingConfig,
-    budget: SearchConfig,
-    threads: int = 1,
-    tick: Callable[[], None] = lambda: None,
-) -> Found:
-    """Find the hyper-parameters of the smallest weighted MSE (Eq. 5.3), averaged over repeated k-fold.
+        plans = plan_steps(name, strategy, self.training.choices)
+        return YieldModel(name, strategy, fit_in_turn(rows, yields, plans, fit)), results
 
-    inputs: (n, k) features as the algorithm sees them; target, weights: (n,); tick: called after each evaluation.
-    """
-    # Imported here, as in search_space: it takes half a second, and who only reads models or predicts searches nothing.
-    from hyperopt import fmin, tpe
+    def search(self, name: str, inputs: np.ndarray, target: np.ndarray, weights: np.ndarray) -> SearchResult:
+        """The hyper-parameters of a regressor with the smallest weighted MSE (Eq. 5.3), averaged over repeated k-fold.
 
-    repeated = RepeatedKFold(n_splits=budget.folds, n_repeats=budget.repeats, random_state=settings.seed)
-    folds = list(repeated.split(inputs))
-    predict = _predictor(algorithm, inputs, target, folds, settings, threads)
-    losses: list[float] = []
-    tried: list[dict[str, float]] = []
+        inputs: (n, k) features as the estimator sees them; target [pp], weights [-]: (n,).
+        """
+        # Imported here, as in _hyperopt_space: it takes half a second, and reading a model needs no search.
+        from hyperopt import Trials, fmin, space_eval, tpe
 
-    def objective(drawn: dict[str, float]) -> float:
-        parameters = _plain(algorithm, drawn)
-        scores = [
-            weighted_mse(target[held], predict(fold, parameters), weights[held]) for fold, (_, held) in enumerate(folds)
-        ]
-        losses.append(float(np.mean(scores)))
-        tried.append(parameters)
-        tick()
-        return losses[-1]
+        record, seed = regressor(name), self.training.seed
+        repeated = RepeatedKFold(n_splits=self.budget.folds, n_repeats=self.budget.repeats, random_state=seed)
+        folds = list(repeated.split(inputs))
 
-    evaluations = getattr(budget.evaluations, algorithm)
-    fmin(
-        objective,
-        search_space(algorithm, settings.spaces),
-        algo=tpe.suggest,
-        max_evals=evaluations,
-        rstate=np.random.default_rng(settings.seed),
-        show_progressbar=False,
-        verbose=False,
-    )
-    best = int(np.argmin(losses))
-    return Found(tried[best], losses[best], evaluations)
+        def fit_and_predict(fold: int, parameters: Parameters) -> np.ndarray:
+            kept, held = folds[fold]
+            estimator = record.make(parameters, inputs.shape[1], self.training, self.threads)
+            return fit_quietly(estimator, inputs[kept], target[kept]).predict(inputs[held])
+
+        quicker = record.fold_predictor and record.fold_predictor(inputs, target, folds, self.training)
+        predict = quicker or fit_and_predict
+
+        def loss(parameters: Parameters) -> float:
+            errors = [
+                weighted_mse(target[held], predict(fold, parameters), weights[held])
+                for fold, (_, held) in enumerate(folds)
+            ]
+            self.tick()
+            return float(np.mean(errors))
+
+        trials, space = Trials(), _hyperopt_space(getattr(self.training.spaces, name))
+        best = fmin(
+            loss,
+            space,
+            algo=tpe.suggest,
+            max_evals=getattr(self.budget.evaluations, name),
+            trials=trials,
+            rstate=np.random.default_rng(seed),
+            show_progressbar=False,
+            verbose=False,
+        )
+        return SearchResult(space_eval(space, best), min(trials.losses()), len(trials.trials))

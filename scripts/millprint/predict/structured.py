@@ -88,56 +88,54 @@ def covariance_terms(logs: np.ndarray, terms: Terms, pairs: Pairs) -> tuple[np.n
     return np.exp(logs[count:-1])[:, None, None] * parts, scaled
 
 
-def negative_log_posterior(
-    logs: np.ndarray,
-    terms: Terms,
-    pairs: Pairs,
-    target: np.ndarray,
-    prior: tuple[np.ndarray, np.ndarray],
-) -> tuple[float, np.ndarray]:
-    """-log p(z | theta) p(theta), thesis Eq. 5.10 with a prior, and its gradient in the logarithms theta."""
-    parts, scaled = covariance_terms(logs, terms, pairs)
-    rows = len(target)
-    noise = np.exp(logs[-1])
-    covariance = parts.sum(axis=0) + MEAN_VARIANCE + (noise + JITTER) * np.eye(rows)
-    factor = np.linalg.cholesky(covariance)
-    inverse = cho_solve((factor, True), np.eye(rows), check_finite=False)
-    weights = inverse @ target
-    off = (logs - prior[0]) / prior[1]
-    value = 0.5 * target @ weights + np.log(np.diag(factor)).sum() + 0.5 * rows * np.log(2 * np.pi)
-    value += 0.5 * off @ off + np.log(prior[1]).sum() + 0.5 * len(logs) * np.log(2 * np.pi)
-    slope = inverse - np.outer(weights, weights)
-    shares = 0.5 * parts * slope
-    curved = terms.factors * ~terms.linear[:, None]
-    by_length = np.einsum("tj,tab,jab->j", curved, shares, scaled, optimize=ORDER)
-    by_noise = 0.5 * noise * np.trace(slope)
-    return float(value), np.concatenate([by_length, shares.sum(axis=(1, 2)), [by_noise]]) + off / prior[1]
+@dataclass(frozen=True)
+class Posterior:
+    """What the hyper-parameters theta of a process are fitted to.
 
-
-def log_evidence(
-    logs: np.ndarray,
-    value: float,
-    terms: Terms,
-    pairs: Pairs,
-    target: np.ndarray,
-    prior: tuple[np.ndarray, np.ndarray],
-) -> float:
-    """Laplace's approximation of log p(z): -value + d/2 log 2 pi - 1/2 log |H|, H the Hessian at the maximum.
-
-    H is the central difference of the gradient. Along a direction that the data say nothing of, it is the prior's
-    precision; smaller curvatures than a tenth of the smallest of those are rounding or a bound, and set to it.
+    terms, pairs: of the kernel and of the rows with themselves; target: (n,) standardised; prior: mean and deviation
+    of theta, the logarithms of length scales, variances and noise.
     """
-    count = len(logs)
-    hessian = np.empty((count, count))
-    for index in range(count):
-        step = np.zeros(count)
-        step[index] = STEP
-        ahead = negative_log_posterior(logs + step, terms, pairs, target, prior)[1]
-        behind = negative_log_posterior(logs - step, terms, pairs, target, prior)[1]
-        hessian[index] = (ahead - behind) / (2 * STEP)
-    curvatures = np.linalg.eigvalsh((hessian + hessian.T) / 2)
-    floor = 0.1 / np.max(prior[1]) ** 2
-    return float(-value + 0.5 * count * np.log(2 * np.pi) - 0.5 * np.log(np.maximum(curvatures, floor)).sum())
+
+    terms: Terms
+    pairs: Pairs
+    target: np.ndarray
+    prior: tuple[np.ndarray, np.ndarray]
+
+    def negative_log(self, logs: np.ndarray) -> tuple[float, np.ndarray]:
+        """-log p(z | theta) p(theta), thesis Eq. 5.10 with a prior, and its gradient in theta."""
+        terms, target, (centre, width) = self.terms, self.target, self.prior
+        parts, scaled = covariance_terms(logs, terms, self.pairs)
+        rows = len(target)
+        noise = np.exp(logs[-1])
+        covariance = parts.sum(axis=0) + MEAN_VARIANCE + (noise + JITTER) * np.eye(rows)
+        factor = np.linalg.cholesky(covariance)
+        inverse = cho_solve((factor, True), np.eye(rows), check_finite=False)
+        weights = inverse @ target
+        off = (logs - centre) / width
+        value = 0.5 * target @ weights + np.log(np.diag(factor)).sum() + 0.5 * rows * np.log(2 * np.pi)
+        value += 0.5 * off @ off + np.log(width).sum() + 0.5 * len(logs) * np.log(2 * np.pi)
+        slope = inverse - np.outer(weights, weights)
+        shares = 0.5 * parts * slope
+        curved = terms.factors * ~terms.linear[:, None]
+        by_length = np.einsum("tj,tab,jab->j", curved, shares, scaled, optimize=ORDER)
+        by_noise = 0.5 * noise * np.trace(slope)
+        return float(value), np.concatenate([by_length, shares.sum(axis=(1, 2)), [by_noise]]) + off / width
+
+    def log_evidence(self, logs: np.ndarray, value: float) -> float:
+        """Laplace's approximation of log p(z): -value + d/2 log 2 pi - 1/2 log |H|, H the Hessian at the maximum.
+
+        logs, value: the maximum and what negative_log gives there. H is the central difference of the gradient. Along
+        a direction about which the data say nothing it is the precision of the prior. A curvature below a tenth of the
+        smallest precision is rounding or a bound, and is set to that tenth.
+        """
+        count = len(logs)
+        hessian = np.empty((count, count))
+        for index, step in enumerate(STEP * np.eye(count)):
+            ahead, behind = self.negative_log(logs + step)[1], self.negative_log(logs - step)[1]
+            hessian[index] = (ahead - behind) / (2 * STEP)
+        curvatures = np.linalg.eigvalsh((hessian + hessian.T) / 2)
+        floor = 0.1 / np.max(self.prior[1]) ** 2
+        return float(-value + 0.5 * count * np.log(2 * np.pi) - 0.5 * np.log(np.maximum(curvatures, floor)).sum())
 
 
 @dataclass(frozen=True)
@@ -192,11 +190,12 @@ class Process:
 
 
 def fit_process(inputs: np.ndarray, target: np.ndarray, terms: Terms, priors: Priors) -> tuple[Process, float]:
-    """The process at the maximum of the posterior, climbed from the prior's medians, and its log evidence."""
-    prior = prior_of(terms, priors)
-    pairs = Pairs.of(inputs, inputs)
-    bounds = list(zip(prior[0] - REACH * prior[1], prior[0] + REACH * prior[1], strict=True))
-    arguments = (terms, pairs, target, prior)
-    found = minimize(negative_log_posterior, prior[0], args=arguments, jac=True, method="L-BFGS-B", bounds=bounds)
-    evidence = log_evidence(found.x, float(found.fun), *arguments)
-    return Process(terms, found.x, inputs, target), evidence
+    """The process at the maximum of the posterior, climbed from the prior's medians, and its log evidence.
+
+    inputs: (n, k) standardised; target: (n,) standardised.
+    """
+    centre, width = prior_of(terms, priors)
+    posterior = Posterior(terms, Pairs.of(inputs, inputs), target, (centre, width))
+    bounds = list(zip(centre - REACH * width, centre + REACH * width, strict=True))
+    found = minimize(posterior.negative_log, centre, jac=True, method="L-BFGS-B", bounds=bounds)
+    return Process(terms, found.x, inputs, target), posterior.log_evidence(found.x, float(found.fun))

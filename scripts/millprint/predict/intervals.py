@@ -1,4 +1,4 @@
-"""Predictive intervals from the errors of a cross-validation, for a model that gives no distribution."""
+"""Predictive intervals: from a model's own distribution, or from the errors of a cross-validation (CV+)."""
 
 from collections.abc import Callable
 
@@ -6,8 +6,21 @@ import numpy as np
 import pandas as pd
 from sklearn.model_selection import KFold
 
+from millprint.config.yields import TrainingConfig
+from millprint.predict.averaging import AveragedModel
+from millprint.predict.model import YieldModel, fit_model
+
+CV_PLUS = "cv_plus"
 # Fits rows and their yields (n,) [%] and gives the function that predicts others.
 Fit = Callable[[pd.DataFrame, np.ndarray], Callable[[pd.DataFrame], np.ndarray]]
+
+
+def own_intervals(model: YieldModel | AveragedModel, rows: pd.DataFrame, levels: list[float]) -> dict[str, np.ndarray]:
+    """Central intervals (m, levels, 2) [%] within 0 and 100 by the name of the model's distribution; {} without one."""
+    if model.distribution is None or not levels:
+        return {}
+    ends = [np.stack(model.interval(rows, level), axis=1) for level in levels]
+    return {model.distribution: np.clip(np.stack(ends, axis=1), 0, 100)}
 
 
 def cross_intervals(centres: np.ndarray, residuals: np.ndarray, levels: list[float]) -> np.ndarray:
@@ -32,13 +45,19 @@ def cross_intervals(centres: np.ndarray, residuals: np.ndarray, levels: list[flo
 
 
 def cross_validated_intervals(
-    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, asked: pd.DataFrame, levels: list[float], folds: int, seed: int
+    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float], folds: int, seed: int
 ) -> np.ndarray:
-    """CV+ intervals (m, levels, 2) [%] for the rows `asked`, by refits of `fit` on folds of the training rows."""
-    centres, residuals = np.empty((len(rows), len(asked))), np.empty(len(rows))
+    """CV+ intervals (m, levels, 2) [%] for the rows `unseen`, by refits of `fit` on folds of the training rows."""
+    centres, residuals = np.empty((len(rows), len(unseen))), np.empty(len(rows))
     parts = KFold(min(folds, len(rows)), shuffle=True, random_state=seed)
     for kept, held in parts.split(rows):
         predict = fit(rows.iloc[kept], yields[kept])
-        centres[held] = predict(asked)
+        centres[held] = predict(unseen)
         residuals[held] = np.abs(yields[held] - predict(rows.iloc[held]))
     return cross_intervals(centres, residuals, levels)
+
+
+def refit(model: YieldModel, training: TrainingConfig) -> Fit:
+    """Fits of a model to other rows: its hyper-parameters stay, its steps are fitted again."""
+    parameters = [step.parameters for step in model.steps]
+    return lambda rows, yields: fit_model(model.name, model.strategy, parameters, rows, yields, training).predict

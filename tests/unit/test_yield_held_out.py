@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.predict.conformal import cross_intervals, cross_validated_intervals
-from millprint.predict.honest import LEFT_OUT, LOCKED_AGAIN, NESTED, PERMUTED, RANDOM, outer_folds, predict_held_out
-from millprint.predict.judge import judge, judge_intervals, split_luck
-from millprint.predict.learners import Answer, make_learner
+from millprint.predict.evaluation import coverage_table, score_table, split_luck
+from millprint.predict.held_out import LEFT_OUT, LOCKED_AGAIN, NESTED, PERMUTED, RANDOM, outer_folds, predict_held_out
+from millprint.predict.intervals import cross_intervals, cross_validated_intervals
 from millprint.predict.metrics import YieldWeights, metrics
+from millprint.predict.procedures import procedure_of
 from tests.unit.yield_settings import parts, settings
 
 WEIGH = YieldWeights(70, 2.0)
@@ -19,9 +19,9 @@ def runs() -> pd.DataFrame:
     return pd.concat([train.assign(role="train"), test.assign(role="test")], ignore_index=True)
 
 
-def learner(model: str, strategy: str):
+def procedure(model: str, strategy: str):
     config = settings()
-    return make_learner(model, strategy, config.training, config.honest, config.averaging)
+    return procedure_of(model, strategy, config.training, config.honest, config.averaging)
 
 
 def test_outer_folds_are_what_they_say():
@@ -63,7 +63,7 @@ def test_a_held_out_run_does_not_know_its_own_yield(model, strategy):
     tables = []
     for table in (rows, wrong):
         folds = [fold for fold in outer_folds(table, budget) if fold.scheme == LEFT_OUT][2:4]
-        tables.append(predict_held_out(learner(model, strategy), table, folds, [0.8]))
+        tables.append(predict_held_out(procedure(model, strategy), table, folds, [0.8]))
     (clean, ends), (other, other_ends) = tables
     assert clean["predicted_percent"][1] == other["predicted_percent"][1]
     assert clean["predicted_percent"][0] != other["predicted_percent"][0]
@@ -115,7 +115,7 @@ def held_out(scheme: str, repeats: int, error: float, model: str = "m") -> pd.Da
 def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_population():
     budget = settings().honest
     table = pd.concat([held_out(NESTED, 3, 2.0), held_out(RANDOM, 3, 2.0)])
-    found = judge(table, WEIGH, budget).set_index(["scheme", "metric"])
+    found = score_table(table, WEIGH, budget).set_index(["scheme", "metric"])
     assert found.loc[(NESTED, "mae"), "value"] == pytest.approx((2 + 4 + 6) / 3)
     # Every case has the same error, so resampling cases changes nothing.
     assert found.loc[(NESTED, "mae"), "lower"] == pytest.approx(4) == found.loc[(NESTED, "mae"), "upper"]
@@ -135,7 +135,7 @@ def test_coverage_counts_cases_and_not_repeats():
     table = held_out(NESTED, 5, 1.0).assign(method="cv_plus", nominal=0.8)
     table["lower_percent"], table["upper_percent"] = table["yield_percent"] - 1, table["yield_percent"] + 1
     table.loc[table["case"] == "a", "upper_percent"] = 10.0
-    row = judge_intervals(table, 0.95).iloc[0]
+    row = coverage_table(table, 0.95).iloc[0]
     assert row["covered"] == 0.75 and row["cases"] == 4
     assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
 
@@ -143,20 +143,16 @@ def test_coverage_counts_cases_and_not_repeats():
 def test_a_perfect_model_scores_one_and_shuffled_yields_nothing():
     rows, budget = runs(), settings().honest.model_copy(update={"permutations": 6})
     config = settings()
-    learn = make_learner("averaged_gpr", "primary", config.training, budget, config.averaging)
+    learn = procedure_of("averaged_gpr", "primary", config.training, budget, config.averaging)
     yields = rows["yield_percent"].to_numpy(float)
     known = dict(zip(rows["case"], yields, strict=True))
-
-    def oracle(train, target, asked, levels):
-        return Answer(np.array([known[case] for case in asked["case"]]), {})
 
     folds = outer_folds(rows, budget)
     shuffled = [fold for fold in folds if fold.scheme == PERMUTED]
     nested = [fold for fold in folds if fold.scheme == NESTED]
-    # predict_held_out needs intervals of somebody; the oracle has none.
-    answers = [oracle(None, None, rows.iloc[fold.held], []) for fold in nested]
     truth = np.concatenate([fold.yields[fold.held] for fold in nested])
-    assert metrics(truth, np.concatenate([each.predicted for each in answers]), WEIGH)["r2"] == 1
+    perfect = [known[case] for fold in nested for case in rows["case"].iloc[fold.held]]
+    assert metrics(truth, np.array(perfect), WEIGH)["r2"] == 1
     scores = []
     for repeat in range(budget.permutations):
         part = [fold for fold in shuffled if fold.repeat == repeat]

@@ -9,12 +9,11 @@ import pytest
 
 import predict_yields
 from millprint.files import read_table, write_table
-from millprint.predict.answer import answer
-from millprint.predict.archive import save_averaged
-from millprint.predict.averaging import average, fit_library
+from millprint.predict.averaging import fit_averaged
 from millprint.predict.features import CONDITIONS
-from millprint.predict.store import save_model
-from millprint.predict.training import train
+from millprint.predict.model_files import save_averaged, save_model
+from millprint.predict.new_conditions import predict_conditions
+from millprint.predict.search import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
 
@@ -28,16 +27,16 @@ def models(tmp_path_factory) -> dict[str, str]:
     rows, _ = parts()
     yields = rows["yield_percent"].to_numpy(float)
     paths = {name: str(folder / f"{name}.json") for name in ("mixture", "gaussian", "cv_plus")}
-    averaged = average(fit_library(rows, yields, config.averaging), config.averaging)
+    averaged = fit_averaged(rows, yields, config.averaging)
     save_averaged(averaged, rows, config.averaging.margin, paths["mixture"])
     for name, kind in (("gaussian", ("gpr", "two_step")), ("cv_plus", ("svr", "primary"))):
-        model, found = train(*kind, rows, yields, config.training, config.search)
-        save_model(model, found, rows, config.training.choices, config.training.seed, paths[name])
+        model, results = Trainer(config.training, config.search).train(*kind, rows, yields)
+        save_model(model, results, rows, config.training, paths[name])
     return paths
 
 
 def how(level: float) -> tuple:
-    """What an answer depends on besides model and conditions: limits, training, folds, level of the intervals."""
+    """What a prediction depends on besides model and conditions: limits, training, folds, level of the intervals."""
     config = settings()
     return config.prediction, config.training, config.honest.conformal_folds, level
 
@@ -45,26 +44,26 @@ def how(level: float) -> tuple:
 @pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
 def test_every_kind_of_model_answers_with_its_interval(models, kind):
     rows, _ = parts()
-    table = answer(models[kind], rows, *how(0.8))
+    table = predict_conditions(models[kind], rows, *how(0.8))
     assert (table["interval"] == kind).all() and (table["warning"] == "").all()
     assert (table["lower_percent"] <= table["upper_percent"]).all()
-    wider = answer(models[kind], rows, *how(0.95))
+    wider = predict_conditions(models[kind], rows, *how(0.95))
     assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
 
 
-def test_what_lies_outside_is_refused_and_says_where(models):
+def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(models):
     rows, _ = parts()
     asked = rows.head(4).reset_index(drop=True)
     asked.loc[1, "bpr"] = 80.0
     asked.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
     # Both energies are within their ranges and their share is not: another fill ratio.
     asked.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
-    table = answer(models["mixture"], asked, *how(0.95))
+    table = predict_conditions(models["mixture"], asked, *how(0.95))
     assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
     assert table["warning"][1] == "bpr = 80 is outside 9.6 to 50.4"
     assert table["warning"][3].startswith("tangential_share = 0.5455 is outside")
     assert (table["interval"] == "").tolist() == [False, True, False, True]
-    told = answer(models["mixture"], asked, *how(0.95), extrapolate=True)
+    told = predict_conditions(models["mixture"], asked, *how(0.95), extrapolate=True)
     assert told["predicted_percent"].notna().all() and told["warning"].tolist() == table["warning"].tolist()
 
 

@@ -9,18 +9,18 @@ from sklearn.model_selection import KFold, RepeatedKFold, ShuffleSplit
 
 from millprint.config.yields import HeldOutConfig
 from millprint.doe.runs import YIELD
-from millprint.predict.learners import Learner
+from millprint.predict.procedures import Procedure
 
 LEFT_OUT, NESTED, RANDOM, PERMUTED = "leave_one_out", "nested_cv", "random_split", "permutation"
 # The locked split at the budget of the other schemes, to be compared with them.
 LOCKED_AGAIN = "locked_reduced_budget"
-PREDICTED = ["scheme", "repeat", "case", "yield_percent", "predicted_percent"]
-ENCLOSED = ["scheme", "repeat", "case", "yield_percent", "method", "nominal", "lower_percent", "upper_percent"]
+PREDICTION_COLUMNS = ["scheme", "repeat", "case", "yield_percent", "predicted_percent"]
+INTERVAL_COLUMNS = ["scheme", "repeat", "case", "yield_percent", "method", "nominal", "lower_percent", "upper_percent"]
 
 
 @dataclass(frozen=True)
 class OuterFold:
-    """Rows to learn from and rows to predict, by position, with the yields that both are given."""
+    """Positions of the rows to learn from and of those to predict, and the yields (n,) [%] of all rows."""
 
     scheme: str
     repeat: int
@@ -33,7 +33,7 @@ def outer_folds(rows: pd.DataFrame, budget: HeldOutConfig) -> list[OuterFold]:
     """The outer folds of every scheme, the same for every model.
 
     rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one. For the
-    permutations the yields are dealt out anew, so that a model can learn nothing: what it scores there is luck.
+    permutations the yields are shuffled among the rows, so that a model can learn nothing: its score there is luck.
     """
     yields, everyone = rows[YIELD].to_numpy(float), np.arange(len(rows))
     test = (rows["role"] == "test").to_numpy()
@@ -46,38 +46,42 @@ def outer_folds(rows: pd.DataFrame, budget: HeldOutConfig) -> list[OuterFold]:
     folds += [OuterFold(RANDOM, number, kept, held, yields) for number, (kept, held) in enumerate(splits.split(rows))]
     generator = np.random.default_rng(budget.seed)
     for number in range(budget.permutations):
-        dealt = generator.permutation(yields)
+        shuffled = generator.permutation(yields)
         parts = KFold(budget.outer_folds, shuffle=True, random_state=budget.seed + number)
-        folds += [OuterFold(PERMUTED, number, kept, held, dealt) for kept, held in parts.split(rows)]
+        folds += [OuterFold(PERMUTED, number, kept, held, shuffled) for kept, held in parts.split(rows)]
     return folds
 
 
 def predict_held_out(
-    learn: Learner,
+    procedure: Procedure,
     rows: pd.DataFrame,
     folds: list[OuterFold],
     levels: list[float],
     tick: Callable[[], None] = lambda: None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Predictions of the rows held out, and their predictive intervals; columns PREDICTED and ENCLOSED.
+    """Predictions of the held-out rows with PREDICTION_COLUMNS, and their predictive intervals with INTERVAL_COLUMNS.
 
-    rows: case and the six conditions. A permutation has no intervals: nobody would use them.
+    rows: case and the six conditions. A permutation has no intervals: nothing is read off them.
     """
-    predicted, enclosed = [], []
+    predictions, intervals = [], []
     for fold in folds:
-        asked = rows.iloc[fold.held]
-        wanted = [] if fold.scheme == PERMUTED else levels
-        answer = learn(rows.iloc[fold.kept], fold.yields[fold.kept], asked, wanted)
+        unseen = rows.iloc[fold.held]
+        answer = procedure(
+            rows.iloc[fold.kept], fold.yields[fold.kept], unseen, [] if fold.scheme == PERMUTED else levels
+        )
         about = {
             "scheme": fold.scheme,
             "repeat": fold.repeat,
-            "case": asked["case"].to_numpy(),
+            "case": unseen["case"].to_numpy(),
             "yield_percent": fold.yields[fold.held],
         }
-        predicted.append(pd.DataFrame({**about, "predicted_percent": answer.predicted}))
+        predictions.append(pd.DataFrame({**about, "predicted_percent": answer.predicted}))
         for method, ends in answer.intervals.items():
             for index, level in enumerate(levels):
                 interval = {"lower_percent": ends[:, index, 0], "upper_percent": ends[:, index, 1]}
-                enclosed.append(pd.DataFrame({**about, "method": method, "nominal": level, **interval}))
+                intervals.append(pd.DataFrame({**about, "method": method, "nominal": level, **interval}))
         tick()
-    return pd.concat(predicted, ignore_index=True)[PREDICTED], pd.concat(enclosed, ignore_index=True)[ENCLOSED]
+    return (
+        pd.concat(predictions, ignore_index=True)[PREDICTION_COLUMNS],
+        pd.concat(intervals, ignore_index=True)[INTERVAL_COLUMNS],
+    )

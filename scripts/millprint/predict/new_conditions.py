@@ -1,0 +1,71 @@
+"""Yields of new conditions by a stored model, with intervals; conditions far from every training row are refused."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.proposals import PredictionConfig
+from millprint.config.yields import TrainingConfig
+from millprint.doe.runs import YIELD
+from millprint.predict.features import CONDITIONS, SHARE, describe
+from millprint.predict.intervals import CV_PLUS, cross_validated_intervals, own_intervals, refit
+from millprint.predict.model import YieldModel
+from millprint.predict.model_files import load_any, training_rows
+
+
+def trained_ranges(rows: pd.DataFrame, settings: PredictionConfig) -> dict[str, tuple[float, float]]:
+    """Lowest and highest value that is answered, of each condition and of the tangential share."""
+    ranges = {}
+    for name in CONDITIONS:
+        low, high = float(rows[name].min()), float(rows[name].max())
+        slack = settings.tolerance * (high - low)
+        ranges[name] = (low - slack, high + slack)
+    share = describe(rows)[SHARE]
+    return ranges | {SHARE: (share.min() - settings.share_tolerance, share.max() + settings.share_tolerance)}
+
+
+def range_warnings(rows: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> list[str]:
+    """For each row the conditions outside the ranges, empty where there are none.
+
+    The share shows whether the energies belong to the fill ratios of the training, which no energy shows alone.
+    """
+    values = rows[list(CONDITIONS)].assign(**{SHARE: describe(rows)[SHARE]})
+    return [
+        "; ".join(
+            f"{name} = {row[name]:.4g} is outside {low:.4g} to {high:.4g}"
+            for name, (low, high) in ranges.items()
+            if not low <= row[name] <= high
+        )
+        for _, row in values.iterrows()
+    ]
+
+
+def predict_conditions(
+    path: str,
+    rows: pd.DataFrame,
+    limits: PredictionConfig,
+    training: TrainingConfig,
+    folds: int,
+    level: float,
+    extrapolate: bool = False,
+) -> pd.DataFrame:
+    """Columns: case, the six conditions, predicted_percent, lower_percent, upper_percent, interval, warning.
+
+    path: of a stored model; rows: case and the six conditions; level: of the intervals [-]. The interval is the
+    model's own where it has a distribution, else CV+ of its training rows, in so many folds. A row outside the trained
+    ranges by more than `limits` allows has a warning and no numbers, unless `extrapolate`. Raises ConfigError as
+    load_any.
+    """
+    model, known = load_any(path), training_rows(path)
+    intervals = own_intervals(model, rows, [level])
+    if isinstance(model, YieldModel) and not intervals:
+        yields = known[YIELD].to_numpy(float)
+        fit = refit(model, training)
+        intervals = {CV_PLUS: cross_validated_intervals(fit, known, yields, rows, [level], folds, training.seed)}
+    ((method, ends),) = intervals.items()
+    warnings = range_warnings(rows, trained_ranges(known, limits))
+    answered = np.array([extrapolate or not text for text in warnings])
+    numbers = {"predicted_percent": model.predict(rows), "lower_percent": ends[:, 0, 0], "upper_percent": ends[:, 0, 1]}
+    table = rows[["case", *CONDITIONS]].assign(
+        **{name: np.where(answered, value, np.nan) for name, value in numbers.items()}
+    )
+    return table.assign(interval=np.where(answered, method, ""), warning=warnings)

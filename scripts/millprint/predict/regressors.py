@@ -1,0 +1,282 @@
+"""The regressors: one record each, which holds everything that depends on which regressor it is.
+
+To add one: its record here, its fields in `Spaces` and `Evaluations` of millprint.config.regressors, and its name in
+tests/unit/test_yield_regressors.py. Snakemake reads this module with the Snakefile, so a library is imported only where
+it is used.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from millprint.config import regressors as spaces
+from millprint.config.yields import Choices, TrainingConfig
+
+if TYPE_CHECKING:
+    import numpy as np
+
+PRIMARY, TWO_STEP = "primary", "two_step"
+# The averaged Gaussian process (millprint.predict.averaging), which mixes many fits and is no regressor.
+AVERAGED = "averaged_gpr"
+SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
+
+Parameters = dict[str, Any]
+# Predicts the held-out rows (m,) [pp] of fold number i for some hyper-parameters.
+FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
+
+
+def _keep_nothing(estimator: Any) -> dict:
+    return {}
+
+
+def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    return estimator.fit(inputs, target)
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """What the yield models, their files, tables and figures need to know of a regressor.
+
+    title: its name in figures.
+    settled: how the choices that the thesis leaves open were settled, for the report.
+    make(parameters, columns, training, threads): an estimator of scikit-learn's kind that is not fitted yet, with
+    hyper-parameters by their names in the search space, for so many features.
+    space: its search space; None for one without hyper-parameters.
+    scaled: whether it sees standardised features (Eq. 5.2) or features as they are.
+    two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
+    primary_features(choices): the features of its single step; None for all of them.
+    choices: the open choices that bear on it (keys of millprint.predict.choices.ALTERNATIVES).
+    keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
+    that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
+    explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
+    deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
+    fitted(estimator, features): the hyper-parameters that the fit itself has found, by name.
+    fold_predictor(inputs, target, folds, training): a quicker cross-validation than a fit for each evaluation.
+    """
+
+    title: str
+    settled: str
+    make: Callable[[Parameters, int, TrainingConfig, int], Any]
+    space: type[spaces.SearchSpace] | None = None
+    scaled: bool = False
+    two_step: bool = True
+    primary_features: Callable[[Choices], Sequence[str]] | None = None
+    choices: tuple[str, ...] = ()
+    keep: Callable[[Any], dict] = _keep_nothing
+    restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
+    explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
+    deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
+    fitted: Callable[[Any, Sequence[str]], dict[str, float]] | None = None
+    fold_predictor: Callable[[np.ndarray, np.ndarray, list, TrainingConfig], FoldPredictor] | None = None
+
+    @property
+    def strategies(self) -> tuple[str, ...]:
+        """The strategies of its models."""
+        return (PRIMARY, TWO_STEP) if self.two_step else (PRIMARY,)
+
+
+def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.linear_model import LinearRegression
+
+    return LinearRegression()
+
+
+def _keep_linear(estimator: Any) -> dict:
+    return {"coefficients": estimator.coef_.tolist(), "intercept": float(estimator.intercept_)}
+
+
+def _restore_linear(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    import numpy as np
+
+    estimator.coef_, estimator.intercept_ = np.array(kept["coefficients"]), kept["intercept"]
+    return estimator
+
+
+def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.predict.estimators import gaussian_process
+
+    return gaussian_process(parameters, columns, training.choices)
+
+
+def _keep_gpr(estimator: Any) -> dict:
+    return {"log_kernel_parameters": estimator.kernel_.theta.tolist()}
+
+
+def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    import numpy as np
+
+    kernel = estimator.kernel.clone_with_theta(np.array(kept["log_kernel_parameters"]))
+    return estimator.set_params(kernel=kernel, optimizer=None).fit(inputs, target)
+
+
+def _gpr_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    """Eq. 5.9, noise included."""
+    return estimator.predict(inputs, return_std=True)[1]
+
+
+def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
+    """What the marginal likelihood made of a kernel; length scales in standard deviations of their feature."""
+    import numpy as np
+
+    kernel = estimator.kernel_
+    lengths = np.atleast_1d(kernel.k1.k2.length_scale)
+    names = features if len(lengths) == len(features) else ("all",)
+    return {
+        "fitted_constant": kernel.k1.k1.constant_value,
+        **{f"fitted_length_scale.{name}": float(length) for name, length in zip(names, lengths, strict=True)},
+        "fitted_noise": kernel.k2.noise_level,
+    }
+
+
+def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.ensemble import RandomForestRegressor
+
+    share = float(training.choices.max_features)
+    return RandomForestRegressor(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+
+
+def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
+    from millprint.predict.estimators import ForestFold
+
+    most, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
+    forests = [ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, most) for kept, held in folds]
+    return lambda fold, parameters: forests[fold].predict(**parameters)
+
+
+def _explain_trees(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    import numpy as np
+
+    # The colour maps of shap warn of a future matplotlib.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PendingDeprecationWarning)
+        from shap import TreeExplainer
+    explainer = TreeExplainer(estimator)
+    return explainer.shap_values(inputs), float(np.ravel(explainer.expected_value)[0])
+
+
+def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.svm import SVR
+
+    return SVR(kernel="rbf", **parameters)
+
+
+def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from xgboost import XGBRegressor
+
+    return XGBRegressor(**parameters, random_state=training.seed, n_jobs=threads)
+
+
+def _keep_xgb(estimator: Any) -> dict:
+    return {"booster": estimator.get_booster().save_raw("json").decode()}
+
+
+def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    estimator.load_model(bytearray(kept["booster"], "utf-8"))
+    return estimator
+
+
+def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
+    from xgboost import DMatrix
+
+    values = estimator.get_booster().predict(DMatrix(inputs), pred_contribs=True)
+    return values[:, :-1].astype(float), float(values[0, -1])
+
+
+REGRESSORS = {
+    "linear": Regressor(
+        title="linear",
+        settled="Least squares on three features; found by its printed row, as is the split.",
+        make=_make_linear,
+        scaled=True,
+        two_step=False,
+        primary_features=lambda choices: choices.linear_features,
+        choices=("linear_features",),
+        keep=_keep_linear,
+        restore=_restore_linear,
+    ),
+    "gpr": Regressor(
+        title="GPR",
+        settled="The search sets where the marginal likelihood starts, with a length scale for each feature; both read "
+        "off the printed row.",
+        make=_make_gpr,
+        space=spaces.GprSpace,
+        scaled=True,
+        choices=("length_scales", "kernel_bounds"),
+        keep=_keep_gpr,
+        restore=_restore_gpr,
+        deviation=_gpr_deviation,
+        fitted=_fitted_kernel,
+    ),
+    "rf": Regressor(
+        title="random forest",
+        settled="Every node sees the share of features in yields.training.choices; one seed for everything, not "
+        "chosen.",
+        make=_make_forest,
+        space=spaces.RfSpace,
+        choices=("max_features", "seed"),
+        explain=_explain_trees,
+        fold_predictor=_forest_folds,
+    ),
+    "svr": Regressor(
+        title="SVR",
+        settled="One seed for everything, not chosen.",
+        make=_make_svr,
+        space=spaces.SvrSpace,
+        scaled=True,
+    ),
+    "xgb": Regressor(
+        title="XGBoost",
+        settled="One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
+        make=_make_xgb,
+        space=spaces.XgbSpace,
+        choices=("seed",),
+        keep=_keep_xgb,
+        restore=_restore_xgb,
+        explain=_explain_xgb,
+    ),
+}
+# Names of the models in figures.
+TITLES = {name: record.title for name, record in REGRESSORS.items()} | {AVERAGED: "averaged GPR"}
+
+
+def regressor(name: str) -> Regressor:
+    """The record of a regressor. Raises ValueError for an unknown name."""
+    if name not in REGRESSORS:
+        raise ValueError(f"{name!r}: no such regressor; known: {', '.join(REGRESSORS)}")
+    return REGRESSORS[name]
+
+
+def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Regressor and strategy of every model that the named regressors take part in, in this order."""
+    return [(name, strategy) for name in names for strategy in regressor(name).strategies]
+
+
+# The nine models of Table 5.6.
+MODELS = models_of(spaces.TABLE_5_6)
+
+
+def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = MODELS) -> list[tuple[str, str, str]]:
+    """Regressor, strategy and choice of every model that is searched again with another value of some choices.
+
+    Another seed bears on every tuned model, other weights of the residuals on those of two steps. Raises KeyError for
+    another choice.
+    """
+    bears_on = {
+        SEARCH_SEED: [(name, strategy) for name, strategy in models if regressor(name).space],
+        RESIDUAL_WEIGHTS: [(name, strategy) for name, strategy in models if strategy == TWO_STEP],
+    }
+    return [(*model, choice) for choice in choices for model in bears_on[choice]]
+
+
+def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
+    """The settings with another value of a choice that a search depends on. Raises ValueError for another choice."""
+    if choice == SEARCH_SEED:
+        return settings.model_copy(update={"seed": settings.seed + 1})
+    if choice == RESIDUAL_WEIGHTS:
+        other = {"yield": "residual", "residual": "yield"}[settings.choices.residual_weights]
+        return settings.model_copy(update={"choices": settings.choices.model_copy(update={choice: other})})
+    raise ValueError(f"{choice!r}: not a choice that a search depends on")

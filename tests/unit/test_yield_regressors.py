@@ -1,0 +1,157 @@
+"""Every regressor of the registry: trained, stored and read back, explained; unknown names are refused."""
+
+import numpy as np
+import pytest
+
+from millprint.config.load import check_model
+from millprint.config.regressors import TABLE_5_6, TUNED, Spaces
+from millprint.config.yields import YieldConfig
+from millprint.errors import ConfigError
+from millprint.predict.choices import ALTERNATIVES, compare_choices
+from millprint.predict.explanation import shap_values
+from millprint.predict.model import fit_model, plan_steps
+from millprint.predict.model_files import load_model, save_model, stored_search
+from millprint.predict.procedures import procedure_of
+from millprint.predict.regressors import (
+    AVERAGED,
+    MODELS,
+    REGRESSORS,
+    TITLES,
+    models_of,
+    otherwise,
+    regressor,
+    searched_again,
+)
+from millprint.predict.search import Trainer
+from tests.unit.yield_settings import parts, settings, thesis_yields
+
+# Whether SHAP values can be calculated, by regressor.
+EXPLAINED = {"linear": False, "gpr": False, "rf": True, "svr": False, "xgb": True}
+EVERY_MODEL = models_of(list(REGRESSORS))
+
+
+def trained(name: str, strategy: str):
+    rows, _ = parts()
+    config = settings()
+    return Trainer(config.training, config.search).train(name, strategy, rows, rows["yield_percent"].to_numpy())
+
+
+def test_registry_and_configuration_hold_the_same_regressors():
+    assert set(REGRESSORS) == {"linear", *TUNED} == set(EXPLAINED)
+    assert {name: record.space for name, record in REGRESSORS.items() if record.space} == {
+        name: field.annotation for name, field in Spaces.model_fields.items()
+    }
+    for record in REGRESSORS.values():
+        assert record.space is None or set(record.space.draws()) == set(record.space.model_fields)
+        assert set(record.choices) <= set(ALTERNATIVES)
+    assert len(MODELS) == 9 and MODELS[:2] == [("linear", "primary"), ("gpr", "primary")]
+    assert set(TITLES) == {*REGRESSORS, AVERAGED} and len(set(TITLES.values())) == len(TITLES)
+
+
+@pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)
+def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name, strategy):
+    rows, test = parts()
+    (model, results), (again, results_again) = trained(name, strategy), trained(name, strategy)
+    assert [best.parameters for best in results] == [best.parameters for best in results_again]
+    assert np.array_equal(model.predict(test), again.predict(test))
+    config = settings()
+    for number, each in enumerate((model, again)):
+        save_model(each, results, rows, config.training, str(tmp_path / f"{number}.json"))
+    assert (tmp_path / "0.json").read_bytes() == (tmp_path / "1.json").read_bytes()
+    loaded = load_model(str(tmp_path / "0.json"))
+    np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
+    np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
+    assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None) == (name == "gpr")
+    tuned = sum(search["evaluations"] for search in stored_search(str(tmp_path / "0.json")) if search)
+    assert tuned == Trainer(config.training, config.search).evaluations(name, strategy)
+
+
+@pytest.mark.parametrize("name", REGRESSORS)
+def test_found_hyperparameters_lie_between_their_bounds(name):
+    _, (best,) = trained(name, "primary")
+    space = getattr(settings().training.spaces, name, None)
+    assert set(best.parameters) == set(space.draws() if space else ())
+    for key, value in best.parameters.items():
+        low, high = getattr(space, key)
+        assert low <= value <= high and isinstance(value, int) == (space.draws()[key] == "whole")
+
+
+@pytest.mark.parametrize("name", [name for name in REGRESSORS if EXPLAINED[name]])
+def test_shap_values_add_up_to_the_prediction(name):
+    _, test = parts()
+    model, _ = trained(name, "two_step")
+    table = shap_values(model, test)
+    by_case = table.groupby("case", sort=False)
+    sums = by_case["shap_pp"].sum() + by_case["base_percent"].first()
+    np.testing.assert_allclose(sums.loc[test["case"]], model.predict(test), atol=1e-3)
+    time = table[table["feature"] == "time_h"].set_index("case")
+    np.testing.assert_array_equal(time.loc[test["case"], "feature_value"], test["time_h"])
+
+
+@pytest.mark.parametrize("name", [name for name in REGRESSORS if not EXPLAINED[name]])
+def test_a_regressor_without_shap_values_says_so(name):
+    _, test = parts()
+    assert regressor(name).explain is None
+    with pytest.raises(ValueError, match=f"{name}: a regressor without SHAP values"):
+        shap_values(trained(name, "primary")[0], test)
+
+
+@pytest.mark.parametrize("name", REGRESSORS)
+def test_alternatives_that_bear_on_a_regressor_are_compared(name):
+    train, test = parts()
+    table = compare_choices(trained(name, "primary")[0], train, test, test, settings().training)
+    assert set(table["choice"]) == {"as taken", *regressor(name).choices}
+
+
+def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
+    rows, _ = parts()
+    config, yields = settings(), rows["yield_percent"].to_numpy()
+    message = "'boosted': no such regressor; known: linear, gpr, rf, svr, xgb"
+    with pytest.raises(ValueError, match=message):
+        regressor("boosted")
+    with pytest.raises(ValueError, match=message):
+        models_of(["rf", "boosted"])
+    with pytest.raises(ValueError, match=message):
+        plan_steps("boosted", "primary", config.training.choices)
+    with pytest.raises(ValueError, match=message):
+        fit_model("boosted", "primary", [{}], rows, yields, config.training)
+    with pytest.raises(ValueError, match=message):
+        procedure_of("boosted", "primary", config.training, config.honest, config.averaging)
+    model, results = trained("linear", "primary")
+    path = tmp_path / "model.json"
+    save_model(model, results, rows, config.training, str(path))
+    path.write_text(path.read_text().replace('"algorithm": "linear"', '"algorithm": "boosted"'))
+    with pytest.raises(ValueError, match=message):
+        load_model(str(path))
+
+
+def test_a_strategy_or_choice_that_does_not_exist_raises():
+    choices = settings().training.choices
+    with pytest.raises(ValueError, match="linear: strategy = 'two_step': it has primary"):
+        plan_steps("linear", "two_step", choices)
+    with pytest.raises(ValueError, match="rf: strategy = 'three_step': it has primary, two_step"):
+        plan_steps("rf", "three_step", choices)
+    with pytest.raises(ValueError, match="'time_model': not a choice that a search depends on"):
+        otherwise(settings().training, "time_model")
+    with pytest.raises(KeyError, match="time_model"):
+        searched_again(["time_model"])
+
+
+@pytest.mark.parametrize(
+    ("models", "reason"),
+    [
+        ([*TABLE_5_6, "boosted"], "'boosted': no such regressor; known: linear, gpr, rf, svr, xgb"),
+        ([*TABLE_5_6, "rf"], "'rf' is listed twice"),
+        (["linear", "gpr", "rf", "svr"], "'xgb' is missing: the report compares linear, gpr, rf, svr, xgb"),
+    ],
+)
+def test_a_bad_list_of_models_is_refused_in_one_line(models, reason):
+    with pytest.raises(ConfigError) as caught:
+        check_model(thesis_yields() | {"models": models}, YieldConfig, "config.yaml")
+    assert reason in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_default_is_table_5_6_and_others_are_added():
+    assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == list(TABLE_5_6)
+    extended = check_model(thesis_yields() | {"models": list(REGRESSORS)}, YieldConfig, "config.yaml")
+    assert models_of(extended.models)[: len(MODELS)] == MODELS
