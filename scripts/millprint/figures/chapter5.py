@@ -8,15 +8,8 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
+from millprint.predict.regressors import TITLES
 
-TITLES = {
-    "linear": "linear",
-    "gpr": "GPR",
-    "rf": "random forest",
-    "svr": "SVR",
-    "xgb": "XGBoost",
-    "averaged_gpr": "averaged GPR",
-}
 STRATEGIES = {"primary": ("primary", COLOURS[0], "o"), "two_step": ("two-step", COLOURS[1], "s")}
 FEATURE_LABELS = {
     "bpr": "BPR",
@@ -33,27 +26,34 @@ FEATURE_LABELS = {
 LOW_TO_HIGH = LinearSegmentedColormap.from_list("low_to_high", [COLOURS[0], "#BBBBBB", COLOURS[1]])
 
 
+def interval_errors(rows: pd.DataFrame, centre: str, scale: float = 1.0) -> list[pd.Series]:
+    """Distances from `centre` to the columns lower and upper of the same kind, as error bars take them."""
+    suffix = "_percent" if centre.endswith("_percent") else ""
+    return [scale * (rows[centre] - rows[f"lower{suffix}"]), scale * (rows[f"upper{suffix}"] - rows[centre])]
+
+
 def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
-    """Fig. 5.2: predicted against measured yield of the test rows, a panel an algorithm.
+    """Fig. 5.2: predicted against measured yield of the test rows, a panel for each model but the linear one.
 
     predictions: model, strategy, role, yield_percent, predicted_percent.
     """
     test = predictions[predictions["role"] == "test"]
     panels = [name for name in TITLES if name != "linear" and name in set(test["model"])]
-    figure, axes = plt.subplots(2, 2, figsize=(COLUMN_WIDTH_IN, 3.5), sharex=True, sharey=True)
-    for axis, model in zip(axes.flat, panels, strict=False):
+    lines = (len(panels) + 1) // 2
+    figure, axes = plt.subplots(
+        lines, 2, figsize=(COLUMN_WIDTH_IN, 1.75 * lines), sharex=True, sharey=True, squeeze=False
+    )
+    if len(panels) % 2:
+        axes[-1, 1].remove()
+        axes[max(lines - 2, 0), 1].tick_params(labelbottom=True)
+    for axis, model in zip(axes.flat[: len(panels)], panels, strict=True):
         axis.plot([0, 100], [0, 100], color="#999999", linewidth=0.8)
         for strategy, (title, colour, marker) in STRATEGIES.items():
             rows = test[(test["model"] == model) & (test["strategy"] == strategy)]
-            filled = colour if strategy == "primary" else "none"  # one does not hide the other
-            axis.plot(
-                rows["yield_percent"],
-                rows["predicted_percent"],
-                marker,
-                color=colour,
-                markerfacecolor=filled,
-                label=title,
-            )
+            # Empty marks do not hide the filled ones.
+            face = colour if strategy == "primary" else "none"
+            points = rows["yield_percent"], rows["predicted_percent"]
+            axis.plot(*points, marker, color=colour, markerfacecolor=face, label=title)
         axis.set_title(TITLES[model], fontsize=8)
         axis.set(xlim=(0, 100), ylim=(0, 100))
     figure.supxlabel("measured yield [%]", fontsize=8)
@@ -71,22 +71,11 @@ def plot_intervals(predictions: pd.DataFrame) -> Figure:
     rows = rows.assign(number=rows["case"].astype(str)).sort_values("yield_percent", kind="stable")
     figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 2.6))
     place = np.arange(len(rows))
-    for role, title, colour in (("train", "training rows", COLOURS[0]), ("test", "test rows", COLOURS[1])):
+    for role, colour in (("train", COLOURS[0]), ("test", COLOURS[1])):
         part = (rows["role"] == role).to_numpy()
-        shown = rows[part]
-        errors = [
-            shown["predicted_percent"] - shown["lower_percent"],
-            shown["upper_percent"] - shown["predicted_percent"],
-        ]
-        axis.errorbar(
-            place[part],
-            shown["predicted_percent"],
-            errors,
-            fmt="o",
-            color=colour,
-            capsize=2,
-            label=f"predicted, {title}",
-        )
+        centre, errors = rows.loc[part, "predicted_percent"], interval_errors(rows[part], "predicted_percent")
+        title = f"predicted, {'training' if role == 'train' else role} rows"
+        axis.errorbar(place[part], centre, errors, fmt="o", color=colour, capsize=2, label=title)
     axis.plot(place, rows["yield_percent"], label="measured", **PUBLISHED)
     axis.set_xticks(place, rows["number"], fontsize=6)
     axis.set(xlabel="case, by measured yield", ylabel="yield [%]")
@@ -102,11 +91,10 @@ def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame) -> PathCollection:
         value = points["feature_value"]
         span = value.max() - value.min()
         colour = (value - value.min()) / span if span > 0 else value * 0 + 0.5
-        # Neighbours in value are set apart in height, so that points do not hide each other.
+        # Neighbours in value differ in height, so that points do not hide each other.
         shift = 0.12 * (np.arange(len(points)) % 5 - 2)
-        marks = axis.scatter(
-            points["shap_pp"], height + shift, c=colour, cmap=LOW_TO_HIGH, vmin=0, vmax=1, s=6, linewidths=0
-        )
+        style = {"cmap": LOW_TO_HIGH, "vmin": 0, "vmax": 1, "s": 6, "linewidths": 0}
+        marks = axis.scatter(points["shap_pp"], height + shift, c=colour, **style)
     axis.axvline(0, color="#999999", linewidth=0.8, zorder=0)
     axis.set_yticks(range(len(size)), [FEATURE_LABELS.get(name, name) for name in size.index])
     axis.set_xlabel("SHAP value [percentage points]")
@@ -114,13 +102,15 @@ def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame) -> PathCollection:
 
 
 def plot_attributions(values: pd.DataFrame) -> Figure:
-    """Fig. 5.4: SHAP values of the two-step tree models.
+    """Fig. 5.4: SHAP values of the two-step models, a panel for each in reverse order: XGBoost before the forest.
 
     values: model, strategy, feature, feature_value, shap_pp.
     """
-    figure, axes = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.8))
-    for axis, model in zip(axes, ("xgb", "rf"), strict=True):
-        marks = _attribution_panel(axis, values[(values["model"] == model) & (values["strategy"] == "two_step")])
+    rows = values[values["strategy"] == "two_step"]
+    models = list(dict.fromkeys(rows["model"]))[::-1]
+    figure, axes = plt.subplots(1, len(models), figsize=(PAGE_WIDTH_IN, 2.8), squeeze=False)
+    for axis, model in zip(axes.flat, models, strict=True):
+        marks = _attribution_panel(axis, rows[rows["model"] == model])
         axis.set_title(f"two-step {TITLES[model]}", fontsize=8)
     bar = figure.colorbar(marks, ax=axes, ticks=[0, 1], aspect=30)
     bar.set_ticklabels(["low", "high"])

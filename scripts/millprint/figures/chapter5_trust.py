@@ -6,8 +6,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from millprint.figures.chapter5 import STRATEGIES, TITLES
+from millprint.figures.chapter5 import STRATEGIES, interval_errors
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
+from millprint.predict.regressors import AVERAGED, TITLES
 
 SCHEMES = {
     "locked": ("locked split", COLOURS[1], "s"),
@@ -28,8 +29,8 @@ SEARCHES = {
 }
 PURPOSES = {"yield": ("for a higher yield", COLOURS[1], "s"), "learning": ("for a better model", COLOURS[0], "o")}
 DESCRIPTORS = {
-    ("averaged_gpr", "power and share"): ("averaged GPR, power and share", COLOURS[2], "^"),
-    ("averaged_gpr", "power alone"): ("averaged GPR, power alone", COLOURS[3], "v"),
+    (AVERAGED, "power and share"): ("averaged GPR, power and share", COLOURS[2], "^"),
+    (AVERAGED, "power alone"): ("averaged GPR, power alone", COLOURS[3], "v"),
     ("gpr two_step", "energies and frequency"): ("two-step GPR", COLOURS[0], "o"),
     ("xgb two_step", "energies and frequency"): ("two-step XGBoost", COLOURS[1], "s"),
 }
@@ -43,7 +44,7 @@ R2_FROM = -1.0
 
 
 def _title(model: str, strategy: str) -> str:
-    return TITLES[model] if model == "averaged_gpr" else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
+    return TITLES[model] if model == AVERAGED else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
 
 
 def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
@@ -60,25 +61,19 @@ def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     for shift, (scheme, (title, colour, marker)) in zip(shifts, SCHEMES.items(), strict=True):
         part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
         # Values beyond the axis are drawn at its edge.
-        value, lower = part["value"].clip(lower=R2_FROM), part["lower"].clip(lower=R2_FROM)
-        errors = [value - lower, part["upper"].clip(lower=R2_FROM) - value]
-        axis.errorbar(
-            value, height + shift, xerr=errors, fmt=marker, color=colour, capsize=1.5, linewidth=0.8, label=title
-        )
-    printed = [
-        (place, f"5.{model}.r2" if model == "linear" else f"5.{model}.{strategy}.r2")
-        for place, (model, strategy) in zip(height, names, strict=True)
-    ]
-    marks = [(place + shifts[0], float(published[name])) for place, name in printed if name in published]
-    axis.plot([value for _, value in marks], [place for place, _ in marks], label="printed", **PUBLISHED)
+        inside = part[["value", "lower", "upper"]].clip(lower=R2_FROM)
+        style = {"fmt": marker, "color": colour, "capsize": 1.5, "linewidth": 0.8, "label": title}
+        axis.errorbar(inside["value"], height + shift, xerr=interval_errors(inside, "value"), **style)
+    claimed = [f"5.{model}.r2" if model == "linear" else f"5.{model}.{strategy}.r2" for model, strategy in names]
+    printed = pd.Series(height + shifts[0], index=claimed)[[name in published for name in claimed]]
+    axis.plot(published[printed.index].astype(float), printed, label="printed", **PUBLISHED)
     for place in height[:-1]:
         axis.axhline(place - 0.5, color="#DDDDDD", linewidth=0.6, zorder=0)
     axis.set_yticks(height, [_title(model, strategy) for model, strategy in names])
     axis.tick_params(axis="y", length=0)
     axis.axvline(0, color="#999999", linewidth=0.8, zorder=0)
-    axis.set(
-        xlabel="coefficient of determination $R^2$ [-]", xlim=(R2_FROM - 0.03, 1.03), ylim=(-0.6, len(names) - 0.4)
-    )
+    axis.set(xlabel="coefficient of determination $R^2$ [-]")
+    axis.set(xlim=(R2_FROM - 0.03, 1.03), ylim=(-0.6, len(names) - 0.4))
     figure.legend(loc="outside upper center", ncols=6, fontsize=7, handletextpad=0.3, columnspacing=1.2)
     return figure
 
@@ -94,19 +89,17 @@ def plot_coverage(coverage: pd.DataFrame) -> Figure:
     figure, axes = plt.subplots(1, len(levels) + 1, figsize=(PAGE_WIDTH_IN, 3.4), sharey=True)
     height = np.arange(len(kinds))[::-1]
     table = rows.set_index(["model", "strategy", "method", "nominal"])
-    for axis, level in zip(axes, levels, strict=False):
+    for axis, level in zip(axes[:-1], levels, strict=True):
         axis.axvline(100 * level, color="#999999", linewidth=0.8, zorder=0)
         axis.set(xlabel="runs held [%]", title=f"nominal {100 * level:g} %")
     axes[-1].set(xlabel="mean width [pp]", title=f"{100 * levels[-1]:g} % intervals")
-    labelled = set()
+    labelled: set[str] = set()
     for place, kind in zip(height, kinds, strict=True):
         title, colour, marker = METHODS[kind[2]]
-        for axis, level in zip(axes, levels, strict=False):
-            row = table.loc[(*kind, level)]
-            errors = 100 * np.array([[row["covered"] - row["lower"]], [row["upper"] - row["covered"]]])
-            axis.errorbar(
-                100 * row["covered"], place, xerr=errors, fmt=marker, color=colour, capsize=1.5, linewidth=0.8
-            )
+        for axis, level in zip(axes[:-1], levels, strict=True):
+            row = table.loc[[(*kind, level)]]
+            style = {"fmt": marker, "color": colour, "capsize": 1.5, "linewidth": 0.8}
+            axis.errorbar(100 * row["covered"], place, xerr=interval_errors(row, "covered", 100), **style)
         label = None if title in labelled else title
         labelled.add(title)
         axes[-1].plot(table.loc[(*kind, levels[-1]), "width_pp"], place, marker, color=colour, label=label)
@@ -145,14 +138,9 @@ def plot_proposals(proposals: pd.DataFrame) -> Figure:
     height = np.arange(len(proposals))[::-1]
     for purpose, (title, colour, marker) in PURPOSES.items():
         part = (proposals["purpose"] == purpose).to_numpy()
-        rows = proposals[part]
-        errors = [
-            rows["predicted_percent"] - rows["lower_percent"],
-            rows["upper_percent"] - rows["predicted_percent"],
-        ]
-        axis.errorbar(
-            rows["predicted_percent"], height[part], xerr=errors, fmt=marker, color=colour, capsize=2, label=title
-        )
+        rows, style = proposals[part], {"fmt": marker, "color": colour, "capsize": 2, "label": title}
+        errors = interval_errors(rows, "predicted_percent")
+        axis.errorbar(rows["predicted_percent"], height[part], xerr=errors, **style)
     labels = [
         f"{row.rank}. BPR {row.bpr:g}, ratio {row.molar_ratio:g}, {row.time_h:g} h, {row.speed_rpm:g} rpm, "
         f"fill {100 * row.fill_ratio:g} %"
