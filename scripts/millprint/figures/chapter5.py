@@ -93,8 +93,9 @@ def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame) -> PathCollection:
         colour = (value - value.min()) / span if span > 0 else value * 0 + 0.5
         # Neighbours in value differ in height, so that points do not hide each other.
         shift = 0.12 * (np.arange(len(points)) % 5 - 2)
-        style = {"cmap": LOW_TO_HIGH, "vmin": 0, "vmax": 1, "s": 6, "linewidths": 0}
-        marks = axis.scatter(points["shap_pp"], height + shift, c=colour, **style)
+        marks = axis.scatter(
+            points["shap_pp"], height + shift, c=colour, cmap=LOW_TO_HIGH, vmin=0, vmax=1, s=6, linewidths=0
+        )
     axis.axvline(0, color="#999999", linewidth=0.8, zorder=0)
     axis.set_yticks(range(len(size)), [FEATURE_LABELS.get(name, name) for name in size.index])
     axis.set_xlabel("SHAP value [percentage points]")

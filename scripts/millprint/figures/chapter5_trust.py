@@ -62,8 +62,16 @@ def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
         part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
         # Values beyond the axis are drawn at its edge.
         inside = part[["value", "lower", "upper"]].clip(lower=R2_FROM)
-        style = {"fmt": marker, "color": colour, "capsize": 1.5, "linewidth": 0.8, "label": title}
-        axis.errorbar(inside["value"], height + shift, xerr=interval_errors(inside, "value"), **style)
+        axis.errorbar(
+            inside["value"],
+            height + shift,
+            xerr=interval_errors(inside, "value"),
+            fmt=marker,
+            color=colour,
+            capsize=1.5,
+            linewidth=0.8,
+            label=title,
+        )
     claimed = [f"5.{model}.r2" if model == "linear" else f"5.{model}.{strategy}.r2" for model, strategy in names]
     printed = pd.Series(height + shifts[0], index=claimed)[[name in published for name in claimed]]
     axis.plot(published[printed.index].astype(float), printed, label="printed", **PUBLISHED)
@@ -138,9 +146,11 @@ def plot_proposals(proposals: pd.DataFrame) -> Figure:
     height = np.arange(len(proposals))[::-1]
     for purpose, (title, colour, marker) in PURPOSES.items():
         part = (proposals["purpose"] == purpose).to_numpy()
-        rows, style = proposals[part], {"fmt": marker, "color": colour, "capsize": 2, "label": title}
+        rows = proposals[part]
         errors = interval_errors(rows, "predicted_percent")
-        axis.errorbar(rows["predicted_percent"], height[part], xerr=errors, **style)
+        axis.errorbar(
+            rows["predicted_percent"], height[part], xerr=errors, fmt=marker, color=colour, capsize=2, label=title
+        )
     labels = [
         f"{row.rank}. BPR {row.bpr:g}, ratio {row.molar_ratio:g}, {row.time_h:g} h, {row.speed_rpm:g} rpm, "
         f"fill {100 * row.fill_ratio:g} %"
