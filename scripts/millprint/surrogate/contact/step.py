@@ -83,11 +83,12 @@ def move(balls, clock, coarse):
         inverse_inertia = 1.0 / balls.inertia[balls.species[i]]
         for c in range(3):
             fall = clock.gravity[c]
-            impulse, moment = coarse.moved[i, MOVED.impulse.x + c], coarse.moved[i, MOVED.moment.x + c]
             balls.position[i, c] += (
-                step * balls.rate[i, RATE.velocity.x + c] + inverse_mass * moment + 0.5 * step * step * fall
+                step * balls.rate[i, RATE.velocity.x + c]
+                + inverse_mass * coarse.moved[i, MOVED.moment.x + c]
+                + 0.5 * step * step * fall
             )
-            balls.rate[i, RATE.velocity.x + c] += inverse_mass * impulse + step * fall
+            balls.rate[i, RATE.velocity.x + c] += inverse_mass * coarse.moved[i, MOVED.impulse.x + c] + step * fall
             balls.rate[i, RATE.angular_velocity.x + c] += inverse_inertia * coarse.moved[i, MOVED.twist.x + c]
 
 
