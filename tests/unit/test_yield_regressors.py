@@ -106,7 +106,7 @@ def test_alternatives_that_bear_on_a_regressor_are_compared(name):
 def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
     rows, _ = parts()
     config, yields = settings(), rows["yield_percent"].to_numpy()
-    message = "'boosted': no such regressor; known: linear, gpr, rf, svr, xgb"
+    message = f"'boosted': no such regressor; known: {', '.join(REGRESSORS)}"
     with pytest.raises(ValueError, match=message):
         regressor("boosted")
     with pytest.raises(ValueError, match=message):
@@ -140,7 +140,7 @@ def test_a_strategy_or_choice_that_does_not_exist_raises():
 @pytest.mark.parametrize(
     ("models", "reason"),
     [
-        ([*TABLE_5_6, "boosted"], "'boosted': no such regressor; known: linear, gpr, rf, svr, xgb"),
+        ([*TABLE_5_6, "boosted"], f"'boosted': no such regressor; known: {', '.join(REGRESSORS)}"),
         ([*TABLE_5_6, "rf"], "'rf' is listed twice"),
         (["linear", "gpr", "rf", "svr"], "'xgb' is missing: the report compares linear, gpr, rf, svr, xgb"),
     ],

@@ -4,6 +4,7 @@ import pandas as pd
 import yaml
 
 from millprint.config.load import check_model
+from millprint.config.regressors import TUNED, Spaces
 from millprint.config.yields import YieldConfig
 from millprint.predict.tables import read_parts
 from tests.conftest import ROOT
@@ -24,7 +25,7 @@ SMALL_LIBRARY = {
     },
 }
 SMALL_HONEST = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "permutations": 2, "conformal_folds": 3}
-SMALL = {"evaluations": {"gpr": 2, "rf": 2, "svr": 2, "xgb": 2}, "folds": 3, "repeats": 1}
+SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 3, "repeats": 1}
 
 
 def thesis_yields() -> dict:
@@ -37,8 +38,9 @@ def thesis_yields() -> dict:
 def settings(**choices) -> YieldConfig:
     """The thesis's settings with a small search, small forests, and changed `choices`."""
     section = thesis_yields()
-    section["training"]["spaces"]["rf"]["n_estimators"] = [5, 10]
-    section["training"]["spaces"]["xgb"]["n_estimators"] = [5, 10]
+    for name, field in Spaces.model_fields.items():
+        if "n_estimators" in field.annotation.model_fields:
+            section["training"]["spaces"].setdefault(name, {})["n_estimators"] = [5, 10]
     section["training"]["choices"] |= choices
     section["search"] = SMALL
     section["honest"] |= {**SMALL, **SMALL_HONEST, "resamples": 200}
