@@ -26,7 +26,7 @@ from millprint.predict.search import Trainer
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.
-EXPLAINED = {"linear": False, "gpr": False, "rf": True, "svr": False, "xgb": True}
+EXPLAINED = {"linear": False, "gpr": False, "rf": True, "svr": False, "xgb": True, "extra_trees": True}
 EVERY_MODEL = models_of(list(REGRESSORS))
 
 

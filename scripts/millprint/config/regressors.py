@@ -98,6 +98,10 @@ class XgbSpace(SearchSpace):
     """smallest loss reduction that splits a node, uniform [pp2]"""
 
 
+class ExtraTreesSpace(RfSpace):
+    """As of the random forest. Extremely randomised trees (Geurts et al. 2006) draw thresholds and see every row."""
+
+
 class Spaces(Section):
     """The search space of each regressor."""
 
@@ -105,6 +109,7 @@ class Spaces(Section):
     rf: RfSpace = RfSpace()
     svr: SvrSpace = SvrSpace()
     xgb: XgbSpace = XgbSpace()
+    extra_trees: ExtraTreesSpace = ExtraTreesSpace()
 
 
 class Evaluations(Section):
@@ -118,6 +123,8 @@ class Evaluations(Section):
     """evaluations for support-vector regression"""
     xgb: Count
     """evaluations for XGBoost"""
+    extra_trees: Count = 100
+    """evaluations for extra trees, which are trained only if `models` lists them"""
 
 
 TUNED = tuple(Spaces.model_fields)

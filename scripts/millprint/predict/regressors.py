@@ -157,6 +157,13 @@ def _explain_trees(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, floa
     return explainer.shap_values(inputs), float(np.ravel(explainer.expected_value)[0])
 
 
+def _make_extra_trees(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.ensemble import ExtraTreesRegressor
+
+    share = float(training.choices.max_features)
+    return ExtraTreesRegressor(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+
+
 def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from sklearn.svm import SVR
 
@@ -237,6 +244,14 @@ REGRESSORS = {
         keep=_keep_xgb,
         restore=_restore_xgb,
         explain=_explain_xgb,
+    ),
+    "extra_trees": Regressor(
+        title="extra trees",
+        settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
+        make=_make_extra_trees,
+        space=spaces.ExtraTreesSpace,
+        choices=("max_features", "seed"),
+        explain=_explain_trees,
     ),
 }
 # Names of the models in figures.
