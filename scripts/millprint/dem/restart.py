@@ -4,20 +4,21 @@ import hashlib
 import json
 import logging
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import h5py
 import numpy as np
 
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
 from millprint.dem import state
 from millprint.dem.layout import COUNTER
 from millprint.dem.recording import Recording, Table
 from millprint.hdf5 import whole_hdf5
 from millprint.kernel import kernel_digest
+from millprint.mill.bodies import Body
 from millprint.sealed import seal, unsealed
-
-if TYPE_CHECKING:
-    from millprint.dem.simulation import Simulation
 
 logger = logging.getLogger("millprint")
 
@@ -26,20 +27,38 @@ BALLS = ("position", "rate", "rate_now", "load")
 PIECES = ("samples", "snapshots", "poses", "snapshot_works", "snapshot_contacts")
 
 
-def identity(simulation: "Simulation") -> str:
+class Restartable(Protocol):
+    """What a restart file needs of a simulation: its settings, its state, and its clocks [s]."""
+
+    case: Case
+    mill: MillConfig
+    contact: ContactConfig
+    dem: DemConfig
+    bodies: list[Body]
+    step: float
+    balls: state.Balls
+    candidates: state.Candidates
+    contacts: state.Contacts
+    totals: np.ndarray
+    counters: np.ndarray
+    wall_clock_s: float
+    processor_s: float
+
+
+def identity(simulation: Restartable) -> str:
     """What must agree between a restart file and the run that continues it: configuration, shapes, kernels."""
     parts = {name: getattr(simulation, name).model_dump(mode="json") for name in ("case", "mill", "contact", "dem")}
     shapes = hashlib.sha256(b"".join(body.vessel.vertices.tobytes() for body in simulation.bodies)).hexdigest()
     return json.dumps({**parts, "kernels": kernel_digest(), "shapes": shapes}, sort_keys=True)
 
 
-def write_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> None:
+def write_restart(path: str | Path, simulation: Restartable, recording: Recording) -> None:
     """Write the state of a simulation and what it has recorded; a killed write leaves the file before it in place."""
     with whole_hdf5(path, seal) as file:
         _write_state(file, simulation, recording)
 
 
-def _write_state(file: h5py.File, simulation: "Simulation", recording: Recording) -> None:
+def _write_state(file: h5py.File, simulation: Restartable, recording: Recording) -> None:
     file.attrs["identity"] = identity(simulation)
     file.attrs["clocks_s"] = [simulation.wall_clock_s, simulation.processor_s]
     for name in BALLS:
@@ -60,7 +79,7 @@ def _write_state(file: h5py.File, simulation: "Simulation", recording: Recording
         file[f"recording/contacts_{c}"] = np.concatenate(column)
 
 
-def read_restart(path: str | Path, simulation: "Simulation", recording: Recording) -> bool:
+def read_restart(path: str | Path, simulation: Restartable, recording: Recording) -> bool:
     """Put a simulation and its recording into the state of a restart file; returns whether there was one that fits.
 
     A file of another configuration, of other kernels, or one that cannot be read is left alone, with a line in the log.
@@ -86,7 +105,7 @@ def read_restart(path: str | Path, simulation: "Simulation", recording: Recordin
     return True
 
 
-def _read_state(file: h5py.File, simulation: "Simulation") -> None:
+def _read_state(file: h5py.File, simulation: Restartable) -> None:
     balls = {name: file[f"balls/{name}"][:] for name in BALLS}
     candidates = state.Candidates(**{name: file[f"candidates/{name}"][:] for name in state.Candidates._fields})
     contacts = state.Contacts(**{name: file[f"contacts/{name}"][:] for name in state.Contacts._fields})
