@@ -12,9 +12,9 @@ from millprint.predict.tables import read_rows
 
 
 def main(inputs, choices_path: str, settings: TrainingConfig, again: list[tuple[str, str, str]]) -> None:
-    """Write a row for each model as taken and for each alternative.
+    """Write one row for each model and for each of its alternatives.
 
-    again: regressor, strategy and choice of every model of inputs.otherwise.
+    again: regressor, strategy and choice of every model in inputs.otherwise, in the same order.
     """
     train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
     tables = []

@@ -16,8 +16,8 @@ def main(inputs, output) -> None:
     """Draw the figures."""
     text = ["model", "strategy", "scheme"]
     claims = read_table(inputs.claims, text=["id", "value"])
-    honest = read_table(inputs.honest, numeric=["value"], text=[*text, "metric"])
-    save(plot_evaluation(honest, claims), output.evaluation_svg, output.evaluation_png)
+    scores = read_table(inputs.honest, numeric=["value"], text=[*text, "metric"])
+    save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
     save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)
     retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["strategy"])

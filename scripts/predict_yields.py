@@ -63,7 +63,9 @@ def command_line() -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     if refused:
-        print(f"{refused} rows lie outside the trained range, without prediction; see column warning", file=sys.stderr)
+        print(
+            f"{refused} rows are outside the trained range and have no prediction; see column warning", file=sys.stderr
+        )
     return 0
 
 

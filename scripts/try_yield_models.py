@@ -1,4 +1,4 @@
-"""Leave-one-out cross-validation of every alternative yield model that was tried."""
+"""Leave-one-out cross-validation of alternative yield models."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -14,7 +14,7 @@ from millprint.predict.trials import run_trials, trial_table
 
 
 def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
-    """Write a row for each model that was tried."""
+    """Write one row for each model."""
     rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
         trials = run_trials(rows, averaging, training.seed, bar.update)

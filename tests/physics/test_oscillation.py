@@ -35,7 +35,7 @@ def settings(**changed) -> SwingConfig:
 
 @pytest.fixture
 def cylinder(mills):
-    """A lying cylinder that is smooth to a micrometre."""
+    """A horizontal cylinder that is smooth to a micrometre."""
     shape = CylinderGeometry(kind="cylinder", radius_mm=30, height_mm=30, axis="z", facets=360)
     return mills["emax"].model_copy(update={"geometry": shape})
 
@@ -54,7 +54,7 @@ def test_small_swings_have_the_period_of_a_ball_that_rolls(cylinder, contacts):
 
 
 def test_rolling_friction_takes_its_share_of_every_half_swing(cylinder, contacts):
-    """While a ball rolls, mu_r N r (w_ball) dissipates mu_r N per way: the height falls by about mu_r times the way."""
+    """The rolling moment mu_r N r takes the energy mu_r N per length: the height falls by about mu_r times the path."""
     changed = settings(release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.25})
     contact = contacts["calibrated"].model_copy(update={"static_friction": 1.0})
     swing = make_swing(cylinder, contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, changed)
@@ -82,7 +82,7 @@ def test_the_ball_stays_in_its_plane_and_starts_where_the_thesis_puts_it(mills, 
 
 
 def test_static_friction_raises_the_first_swing_and_rolling_friction_ends_them(mills, contacts):
-    """What the thesis says of Fig. 3.3: both coefficients show, each in its own way."""
+    """As the thesis describes for Fig. 3.3, each coefficient has its own effect."""
     swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, settings())
     table = describe_swings(swing, [(0.15, 0.045), (0.3, 0.045), (0.6, 0.045), (0.3, 0.02)], 2.5)
     low, reference, high, rolls = (row for _, row in table.iterrows())
@@ -95,7 +95,7 @@ def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
     contact = contacts["calibrated"].model_copy(update={"static_friction": 0.42, "rolling_friction": 0.031})
     swing = make_swing(mills["emax"], contact, RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     track = simulate_track(swing, chosen)
-    # A camera that starts 8 ms before the ball is let go.
+    # The camera starts 8 ms before the ball is released.
     track["time_s"] += 0.008
     fit = fit_friction(track, swing.positions, chosen, 0.95)
     np.testing.assert_allclose(fit.pair, [0.42, 0.031], rtol=0.05)
@@ -106,7 +106,7 @@ def test_the_fit_gives_back_the_pair_of_a_noisy_track(mills, contacts):
 
 
 def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, contacts):
-    """A ball that starts low rolls from the first: Burmeister's case, in which static friction does not matter."""
+    """A ball that starts low rolls from the start, so static friction has no effect (Burmeister's case)."""
     chosen = settings(
         release={"down": [-1, 0, 0], "across": [0, 1, 0], "height_fraction": 0.2},
         static_friction=[0.3, 1.0],
@@ -121,7 +121,7 @@ def test_a_track_that_never_slips_leaves_static_friction_open_above(cylinder, co
 
 
 def test_a_measured_track_is_fitted_from_its_table(mills, contacts, tmp_path):
-    """Heights alone will do; `given` stays empty, since nobody knows the pair."""
+    """Heights alone are enough; `given` stays empty, since the true pair is unknown."""
     chosen = settings(search_simulations=40, duration_s=0.5)
     swing = make_swing(mills["emax"], contacts["calibrated"], RAYLEIGH_FRACTION_MAX, 2 * BALL, chosen)
     path = tmp_path / "track.tsv"

@@ -22,7 +22,7 @@ def planetary_table() -> pd.DataFrame:
     table = pd.DataFrame({"time_s": 3.0 + 0.2 * turn})
     table["x_m"], table["y_m"], table["z_m"] = 0.07 * np.cos(2 * np.pi * turn), 0.07 * np.sin(2 * np.pi * turn), 0.0
     table["rotation_x_deg"] = table["rotation_y_deg"] = 0.0
-    # Any angle that means the same rotation will do.
+    # Any angle of the same rotation is allowed.
     table["rotation_z_deg"] = (-1.5 * 360 * turn) % 360
     return table
 
@@ -50,7 +50,7 @@ def test_a_table_of_a_planetary_motion_is_that_motion(tmp_path):
 
 
 def test_an_odd_number_of_turns_comes_back_with_the_other_sign_and_goes_on_smoothly(tmp_path):
-    """Of one whole turn the quaternion changes sign: the curve then covers two."""
+    """After one whole turn the quaternion has the opposite sign, so the curve covers two turns."""
     turn = np.linspace(0, 1, ROWS)
     table = pd.DataFrame({"time_s": turn, "x_m": 0.0, "y_m": 0.0, "z_m": 0.01 * np.sin(2 * np.pi * turn)})
     axis = np.array([1.0, 2.0, 2.0]) / 3
@@ -74,12 +74,12 @@ def test_velocities_are_the_rates_of_a_rotation_about_a_moving_axis(tmp_path):
     time = np.linspace(0.01, 0.5, 97)
     along = (made.position(time + h) - made.position(time - h)) / (2 * h)
     assert velocity(made, time) == pytest.approx(along, abs=1e-5)
-    spin = (made.rotation(time + h) - made.rotation(time - h)) / (2 * h) @ np.swapaxes(made.rotation(time), -1, -2)
-    vector = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=-1)
+    rates = (made.rotation(time + h) - made.rotation(time - h)) / (2 * h) @ np.swapaxes(made.rotation(time), -1, -2)
+    vector = np.stack([rates[:, 2, 1], rates[:, 0, 2], rates[:, 1, 0]], axis=-1)
     assert angular_velocity(made, time) == pytest.approx(vector, abs=1e-4)
 
 
-def test_the_kernel_moves_as_the_object_says(tmp_path):
+def test_the_kernel_gives_the_poses_of_the_object(tmp_path):
     made = read(planetary_table(), tmp_path)
     for moving in (made, made.at_rest()):
         motions = stack_motions(

@@ -87,7 +87,7 @@ def test_signed_distance_agrees_with_the_mesh(vessels, name):
         ]
     )
     assert np.abs(distance) == pytest.approx(closest, abs=1e-12)
-    # Inside share and volume agree, and a step against the gradient by the distance lands on the wall.
+    # A step against the gradient by the distance ends on the wall.
     landed = SignedDistance(vessel)(points - distance[:, None] * gradient)[0]
     assert np.abs(landed).max() < 1e-12
 
@@ -105,7 +105,7 @@ def test_signed_distance_is_negative_inside(vessels):
 
 
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
-def test_points_in_line_with_a_corner_are_inside_or_outside_for_certain(vessels, name):
+def test_points_in_line_with_a_corner_are_inside_or_outside_without_doubt(vessels, name):
     """Rounding must not let a ray through a corner count it twice or not at all."""
     vessel = vessels[name]
     walls = build_walls([vessel], 5e-3, 3e-4, 7.5e-4, 0.01)
@@ -118,7 +118,7 @@ def test_points_in_line_with_a_corner_are_inside_or_outside_for_certain(vessels,
         for v in np.concatenate([flat[:, 1], np.nextafter(flat[:, 1], 1), np.nextafter(flat[:, 1], -1)]):
             point = tuple((np.array([u, v]) @ axes).tolist())
             beyond, _ = beyond_side(walls.axes, walls.first_side, walls.side, facet, point, 0.0)
-            # The same place a hair away from every corner's line settles the answer, except on the outline itself.
+            # A point slightly off the lines through the corners gives the same answer, except on the outline itself.
             if abs(beyond) > 1e-9:
                 assert (beyond < 0) == expected.holds(u, v + 1e-10), (u, v)
 

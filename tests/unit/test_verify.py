@@ -1,4 +1,4 @@
-"""The command that repairs what earlier runs left: locks that it removes, files that it renames, keeps and restores."""
+"""The command that repairs what earlier runs left: it removes locks, and renames, keeps and restores files."""
 
 import os
 from pathlib import Path
@@ -17,14 +17,14 @@ COMMAND = ["python", "scripts/verify_results.py", "results", "--", "--cores", "2
 
 
 class Pretended(Snakemake):
-    """In place of Snakemake: runs a function for the files that it is asked for, and notes what it was asked."""
+    """In place of Snakemake: calls a function, and records the arguments of each run."""
 
     def __init__(self, make=lambda: True):
         super().__init__(["--cores", "2"])
-        self.make, self.asked = make, []
+        self.make, self.calls = make, []
 
     def run(self, *more, quiet=False):
-        self.asked.append(more)
+        self.calls.append(more)
         return self.make()
 
 
@@ -38,27 +38,27 @@ def runs(folder: Path, **states: str) -> list[Run]:
     return found
 
 
-def test_locks_of_the_dead_are_removed_by_snakemake(tmp_path, capsys):
+def test_locks_of_dead_runs_are_removed_by_snakemake(tmp_path, capsys):
     snakemake = Pretended()
     assert mend_locks(runs(tmp_path, a=DEAD, b=DEAD), snakemake)
-    assert snakemake.asked == [("--unlock",)]
+    assert snakemake.calls == [("--unlock",)]
     assert list(tmp_path.iterdir()) == []
     assert "its locks are removed: snakemake --cores 2 --unlock" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("other", [LIVING, UNKNOWN])
-def test_no_lock_is_removed_where_a_run_may_be_alive(tmp_path, capsys, other):
+def test_no_lock_is_removed_if_a_run_may_be_alive(tmp_path, capsys, other):
     snakemake = Pretended()
     assert mend_locks(runs(tmp_path, a=DEAD, b=other), snakemake)
-    assert snakemake.asked == []
+    assert snakemake.calls == []
     assert len(list(tmp_path.iterdir())) == 2
-    said = capsys.readouterr().out
-    assert "its locks stay" in said
-    assert "snakemake --unlock" in said
-    assert ("a run that is alive: process 1" in said) == (other == LIVING)
+    printed = capsys.readouterr().out
+    assert "its locks stay" in printed
+    assert "snakemake --unlock" in printed
+    assert ("a run that is alive: process 1" in printed) == (other == LIVING)
 
 
-def test_a_dead_run_is_remembered_where_snakemake_cannot_unlock(tmp_path, capsys):
+def test_the_record_of_a_dead_run_stays_if_snakemake_cannot_unlock(tmp_path, capsys):
     assert not mend_locks(runs(tmp_path, a=DEAD), Pretended(lambda: False))
     assert len(list(tmp_path.iterdir())) == 1
     assert "error: its locks could not be removed" in capsys.readouterr().out
@@ -66,17 +66,17 @@ def test_a_dead_run_is_remembered_where_snakemake_cannot_unlock(tmp_path, capsys
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
-    """A folder whose job wrote a.txt, b.txt and, with the time that it took, clock.txt; and a.txt is damaged."""
+    """A folder whose job wrote a.txt, b.txt and clock.txt (the time it took); a.txt is then damaged."""
     monkeypatch.chdir(tmp_path)
     run_job(1)
     Path("a.txt").write_text("damaged")
-    with open(os.devnull) as nobody, monkeypatch.context() as patch:
-        patch.setattr("sys.stdin", nobody)
+    with open(os.devnull) as empty, monkeypatch.context() as patch:
+        patch.setattr("sys.stdin", empty)
         yield
 
 
 def run_job(clock: int, a: str = "content of a") -> bool:
-    """What the job does: always the same but for the clock, and `a`."""
+    """Writes the files of the job, which differ between runs in the clock alone, or in `a`."""
     with job("logs/one.log", "one"):
         for name, text in {"a.txt": a, "b.txt": "content of b", "clock.txt": f"{clock} s"}.items():
             with whole_file(name) as partial:
@@ -85,7 +85,7 @@ def run_job(clock: int, a: str = "content of a") -> bool:
 
 
 def fail() -> bool:
-    """A job that fails: Snakemake removes its files before it and after it, and it has removed its record."""
+    """A failing job: Snakemake removes its files before and after it, and the job has removed its record."""
     for name in ("a.txt", "b.txt", "clock.txt", "logs/one.json"):
         Path(name).unlink(missing_ok=True)
     return False
@@ -98,7 +98,7 @@ def content() -> dict[str, str]:
 def test_only_the_damaged_file_is_made_again(place, capsys):
     date, snakemake = Path("clock.txt").stat().st_mtime_ns, Pretended(lambda: run_job(2))
     assert mend_files(damaged_files("logs"), MAKE_AGAIN, snakemake, COMMAND)
-    assert snakemake.asked == [("--", "a.txt")]
+    assert snakemake.calls == [("--", "a.txt")]
     assert content() == {
         "a.txt": "content of a",
         "a.txt.damaged": "damaged",
@@ -114,7 +114,7 @@ def test_only_the_damaged_file_is_made_again(place, capsys):
 def test_if_a_file_gets_another_content_the_other_outputs_are_replaced_too(place, capsys):
     keep_edited("b.txt")
     assert mend_files(damaged_files("logs"), MAKE_AGAIN, Pretended(lambda: run_job(2, "better")), COMMAND)
-    # But for what the user has kept.
+    # The file that the user has kept stays.
     assert content() == {"a.txt": "better", "a.txt.damaged": "damaged", "b.txt": "edited", "clock.txt": "2 s"}
     assert damaged_files("logs") == []
     assert "made again: a.txt, with another content" in capsys.readouterr().out
@@ -138,16 +138,16 @@ def test_nothing_is_moved_without_a_terminal(place, capsys):
     before, snakemake = content(), Pretended()
     assert not mend_files(damaged_files("logs"), None, snakemake, COMMAND)
     assert content() == before
-    assert snakemake.asked == []
-    said = capsys.readouterr().out
+    assert snakemake.calls == []
+    printed = capsys.readouterr().out
     for option in ("--repair", "--keep"):
-        assert f"python scripts/verify_results.py results {option} -- --cores 2  # " in said
+        assert f"python scripts/verify_results.py results {option} -- --cores 2  # " in printed
 
 
 def test_kept_files_are_results(place):
     snakemake = Pretended()
     assert mend_files(damaged_files("logs"), KEEP, snakemake, COMMAND)
-    assert snakemake.asked == []
+    assert snakemake.calls == []
     assert content()["a.txt"] == "damaged"
     assert damaged_files("logs") == []
 

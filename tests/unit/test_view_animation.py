@@ -56,7 +56,7 @@ def test_frames_are_spread_over_the_requested_revolutions(run):
     assert "600 rpm" in movie.heading and "5 balls of 10 mm" in movie.heading
 
 
-def test_a_start_and_coarse_snapshots_give_the_frames_that_there_are(run):
+def test_a_late_start_and_coarse_snapshots_give_the_existing_frames(run):
     movie = read_movie(run, ViewConfig(revolutions=5, frames_per_revolution=200), 0.6)
     assert [frame.time_s for frame in movie.frames] == pytest.approx(0.6 + 2e-3 * np.arange(10))
     with pytest.raises(ConfigError, match=r"no snapshots from 0.7 s on; there are some from 0.5 to 0.618 s"):
@@ -103,7 +103,7 @@ def test_the_jar_is_outlined_where_it_is(tmp_path, turning):
     # Floor and lid, each once around; upright edges are points from above.
     length = np.linalg.norm(np.diff(above.outline_mm, axis=1)[:, 0], axis=1).sum()
     assert length == pytest.approx(2 * np.linalg.norm(expected - np.roll(expected, 1, axis=0), axis=1).sum())
-    # Only the floor faces the eye, head on.
+    # Only the floor faces the viewer, at a right angle.
     assert above.wall_shade == pytest.approx(1)
     assert np.ptp(side.wall_mm[..., 1]) == pytest.approx(30)
     for panel, picture in zip(movie.panels, (above, side), strict=True):
@@ -139,7 +139,7 @@ def test_both_panels_have_one_scale(run):
     assert scales == pytest.approx([scales[0]] * 4, rel=1e-3)
 
 
-def test_nothing_of_a_frame_is_left_in_the_next(run):
+def test_nothing_of_a_frame_remains_in_the_next(run):
     movie = movie_of_one_ball(run, 1.3, (17.0, 12.0))
     other = movie_of_one_ball(run, 0.2, (-5.0, 20.0)).frames[0]
     animation = Animation(movie)

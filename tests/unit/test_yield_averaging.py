@@ -1,4 +1,4 @@
-"""The averaged Gaussian process: gradients, closed forms, and what it must find or must not know."""
+"""The averaged Gaussian process: gradients, closed forms, and stored models."""
 
 import numpy as np
 import pandas as pd
@@ -48,9 +48,9 @@ def test_gradient_is_the_slope_of_the_posterior(structure):
 
 
 def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
-    """With length scales and the variance pinned by their priors only the noise is left: one integral."""
+    """With length scales and the variance fixed by narrow priors, the evidence is one integral over the noise."""
     priors = settings().averaging.priors
-    pinned = priors.model_copy(
+    narrow = priors.model_copy(
         update={
             "length_scale": priors.length_scale.model_copy(update={"log_deviation": 1e-3}),
             "variance": priors.variance.model_copy(update={"log_deviation": 1e-3}),
@@ -60,11 +60,11 @@ def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
     generator = np.random.default_rng(0)
     inputs, terms = generator.normal(size=(30, len(INPUTS))), terms_of("product")
     target = inputs[:, 0] + 0.2 * generator.normal(size=30)
-    _, evidence = fit_process(inputs, target / target.std(), terms, pinned)
-    prior = prior_of(terms, pinned)
+    _, evidence = fit_process(inputs, target / target.std(), terms, narrow)
+    prior = prior_of(terms, narrow)
     posterior = Posterior(terms, Pairs.of(inputs, inputs), target / target.std(), prior)
     noise = prior[0][-1] + np.linspace(-3, 3, 601)
-    # The prior's density of the pinned ones at their mean is divided out by their own integral.
+    # The integral over the narrow priors divides out their density at the mean.
     width = np.log(prior[1][:-1] * np.sqrt(2 * np.pi)).sum()
     heights = [-posterior.negative_log(np.append(prior[0][:-1], at))[0] + width for at in noise]
     exact = np.log(np.trapezoid(np.exp(np.array(heights) - max(heights)), noise)) + max(heights)
@@ -72,7 +72,7 @@ def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():
 
 
 @pytest.mark.parametrize("name", ["identity", "logit", "avrami"])
-def test_links_go_there_and_back_and_know_their_slope(name):
+def test_links_have_their_inverse_and_their_slope(name):
     link, conversion = LINKS[name], np.array([0.02, 0.3, 0.63, 0.95])
     np.testing.assert_allclose(link.inverse(link.forward(conversion)), conversion, rtol=1e-12)
     slope = (link.forward(conversion + 1e-7) - link.forward(conversion - 1e-7)) / 2e-7
@@ -93,7 +93,7 @@ def test_derived_inputs_are_power_and_share():
     assert inputs["tangential_share"].iloc[0] == pytest.approx(500 / 721)
 
 
-def test_an_input_that_hardly_varies_is_not_blown_up():
+def test_an_input_that_hardly_varies_is_not_scaled_up():
     raw = np.array([[1.0, 0.69], [2.0, 0.70], [3.0, 0.69]])
     standard = Standardisation.of(raw, np.array([False, False]), np.array([0.0, 0.05]))
     assert standard.deviation[0] == pytest.approx(np.std([1, 2, 3])) and standard.deviation[1] == 0.05
@@ -124,9 +124,9 @@ def test_deviation_of_a_prediction_is_the_diagonal_of_the_posterior(structure):
     member = fit_member(
         Candidate("identity", SCALES, structure), rows, rows["yield_percent"].to_numpy(float), settings().averaging
     )
-    process, asked = member.process, member.process.inputs[:6] + 0.3
-    mean, covariance = process.posterior(asked)
-    one, deviation = process.predict(asked)
+    process, inputs = member.process, member.process.inputs[:6] + 0.3
+    mean, covariance = process.posterior(inputs)
+    one, deviation = process.predict(inputs)
     np.testing.assert_allclose(one, mean, rtol=1e-12)
     np.testing.assert_allclose(deviation**2, np.diag(covariance) + process.noise, rtol=1e-9)
 
@@ -156,8 +156,8 @@ def test_bounded_members_stay_within_their_bounds_far_outside():
     assert (lower >= 0).all() and (upper <= 100).all() and (lower <= upper).all()
 
 
-def test_kinetics_are_told_from_straight_lines():
-    """Yields made by Avrami's law: the evidence must find the link and the scale of time that make them a line."""
+def test_evidence_finds_the_link_and_the_time_scale_of_avrami_kinetics():
+    """Yields from Avrami's law are a straight line with the avrami link and log time alone."""
     rows, config = all_runs(), settings().averaging
     rate = 0.05 * (rows["bpr"] / 30) ** 0.8 * (rows["specific_frequency_hz"] / 500) ** 0.5
     latent = 1.2 * np.log(rate * rows["time_h"]) + np.random.default_rng(1).normal(0, 0.05, len(rows))

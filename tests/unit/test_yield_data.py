@@ -1,4 +1,4 @@
-"""The locked split, the engineered features, and tables that must be refused."""
+"""The locked split, the engineered features, and tables that are refused."""
 
 import hashlib
 
@@ -56,7 +56,7 @@ def test_features_are_those_of_the_thesis():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("tangential_energy_uJ", "tangential_energy", "column tangential_energy_uJ is missing"),
         ("\t28\n", "\tplenty\n", "column yield_percent, case 4 = 'plenty'"),
@@ -65,18 +65,18 @@ def test_features_are_those_of_the_thesis():
         ("\t221\t500\t400\t12\n", "\t-221\t500\t400\t12\n", "normal_energy_uJ, case 1 = -221: must be above 0"),
     ],
 )
-def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, told):
+def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, message):
     text = SCREENING.read_text()
     assert old in text
     table = tmp_path / "screening.tsv"
     table.write_text(text.replace(old, new))
     with pytest.raises(ConfigError) as caught:
         read_parts(str(table), str(SPLIT), doe_settings().factors)
-    assert told in str(caught.value) and "\n" not in str(caught.value) and str(table) in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value) and str(table) in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("\n9\ttest", "\n9\tvalidation", "column role, case 9 = 'validation': must be train or test"),
         ("\n9\ttest", "\n14\ttest", "case = 14 appears twice"),
@@ -86,12 +86,12 @@ def test_bad_screening_table_is_refused_in_one_line(tmp_path, old, new, told):
         ("test\n", "train\n", "at least two cases must have the role test"),
     ],
 )
-def test_bad_split_is_refused_in_one_line(tmp_path, old, new, told):
+def test_bad_split_is_refused_in_one_line(tmp_path, old, new, message):
     split = tmp_path / "split.tsv"
     split.write_text(SPLIT.read_text().replace(old, new))
     with pytest.raises(ConfigError) as caught:
         read_parts(str(SCREENING), str(split), doe_settings().factors)
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_bad_rows_outside_the_domain_are_refused(tmp_path):
@@ -104,7 +104,7 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("place", "value", "told"),
+    ("place", "value", "message"),
     [
         (("training", "spaces", "svr", "C"), [10.0, 1.0], "the first bound must be below the second"),
         (("training", "spaces", "rf", "min_samples_split"), [1, 20], "greater than or equal to 2"),
@@ -113,7 +113,7 @@ def test_bad_rows_outside_the_domain_are_refused(tmp_path):
         (("training", "seeds"), 3, "unknown key"),
     ],
 )
-def test_bad_settings_are_refused_in_one_line(place, value, told):
+def test_bad_settings_are_refused_in_one_line(place, value, message):
     section = thesis_yields()
     target = section
     for key in place[:-1]:
@@ -121,10 +121,10 @@ def test_bad_settings_are_refused_in_one_line(place, value, told):
     target[place[-1]] = value
     with pytest.raises(ConfigError) as caught:
         check_model(section, YieldConfig, "config.yaml")
-    assert told in str(caught.value) and ".".join(place[:2]) in str(caught.value)
+    assert message in str(caught.value) and ".".join(place[:2]) in str(caught.value)
 
 
-def test_settings_are_held_against_the_tables():
+def test_settings_are_checked_against_the_tables():
     section = thesis_yields()
     section["training"]["choices"]["linear_features"] = ["bpr", "temperature"]
     with pytest.raises(ConfigError, match="linear_features = 'temperature': no feature; known: bpr"):

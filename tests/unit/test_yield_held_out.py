@@ -1,4 +1,4 @@
-"""Outer folds, intervals from cross-validation, and what is made of held-out predictions."""
+"""Outer folds, intervals from cross-validation, and tables of held-out predictions."""
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ def procedure(model: str, strategy: str):
     return procedure_of(model, strategy, config.training, config.honest, config.averaging)
 
 
-def test_outer_folds_are_what_they_say():
+def test_outer_folds_hold_out_the_rows_of_their_scheme():
     rows, budget = runs(), settings().honest
     folds = outer_folds(rows, budget)
     for fold in folds:
@@ -56,7 +56,7 @@ def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
 
 
 @pytest.mark.parametrize(("model", "strategy"), [("averaged_gpr", "primary"), ("gpr", "two_step"), ("xgb", "primary")])
-def test_a_held_out_run_does_not_know_its_own_yield(model, strategy):
+def test_a_held_out_prediction_does_not_depend_on_the_yield_of_its_run(model, strategy):
     rows, budget = runs().head(9).assign(role=["train"] * 7 + ["test"] * 2), settings().honest
     wrong = rows.copy()
     wrong.loc[3, "yield_percent"] = 99.0
@@ -77,11 +77,11 @@ def test_cross_intervals_are_the_order_statistics_of_the_paper():
     centres = np.full((4, 1), 50.0)
     # a (n + 1) = 0.4 * 5 = 2 and 0.6 * 5 = 3: the second smallest lower, the third smallest upper candidate.
     assert cross_intervals(centres, residuals, [0.6])[0, 0].tolist() == [47.0, 53.0]
-    # Four rows cannot give 95 %: the yield's own bounds.
+    # Four rows are too few for 95 %: the interval is all possible yields.
     assert cross_intervals(centres, residuals, [0.95])[0, 0].tolist() == [0.0, 100.0]
 
 
-def test_cross_intervals_hold_as_often_as_promised():
+def test_cross_intervals_have_their_nominal_coverage():
     generator, hits, trials = np.random.default_rng(5), 0, 300
     for _ in range(trials):
         rows = pd.DataFrame({"x": generator.uniform(0, 1, 24)})
@@ -89,7 +89,7 @@ def test_cross_intervals_hold_as_often_as_promised():
 
         def fit(kept, yields):
             line = np.polyfit(kept["x"], yields, 1)
-            return lambda asked: np.polyval(line, asked["x"])
+            return lambda unseen: np.polyval(line, unseen["x"])
 
         ends = cross_validated_intervals(fit, rows.iloc[:23], truth[:23], rows.iloc[23:], [0.8], 5, 0)[0, 0]
         hits += ends[0] <= truth[23] <= ends[1]
@@ -140,7 +140,7 @@ def test_coverage_counts_cases_and_not_repeats():
     assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
 
 
-def test_a_perfect_model_scores_one_and_shuffled_yields_nothing():
+def test_r2_is_one_for_a_perfect_model_and_low_for_shuffled_yields():
     rows, budget = runs(), settings().honest.model_copy(update={"permutations": 6})
     config = settings()
     learn = procedure_of("averaged_gpr", "primary", config.training, budget, config.averaging)

@@ -1,4 +1,4 @@
-"""The models: printed rows, identities, equal runs, and files that give them back."""
+"""The models: printed rows, identities, and stored files."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_linear_has_every_printed_digit():
     assert results[0].evaluations == 0
 
 
-def test_linear_on_other_features_has_not():
+def test_linear_on_all_features_does_not_have_the_printed_digits():
     assert not has_printed_row(refitted("linear", "primary", [{}], linear_features=list(FEATURES)), "linear")
 
 
@@ -74,7 +74,7 @@ def test_two_step_gpr_with_one_length_scale_is_far_off():
 
 @pytest.mark.parametrize("name", [name for name, record in REGRESSORS.items() if record.two_step])
 def test_yields_that_are_a_line_in_time_leave_nothing_to_the_second_step(name):
-    """The first step is the line itself, so the second is fitted on zeros: fitted on the yields it would give them."""
+    """The first step is the line itself, so the second is fitted on zeros and not on the yields."""
     rows, test = parts()
     training = settings(time_model="linear").training
     model, _ = Trainer(training, settings().search).train(name, "two_step", rows, 10 + 2 * rows["time_h"].to_numpy())
@@ -100,7 +100,7 @@ def test_a_changed_file_is_refused(tmp_path):
         load_model(str(path))
 
 
-def test_another_seed_searches_elsewhere():
+def test_another_seed_finds_other_hyperparameters():
     rows, _ = parts()
     config = settings()
     other = config.training.model_copy(update={"seed": 5})
@@ -127,7 +127,7 @@ def test_standardisation_uses_the_training_rows_alone():
 def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share):
     rows, test = parts()
     inputs, target = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float)
-    fold = ForestFold(inputs, target, engineer(test).to_numpy(), share, seed=42, most=12)
+    fold = ForestFold(inputs, target, engineer(test).to_numpy(), share, seed=42, trees=12)
     fold.predict(5, depth, split, leaf)
     plain = RandomForestRegressor(
         n_estimators=count,
@@ -142,6 +142,6 @@ def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share)
     )
 
 
-def test_linear_time_model_is_one_choice_away():
+def test_the_first_step_can_be_a_straight_line():
     choices = settings(time_model="linear").training.choices
     assert [plan.regressor for plan in plan_steps("xgb", "two_step", choices)] == ["linear", "xgb"]

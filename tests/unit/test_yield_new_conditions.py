@@ -1,4 +1,4 @@
-"""Predictions for new conditions: intervals, refusals, and the command that gives them."""
+"""Predictions for new conditions: intervals, refusals, and the command."""
 
 import subprocess
 import sys
@@ -35,44 +35,47 @@ def models(tmp_path_factory) -> dict[str, str]:
     return paths
 
 
-def how(level: float) -> tuple:
-    """What a prediction depends on besides model and conditions: limits, training, folds, level of the intervals."""
+def arguments(level: float) -> tuple:
+    """The arguments of predict_conditions after model and conditions: limits, training, folds, level."""
     config = settings()
     return config.prediction, config.training, config.honest.conformal_folds, level
 
 
 @pytest.mark.parametrize("kind", ["mixture", "gaussian", "cv_plus"])
-def test_every_kind_of_model_answers_with_its_interval(models, kind):
+def test_every_kind_of_model_predicts_with_its_interval(models, kind):
     rows, _ = parts()
-    table = predict_conditions(models[kind], rows, *how(0.8))
+    table = predict_conditions(models[kind], rows, *arguments(0.8))
     assert (table["interval"] == kind).all() and (table["warning"] == "").all()
     assert (table["lower_percent"] <= table["upper_percent"]).all()
-    wider = predict_conditions(models[kind], rows, *how(0.95))
+    wider = predict_conditions(models[kind], rows, *arguments(0.95))
     assert (wider["upper_percent"] - wider["lower_percent"] >= table["upper_percent"] - table["lower_percent"]).all()
 
 
 def test_conditions_outside_the_trained_ranges_are_refused_with_the_reason(models):
     rows, _ = parts()
-    asked = rows.head(4).reset_index(drop=True)
-    asked.loc[1, "bpr"] = 80.0
-    asked.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
-    # Both energies are within their ranges and their share is not: another fill ratio.
-    asked.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
-    table = predict_conditions(models["mixture"], asked, *how(0.95))
+    requested = rows.head(4).reset_index(drop=True)
+    requested.loc[1, "bpr"] = 80.0
+    requested.loc[2, "time_h"] = 20.1  # within one per cent of the trained 15 h
+    # Another fill ratio: both energies are within their ranges, but their share is not.
+    requested.loc[3, ["normal_energy_uJ", "tangential_energy_uJ"]] = [500.0, 600.0]
+    table = predict_conditions(models["mixture"], requested, *arguments(0.95))
     assert table["predicted_percent"].isna().tolist() == [False, True, False, True]
     assert table["warning"][1] == "bpr = 80 is outside 9.6 to 50.4"
     assert table["warning"][3].startswith("tangential_share = 0.5455 is outside")
     assert (table["interval"] == "").tolist() == [False, True, False, True]
-    told = predict_conditions(models["mixture"], asked, *how(0.95), extrapolate=True)
-    assert told["predicted_percent"].notna().all() and told["warning"].tolist() == table["warning"].tolist()
+    extrapolated = predict_conditions(models["mixture"], requested, *arguments(0.95), extrapolate=True)
+    assert (
+        extrapolated["predicted_percent"].notna().all()
+        and extrapolated["warning"].tolist() == table["warning"].tolist()
+    )
 
 
-def test_the_command_answers_the_example(models, tmp_path):
+def test_the_command_predicts_the_example(models, tmp_path):
     out = tmp_path / "out.tsv"
     command = [sys.executable, "scripts/predict_yields.py", models["mixture"], str(CONDITIONS_TABLE), str(out)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert "1 rows lie outside the trained range" in done.stderr
+    assert "1 rows are outside the trained range" in done.stderr
     table = read_table(out, text=["case", "warning"]).set_index("case")
     assert np.isnan(table.loc["low_fill", "predicted_percent"])
     assert "tangential_share = 0.7653" in table.loc["low_fill", "warning"]
@@ -80,7 +83,7 @@ def test_the_command_answers_the_example(models, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         (lambda t: t.assign(time_h="long"), "column time_h, case 17 = 'long': must be a finite number"),
         (lambda t: t.drop(columns="bpr"), "column bpr is missing"),
@@ -89,15 +92,15 @@ def test_the_command_answers_the_example(models, tmp_path):
         (lambda t: t.head(0), "no rows"),
     ],
 )
-def test_bad_conditions_are_refused_in_one_line(models, tmp_path, monkeypatch, capsys, change, told):
+def test_bad_conditions_are_refused_in_one_line(models, tmp_path, monkeypatch, capsys, change, message):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"
     write_table(change(rows[["case", *CONDITIONS]].astype({"case": object})), table)
-    arguments = ["predict_yields.py", models["mixture"], str(table), str(tmp_path / "out.tsv")]
-    monkeypatch.setattr(sys, "argv", [*arguments, "--config", str(ROOT / "config/config.yaml")])
+    typed = ["predict_yields.py", models["mixture"], str(table), str(tmp_path / "out.tsv")]
+    monkeypatch.setattr(sys, "argv", [*typed, "--config", str(ROOT / "config/config.yaml")])
     assert predict_yields.command_line() == 1
     error = capsys.readouterr().err.strip()
-    assert told in error and "\n" not in error and error.startswith("error: ")
+    assert message in error and "\n" not in error and error.startswith("error: ")
     assert not (tmp_path / "out.tsv").exists()
 
 
@@ -105,5 +108,5 @@ def test_a_conditions_table_may_hold_other_columns(models, tmp_path):
     rows, _ = parts()
     table = tmp_path / "conditions.tsv"
     write_table(rows.assign(note="x"), table)
-    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), *how(0.9), False) == 0
+    assert predict_yields.main(models["mixture"], str(table), str(tmp_path / "out.tsv"), *arguments(0.9), False) == 0
     assert list(pd.read_csv(tmp_path / "out.tsv", sep="\t"))[:7] == ["case", *CONDITIONS]

@@ -1,4 +1,4 @@
-"""The rules' scripts of chapter 5 from tables to claims, and test rows that no training sees."""
+"""The scripts of chapter 5 from tables to claims; the test rows are not used for training."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -48,9 +48,9 @@ TABLES = [
     "hyperparameters",
     "time_variance",
 ]
-# The final metrics: what the test yields are for. Predictions hold the test yields beside what was predicted.
+# Files that the test yields may change: the final metrics, and the predictions, which list the measured yields too.
 FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
-# What is made of every run by its nature: evaluations over all of them, and what follows once that is done.
+# Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
 ALL_RUNS = {
     "honest.tsv",
     "coverage.tsv",
@@ -68,7 +68,7 @@ ALL_RUNS = {
     "next_experiments.tsv",
 }
 TEST_CASES = ["9", "14", "10", "22", "1", "12"]
-# One number a case: the yields of the test rows, made wrong.
+# Wrong yields of the test rows, by case.
 POISON = {"9": 3, "14": 99, "10": 88, "22": 1, "1": 97, "12": 5}
 
 
@@ -84,7 +84,7 @@ def poisoned(path: Path) -> Path:
 
 
 def run_chapter(results: Path, screening: Path) -> Path:
-    """Everything of chapter 5 at a small budget; held-out predictions of two models stand for all, to save time."""
+    """All of chapter 5 at a small budget; to save time, held-out predictions of two models are used for all models."""
     config, folder = settings(), results / "yield"
     train, test = str(folder / "train.tsv"), str(folder / "test.tsv")
     split_screening.main(str(screening), str(SPLIT), train, test, doe_settings().factors)
@@ -180,7 +180,7 @@ def test_poisoned_test_yields_change_nothing_but_the_final_metrics(chapter, pois
 
 
 def test_poisoned_test_yields_do_not_change_what_is_predicted_for_them(chapter, poisoned_chapter):
-    """The locked split at the reduced budget is part of a file of held-out predictions: there too."""
+    """The files of held-out predictions contain the locked split too, at the reduced budget."""
     for model in ("linear", "averaged_gpr"):
         clean, other = (
             read_table(folder / f"held_out/{model}.tsv", text=["scheme", "case"]).query(f"scheme == '{LOCKED_AGAIN}'")
@@ -196,7 +196,7 @@ def test_a_second_run_is_the_same_to_the_last_bit(chapter, tmp_path_factory):
         assert path.read_bytes() == (again / path.relative_to(chapter)).read_bytes(), path.name
 
 
-def test_another_split_and_another_seed_go_through(tmp_path):
+def test_another_split_and_another_seed_work(tmp_path):
     split = pd.read_csv(SPLIT, sep="\t", comment="#", dtype=str)
     split["role"] = ["test" if number % 4 == 0 else "train" for number in range(len(split))]
     path, config = tmp_path / "split.tsv", settings()
@@ -223,7 +223,7 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     verdicts = {name: verdict(own.loc[name, "value"], own.loc[name, "tolerance"], found[name]) for name in found}
     assert {verdicts[name] for name in verdicts if name.startswith("5.linear")} == {"reproduced"}
     assert "decide nothing" in found["5.linear.r2"].explanation
-    # The data give less than the thesis's half; the same share from the F of a one-way analysis.
+    # The share is below the half that the thesis states; it follows from the F of a one-way analysis of variance.
     train, test = parts()
     runs = pd.concat([train, test])
     levels = [rows["yield_percent"] for _, rows in runs.groupby("time_h")]
@@ -232,16 +232,16 @@ def test_every_claim_has_a_finding_and_linear_is_reproduced(chapter):
     assert found["5.time_variance"].value < 40
 
 
-def test_tables_have_the_columns_that_others_read(chapter):
+def test_tables_have_the_columns_that_are_read_later(chapter):
     locked = read_table(chapter / "locked.tsv")
     assert list(locked)[:7] == ["model", "strategy", "rmse", "mae", "mape", "r2", "wmse"]
     assert list(zip(locked["model"], locked["strategy"], strict=True)) == list(EVERY_MODEL)
-    honest = read_table(chapter / "honest.tsv")
-    assert list(honest) == ["model", "strategy", "scheme", "metric", "value", "lower", "upper"]
+    scores = read_table(chapter / "honest.tsv")
+    assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "lower", "upper"]
     schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split", "permutation"}
-    assert set(honest["scheme"]) == schemes and len(honest) == len(schemes) * 10 * 5
-    assert (honest["lower"] <= honest["upper"]).all()
-    merged = honest[(honest["scheme"] == "locked") & (honest["metric"] == "rmse")].merge(locked)
+    assert set(scores["scheme"]) == schemes and len(scores) == len(schemes) * 10 * 5
+    assert (scores["lower"] <= scores["upper"]).all()
+    merged = scores[(scores["scheme"] == "locked") & (scores["metric"] == "rmse")].merge(locked)
     np.testing.assert_allclose(merged["value"], merged["rmse"], rtol=1e-6)
     coverage = read_table(chapter / "coverage.tsv")
     assert set(coverage["method"]) == {"cv_plus", "mixture"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
@@ -256,9 +256,9 @@ def test_tables_have_the_columns_that_others_read(chapter):
     named = {"linear_features", "length_scales", "time_model", "max_features", "seed"}
     assert named | {"search_seed", "residual_weights"} <= set(choices["choice"])
     assert len(choices) == len(choices.drop_duplicates(["model", "strategy", "choice", "value"]))
-    tried = read_table(chapter / "tried.tsv", text=["kind", "name", "chosen"])
-    average = tried[tried["name"].str.contains("weighted by evidence")].iloc[0]
-    left_out = honest.query("model == 'averaged_gpr' and scheme == 'leave_one_out' and metric == 'r2'").iloc[0]
+    alternatives = read_table(chapter / "tried.tsv", text=["kind", "name", "chosen"])
+    average = alternatives[alternatives["name"].str.contains("weighted by evidence")].iloc[0]
+    left_out = scores.query("model == 'averaged_gpr' and scheme == 'leave_one_out' and metric == 'r2'").iloc[0]
     assert average["r2"] == pytest.approx(left_out["value"], rel=1e-5) and average["chosen"] == "in the fold"
 
 

@@ -1,4 +1,4 @@
-"""The next experiments: the region, what a run is worth, and the test on what was done."""
+"""The next experiments: the region, the value of a run, and the test on the runs that were done."""
 
 import numpy as np
 import pandas as pd
@@ -54,7 +54,7 @@ SCALES = ("linear", "linear", "log", "log", "linear")
 
 @pytest.mark.parametrize("name", ["emax", "emax_smooth"])
 def test_the_amplitude_of_the_emax_is_its_own_to_the_last_bit(name):
-    """Half the longest way of a wall is the A of a circle: what the thesis's yield models were always told."""
+    """Half the longest travel of a wall is the amplitude A of a circular motion, as the thesis uses it."""
     mill = load_named(MILLS, name, MillConfig, "mill")
     cases = read_regimes(str(REGIMES))
     assert reference_of_mill(cases, mill, reference_speed=10.0, density=7700.0, diameter=0.01) == REFERENCE
@@ -64,7 +64,7 @@ def test_a_mill_without_an_amplitude_of_its_own_has_that_of_its_walls():
     planetary = load_named(MILLS, "planetary", MillConfig, "mill")
     cases = read_regimes(str(REGIMES))
     reference = reference_of_mill(cases, planetary, reference_speed=5.0, density=7700.0, diameter=0.01)
-    # The wall goes as far as the sun wheel's radius and the jar's.
+    # The wall moves as far as the radii of the sun wheel and of the jar together.
     assert reference.amplitude_m == pytest.approx((70.5 + 37.5) * 1e-3, rel=1e-3)
 
 
@@ -93,28 +93,28 @@ def test_region_is_every_combination_with_the_descriptors_of_the_screening():
 
 def test_region_outside_the_curves_is_refused_in_one_line():
     region = RegionConfig(**(REGION | {"fill_ratio": [0.10, 0.40]}))
-    with pytest.raises(ConfigError, match=r"region\.fill_ratio = 0\.4: the master curves hold from 0\.06 to 0\.17"):
+    with pytest.raises(ConfigError, match=r"region\.fill_ratio = 0\.4: the master curves cover 0\.06 to 0\.17"):
         check_region(region, read_regimes(str(REGIMES)), "config.yaml")
 
 
 def test_expected_improvement_is_that_of_a_normal():
     model, _ = one_member()
-    asked = conditions()
+    table = conditions()
     best = 60.0
-    mean, deviation = (100 * each for each in model.members[0].latent(describe(asked).to_numpy()))
+    mean, deviation = (100 * each for each in model.members[0].latent(describe(table).to_numpy()))
     u = (mean - best) / deviation
     exact = deviation * (u * norm.cdf(u) + norm.pdf(u))
-    low = mean + 4 * deviation < 100  # there the bound at 100 % does not count
+    low = mean + 4 * deviation < 100  # where the limit of 100 % has no effect
     assert low.any()
-    np.testing.assert_allclose(expected_improvement(model, asked, best)[low], exact[low], atol=0.25)
+    np.testing.assert_allclose(expected_improvement(model, table, best)[low], exact[low], atol=0.25)
 
 
 def test_draws_have_the_mean_and_the_correlation_of_the_process():
     model, _ = one_member()
-    asked = conditions().iloc[[0, 1, 5]]
-    drawn = joint_draws(model, asked, 40000, np.random.default_rng(0))
+    table = conditions().iloc[[0, 1, 5]]
+    drawn = joint_draws(model, table, 40000, np.random.default_rng(0))
     member = model.members[0]
-    mean, covariance = member.process.posterior(member.standard(describe(asked).to_numpy()))
+    mean, covariance = member.process.posterior(member.standard(describe(table).to_numpy()))
     inside = (drawn > 0) & (drawn < 100)
     assert inside.mean() > 0.98
     np.testing.assert_allclose(drawn.mean(axis=0), 100 * (member.mean + member.spread * mean), atol=0.8)
@@ -134,13 +134,13 @@ def test_a_copy_of_the_first_run_adds_nothing_to_the_batch():
     assert batch[0][1] + batch[1][1] == pytest.approx(joint)
 
 
-def test_learning_takes_off_the_variance_that_a_new_row_does():
+def test_learning_picks_the_row_that_reduces_the_variance_most():
     model, _ = one_member()
-    asked = conditions()
-    everywhere = np.arange(len(asked))
-    (position, share), (second, _) = choose_for_learning(model, asked, everywhere, 2)
+    table = conditions()
+    everywhere = np.arange(len(table))
+    (position, share), (second, _) = choose_for_learning(model, table, everywhere, 2)
     member = model.members[0]
-    process, inputs = member.process, member.standard(describe(asked).to_numpy())
+    process, inputs = member.process, member.standard(describe(table).to_numpy())
     before = np.trace(process.posterior(inputs)[1])
     after = []
     for index in everywhere:
@@ -160,7 +160,7 @@ def test_shortlist_is_half_merit_and_half_chance():
     assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
 
 
-def test_proposals_are_of_the_region_and_the_same_twice():
+def test_proposals_are_within_the_region_and_reproducible():
     rows, config = all_runs(), settings()
     model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
     table, again = (propose(model, rows, conditions(), config.proposals) for _ in range(2))
@@ -173,7 +173,7 @@ def test_proposals_are_of_the_region_and_the_same_twice():
     assert not table.duplicated(["purpose", *REGION]).any()
 
 
-def test_chance_is_drawing_without_putting_back():
+def test_chance_is_drawing_without_replacement():
     found = chance(27, 8, 1)
     np.testing.assert_allclose(found, np.arange(20) / 19)
     generator, two = np.random.default_rng(0), chance(10, 4, 2)
@@ -181,7 +181,7 @@ def test_chance_is_drawing_without_putting_back():
     np.testing.assert_allclose(two, [(firsts <= done).mean() for done in range(7)], atol=0.015)
 
 
-def test_search_ends_with_the_best_run_and_beats_nobody_by_cheating():
+def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     rows, config = all_runs(), settings()
     yields = rows["yield_percent"].to_numpy(float)
     starts = draw_starts(yields, config.retrospective)
@@ -191,7 +191,7 @@ def test_search_ends_with_the_best_run_and_beats_nobody_by_cheating():
     for paths in reached.values():
         for path in paths:
             assert path[-1] == yields.max() and (np.diff(path) >= 0).all() and (path[:-1] < yields.max()).all()
-    # The choice may use the yields of known runs only: those of the others may be anything but the highest.
+    # A choice uses the yields of known runs only, so it stays the same if the other yields are changed.
     wrong = rows.copy()
     first = search_best(rows, starts[0], MERITS["highest_mean"], averaging)
     hidden = np.setdiff1d(np.arange(27), [*starts[0], int(yields.argmax())])
@@ -217,7 +217,7 @@ def test_regime_rows_are_those_of_table_5_7():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("\t94", "\t140", "column yield_percent, case power.tangential = 140: must be above 0 and at most 100"),
         ("\t94", "\tmuch", "column yield_percent, case power.tangential = 'much'"),
@@ -225,12 +225,12 @@ def test_regime_rows_are_those_of_table_5_7():
         ("molar_ratio", "ratio", "column molar_ratio is missing"),
     ],
 )
-def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, told):
+def test_bad_regimes_are_refused_in_one_line(tmp_path, old, new, message):
     table = tmp_path / "regimes.tsv"
     table.write_text(REGIMES.read_text().replace(old, new))
     with pytest.raises(ConfigError) as caught:
         read_regimes(str(table))
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_without_regime_keeps_the_energy_and_hides_the_share():
@@ -249,8 +249,8 @@ def test_regimes_left_out_are_not_in_the_training():
         return Prediction(np.full(len(unseen), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(unseen), 1, 1))})
 
     table = leave_regimes_out(screening, regimes, {("spy", "none"): (spy, False)}, 0.95)
-    assert all(not known & asked and len(known) >= 27 for known, asked in seen)
-    nothing = [known for known, asked in seen if len(known) == 27]
+    assert all(not known & unseen and len(known) >= 27 for known, unseen in seen)
+    nothing = [known for known, unseen in seen if len(known) == 27]
     assert len(nothing) == 2 and all(known == set(screening["case"]) for known in nothing)
     summary = summarise_regimes(table).set_index("added")
     yields = regimes["yield_percent"].to_numpy(float)

@@ -12,7 +12,7 @@ from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
 
 SPLIT = ROOT / "config/data/split.tsv"
-# Few members, so that a fit takes milliseconds.
+# A few members, so that a fit takes milliseconds.
 SMALL_LIBRARY = {
     "links": ["identity", "avrami"],
     "structures": ["product"],
@@ -24,7 +24,7 @@ SMALL_LIBRARY = {
         "tangential_share": ["linear"],
     },
 }
-SMALL_HONEST = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "permutations": 2, "conformal_folds": 3}
+SMALL_EVALUATION = {"outer_folds": 3, "outer_repeats": 2, "random_splits": 2, "permutations": 2, "conformal_folds": 3}
 SMALL = {"evaluations": dict.fromkeys(TUNED, 2), "folds": 3, "repeats": 1}
 
 
@@ -43,7 +43,7 @@ def settings(**choices) -> YieldConfig:
             section["training"]["spaces"].setdefault(name, {})["n_estimators"] = [5, 10]
     section["training"]["choices"] |= choices
     section["search"] = SMALL
-    section["honest"] |= {**SMALL, **SMALL_HONEST, "resamples": 200}
+    section["honest"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
     section["retrospective"] |= {"starts": 2, "links": ["identity"]}

@@ -1,4 +1,4 @@
-"""Settings of the uses of a yield model: predictions for new conditions, and the next experiments."""
+"""Settings for predictions of new conditions and for proposals of the next experiments."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""What a configuration says of the regressors: which are trained, and where their hyper-parameters are searched."""
+"""Settings of the regressors: which of them are trained, and the search spaces of their hyper-parameters."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

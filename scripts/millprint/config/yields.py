@@ -14,7 +14,7 @@ class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
 
     evaluations: Evaluations = Evaluations(gpr=100, rf=100, svr=500, xgb=100)
-    """sets of hyper-parameters that are tried for each step of a model"""
+    """sets of hyper-parameters that are evaluated for each step of a model"""
     folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the cross-validation"""
     repeats: Count = 3
@@ -26,7 +26,7 @@ class HeldOutConfig(SearchConfig):
 
     # By default a smaller search than for the models themselves, since it is repeated many times.
     evaluations: Evaluations = Evaluations(gpr=5, rf=5, svr=20, xgb=5)
-    """sets of hyper-parameters that are tried for each step of a model, in every outer fold"""
+    """sets of hyper-parameters that are evaluated for each step of a model, in every outer fold"""
     folds: Annotated[int, Field(ge=2, le=100_000)] = 4
     """folds of the inner cross-validation"""
     repeats: Count = 1

@@ -50,7 +50,7 @@ def plot_test_predictions(predictions: pd.DataFrame) -> Figure:
         axis.plot([0, 100], [0, 100], color="#999999", linewidth=0.8)
         for strategy, (title, colour, marker) in STRATEGIES.items():
             rows = test[(test["model"] == model) & (test["strategy"] == strategy)]
-            # Empty marks do not hide the filled ones.
+            # Open markers do not hide the filled ones.
             face = colour if strategy == "primary" else "none"
             points = rows["yield_percent"], rows["predicted_percent"]
             axis.plot(*points, marker, color=colour, markerfacecolor=face, label=title)
@@ -84,14 +84,14 @@ def plot_intervals(predictions: pd.DataFrame) -> Figure:
 
 
 def _attribution_panel(axis: plt.Axes, rows: pd.DataFrame) -> PathCollection:
-    """One summary plot: a point a row, features by mean |SHAP|, the largest on top."""
+    """One summary plot with a point for each row; features are sorted by mean |SHAP|, the largest on top."""
     size = rows.assign(size=rows["shap_pp"].abs()).groupby("feature")["size"].mean().sort_values()
     for height, feature in enumerate(size.index):
         points = rows[rows["feature"] == feature].sort_values("shap_pp")
         value = points["feature_value"]
         span = value.max() - value.min()
         colour = (value - value.min()) / span if span > 0 else value * 0 + 0.5
-        # Neighbours in value differ in height, so that points do not hide each other.
+        # Points of similar value are drawn at different heights, so that they do not hide each other.
         shift = 0.12 * (np.arange(len(points)) % 5 - 2)
         marks = axis.scatter(
             points["shap_pp"], height + shift, c=colour, cmap=LOW_TO_HIGH, vmin=0, vmax=1, s=6, linewidths=0

@@ -47,13 +47,13 @@ def _title(model: str, strategy: str) -> str:
     return TITLES[model] if model == AVERAGED else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
 
 
-def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
-    """R2 of every model by every scheme, with intervals; the printed values of Table 5.6 as marks.
+def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
+    """R2 of every model by every scheme, with intervals; the values printed in Table 5.6 are shown as markers.
 
-    honest: model, strategy, scheme, metric, value, lower, upper; claims: id, value.
+    scores: model, strategy, scheme, metric, value, lower, upper; claims: id, value.
     """
     published = claims.set_index("id")["value"]
-    rows = honest[honest["metric"] == "r2"]
+    rows = scores[scores["metric"] == "r2"]
     names = list(dict.fromkeys(zip(rows["model"], rows["strategy"], strict=True)))
     figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 4.6))
     height = np.arange(len(names))[::-1]
@@ -89,7 +89,7 @@ def plot_evaluation(honest: pd.DataFrame, claims: pd.DataFrame) -> Figure:
 def plot_coverage(coverage: pd.DataFrame) -> Figure:
     """Share of left-out runs within their predictive intervals against the nominal level, and the intervals' width.
 
-    coverage: model, strategy, scheme, method, nominal, covered, lower, upper, width_pp. Drawn for leave-one-out.
+    coverage: model, strategy, scheme, method, nominal, covered, lower, upper, width_pp. Only leave-one-out is drawn.
     """
     rows = coverage[coverage["scheme"] == "leave_one_out"]
     kinds = list(dict.fromkeys(zip(rows["model"], rows["strategy"], rows["method"], strict=True)))
@@ -164,7 +164,7 @@ def plot_proposals(proposals: pd.DataFrame) -> Figure:
 
 
 def plot_regimes(summary: pd.DataFrame) -> Figure:
-    """Error at fill ratios left out, before and after cases of them are known.
+    """RMSE at fill ratios that were left out, against the cases added to the training rows.
 
     summary: model, descriptors, added, rmse_pp.
     """

@@ -1,4 +1,4 @@
-"""What an experiment is worth: expected improvement of the yield, and reduction of the model's variance."""
+"""The value of an experiment: expected improvement of the yield, and reduction of the model's variance."""
 
 import numpy as np
 import pandas as pd
@@ -8,11 +8,15 @@ from millprint.predict.features import describe
 
 # Added to a covariance before it is factorised, in units of its largest variance.
 JITTER = 1e-8
+# Step in the link of the central difference that gives the slope of its inverse.
 SLOPE_STEP = 1e-4
 
 
 def expected_improvement(model: AveragedModel, rows: pd.DataFrame, best: float) -> np.ndarray:
-    """E[max(yield - best, 0)] (n,) [pp] of one measurement at each row; best [%]."""
+    """Expected improvement E[max(yield - best, 0)], (n,) [pp], of one measurement at each row.
+
+    rows: n rows with the six conditions; best: the highest yield so far [%].
+    """
     inputs, total = describe(rows).to_numpy(), np.zeros(len(rows))
     for member, weight in zip(model.members, model.weights, strict=True):
         mean, deviation = member.latent(inputs)
@@ -22,7 +26,10 @@ def expected_improvement(model: AveragedModel, rows: pd.DataFrame, best: float) 
 
 
 def joint_draws(model: AveragedModel, rows: pd.DataFrame, draws: int, generator: np.random.Generator) -> np.ndarray:
-    """Joint draws (about `draws`, n) of the noiseless yields [%] at the rows; members by their weight."""
+    """Joint draws of the yields without noise, (s, n) [%], with s about `draws`; each member gives its share of them.
+
+    rows: n rows with the six conditions. Raises LinAlgError for a covariance that is not positive definite.
+    """
     inputs, found = describe(rows).to_numpy(), []
     for member, weight in zip(model.members, model.weights, strict=True):
         count = round(weight * draws)
@@ -36,9 +43,9 @@ def joint_draws(model: AveragedModel, rows: pd.DataFrame, draws: int, generator:
 def choose_for_yield(draws: np.ndarray, best: float, runs: int) -> list[tuple[int, float]]:
     """The batch of the largest joint expected improvement, chosen one by one: (column, gain [pp]) in order.
 
-    draws: (s, n) joint draws [%]; best: highest yield so far [%]. The improvement of a batch is that of its best run,
-    mean of max(best, y_1, ..., y_q) - best over the draws (Ginsbourger et al. 2010), so that a second run next to the
-    first is worth little. The gain of a run is what it adds to those before it.
+    draws: (s, n) joint draws [%]; best: highest yield so far [%]. The improvement of a batch is that of its best run:
+    the mean of max(best, y_1, ..., y_q) - best over the draws (Ginsbourger et al. 2010). A run close to one that is
+    already chosen therefore adds little. The gain of a run is what it adds to the runs chosen before it.
     """
     reached = np.full(len(draws), best)
     chosen: list[tuple[int, float]] = []
@@ -56,9 +63,9 @@ def choose_for_learning(
 ) -> list[tuple[int, float]]:
     """The batch that reduces the integrated variance most, chosen one by one: (position, share of the variance).
 
-    reference: positions of the rows over which the variance of the yield is summed. Measuring row j takes
-    cov(r, j)^2 / (var(j) + noise) off the variance at r, whatever comes out, so the next run is chosen as if the last
-    were done. Bounded links are taken linear at their mean.
+    rows: n rows with the six conditions; reference: positions (m,) of the rows over which the variance of the yield is
+    summed. A measurement at row j lowers the variance at row r by cov(r, j)^2 / (var(j) + noise), whatever its result.
+    So each run is chosen as if those before it were done. A bounded link is replaced by its tangent at the mean.
     """
     inputs = describe(rows).to_numpy()
     states: list[tuple[np.ndarray, float]] = []
@@ -80,6 +87,6 @@ def choose_for_learning(
         best = int(gains.argmax())
         chosen.append((best, float(gains[best] / total)))
         for place, (covariance, noise) in enumerate(states):
-            told = np.outer(covariance[:, best], covariance[best]) / (covariance[best, best] + noise)
-            states[place] = (covariance - told, noise)
+            reduction = np.outer(covariance[:, best], covariance[best]) / (covariance[best, best] + noise)
+            states[place] = (covariance - reduction, noise)
     return chosen

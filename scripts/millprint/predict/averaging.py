@@ -1,4 +1,4 @@
-"""The averaged Gaussian process: every link, scale and structure of a library, weighted by its evidence."""
+"""The averaged Gaussian process: a library of links, scales and structures, each weighted by its evidence."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,19 +13,19 @@ from millprint.predict.features import Standardisation, describe
 from millprint.predict.regressors import AVERAGED, PRIMARY
 from millprint.predict.structured import Process, fit_process, terms_of
 
-# Nodes and weights of a normal distribution's mean (Gauss and Hermite).
+# Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
 NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)
 NODE_WEIGHTS = NODE_WEIGHTS / NODE_WEIGHTS.sum()
 BISECTIONS = 50
-# Conversions between which quantiles are searched [-]; the identity link has no bounds.
+# Quantiles are searched between these conversions [-]; with the identity link they can be below 0 or above 1.
 LOWEST, HIGHEST = -2.0, 3.0
 
 
 @dataclass(frozen=True)
 class Link:
-    """A scale on which a process sees a conversion y [-]: z = forward(y), its inverse, and log |dz/dy|.
+    """A transformation z = forward(y) of the conversion y [-], with its inverse and log |dz/dy|.
 
-    The last makes likelihoods in z comparable.
+    A process models z. The slope turns its likelihood into that of y, so that links can be compared.
     """
 
     forward: Callable[[np.ndarray], np.ndarray]
@@ -36,8 +36,8 @@ class Link:
 LINKS = {
     "identity": Link(lambda y: np.asarray(y, dtype=float), lambda z: z, np.zeros_like),
     "logit": Link(logit, expit, lambda y: -np.log(y * (1 - y))),
-    # Avrami's kinetics y = 1 - exp(-(k t)^n): ln(-ln(1 - y)) = n ln k + n ln t, so that effects on the rate constant
-    # add up and time enters by its logarithm.
+    # Avrami's kinetics y = 1 - exp(-(k t)^n): ln(-ln(1 - y)) = n ln k + n ln t. Effects on the rate constant then add
+    # up, and time enters as its logarithm.
     "avrami": Link(
         lambda y: np.log(-np.log1p(-y)),
         lambda z: -np.expm1(-np.exp(np.minimum(z, 30.0))),
@@ -47,7 +47,7 @@ LINKS = {
 
 
 def to_conversion(yields_percent: np.ndarray, margin: float) -> np.ndarray:
-    """Yields [%] as conversions [-], kept `margin` away from 0 and 1, where bounded links have no finite value."""
+    """Yields (n,) [%] as conversions (n,) [-] from `margin` to 1 - `margin`: bounded links are infinite at 0 and 1."""
     return np.clip(np.asarray(yields_percent, dtype=float) / 100, margin, 1 - margin)
 
 
@@ -61,7 +61,7 @@ class Candidate:
 
     @property
     def logarithmic(self) -> np.ndarray:
-        """Which inputs enter by their logarithm, (k,)."""
+        """Whether each input enters as its logarithm, (k,)."""
         return np.array([scale == "log" for scale in self.scales])
 
 
@@ -83,21 +83,21 @@ class Member:
     log_evidence: float
 
     def latent(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and deviation of link(y) for raw inputs (n, k)."""
+        """Mean and standard deviation of link(y), (n,) each, for inputs (n, k) that are not standardised."""
         mean, deviation = self.process.predict(self.standard(inputs))
         return self.mean + self.spread * mean, self.spread * deviation
 
     def expected(self, inputs: np.ndarray) -> np.ndarray:
-        """Mean conversion (n,) [-]."""
+        """Mean conversion (n,) [-] for inputs (n, k) that are not standardised."""
         return expected_conversion(self.candidate.link, *self.latent(inputs))
 
     def left_out(self) -> np.ndarray:
-        """Mean conversion (n,) of each training row given the others, at the hyper-parameters of all of them."""
+        """Mean conversion (n,) [-] of each training row given the others, with the hyper-parameters of all."""
         mean, deviation = self.process.left_out()
         return expected_conversion(self.candidate.link, self.mean + self.spread * mean, self.spread * deviation)
 
     def share_below(self, conversion: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-        """P(y <= conversion) for latent means and deviations of the same shape."""
+        """Probability of a measured conversion of at most `conversion` [-]; mean, deviation: of link(y), same shape."""
         if self.candidate.link != "identity":
             inside = np.clip(conversion, 1e-12, 1 - 1e-12)
             below = ndtr((LINKS[self.candidate.link].forward(inside) - mean) / deviation)
@@ -106,7 +106,7 @@ class Member:
 
 
 def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Mean of the inverse link of a normal variable, for arrays (n,)."""
+    """Mean conversion (n,) [-] for normal values of link(y) with these means and standard deviations, (n,) each."""
     return LINKS[link].inverse(mean[:, None] + deviation[:, None] * NODES) @ NODE_WEIGHTS
 
 
@@ -119,17 +119,17 @@ def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, set
     raw = describe(rows).to_numpy()
     smallest = np.array([getattr(settings.smallest_spread, name, 0.0) for name in INPUTS])
     standard = Standardisation.of(raw, candidate.logarithmic, smallest)
-    seen = link.forward(conversion)
-    mean, spread = float(seen.mean()), float(seen.std()) or 1.0
+    latent = link.forward(conversion)
+    mean, spread = float(latent.mean()), float(latent.std()) or 1.0
     process, evidence = fit_process(
-        standard(raw), (seen - mean) / spread, terms_of(candidate.structure), settings.priors
+        standard(raw), (latent - mean) / spread, terms_of(candidate.structure), settings.priors
     )
-    jacobian = float(link.log_slope(conversion).sum()) - len(seen) * np.log(spread)
+    jacobian = float(link.log_slope(conversion).sum()) - len(latent) * np.log(spread)
     return Member(candidate, standard, mean, spread, process, evidence + jacobian)
 
 
 def evidence_weights(log_evidences: np.ndarray, smallest: float) -> np.ndarray:
-    """Posterior probabilities of models of equal prior probability; those below `smallest` are set to zero."""
+    """Posterior probabilities (m,) [-] of models of equal prior probability; those below `smallest` are set to zero."""
     weights = np.exp(log_evidences - logsumexp(log_evidences))
     kept = np.where(weights >= min(smallest, weights.max()), weights, 0.0)
     return kept / kept.sum()
@@ -153,7 +153,7 @@ class AveragedModel:
         return 100 * np.sum(shares, axis=0)
 
     def deviation(self, rows: pd.DataFrame) -> np.ndarray:
-        """NaN (n,): a mixture is not described by a deviation, only by its quantiles."""
+        """NaN (n,): the spread of a mixture is given by its quantiles, not by a standard deviation."""
         return np.full(len(rows), np.nan)
 
     def quantiles(self, rows: pd.DataFrame, levels: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ class AveragedModel:
 
 
 def fit_library(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> list[Member]:
-    """Every member of the library, fitted on the given rows and nothing else."""
+    """Every member of the library, fitted on rows with the six conditions and yields (n,) [%], and nothing else."""
     return [fit_member(candidate, rows, yields, settings) for candidate in library(settings)]
 
 
@@ -194,7 +194,11 @@ def fit_averaged(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConf
 
 
 def describe_members(model: AveragedModel) -> pd.DataFrame:
-    """A row a member, heaviest first: link, a scale for each input, structure, weight, log_evidence and kernel."""
+    """One row for each member, largest weight first.
+
+    Columns: link, a scale for each input, structure, weight, log_evidence, a length scale for each input [standard
+    deviations], noise_variance.
+    """
     table = []
     for member, weight in zip(model.members, model.weights, strict=True):
         lengths = np.exp(member.process.logs[: len(INPUTS)])

@@ -1,4 +1,4 @@
-"""What the thesis leaves open, and what each choice does to the metrics on the locked split."""
+"""Choices that the thesis leaves open, and how each affects the metrics on the locked split."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ def _other_time_model(choices: Choices) -> list[Alternative]:
     return [Alternative("linear", {"time_model": "linear"})] if choices.time_model == "same" else []
 
 
-# The alternatives to each choice that need no new search.
+# The alternatives to each choice that do not need another search.
 ALTERNATIVES: dict[str, Callable[[Choices], list[Alternative]]] = {
     "linear_features": lambda choices: [
         Alternative("the six conditions", {"linear_features": list(CONDITIONS)}),
@@ -52,7 +52,7 @@ ALTERNATIVES: dict[str, Callable[[Choices], list[Alternative]]] = {
 def _row(
     model: YieldModel, choice: str, value: str, test: pd.DataFrame, outside: pd.DataFrame, training: TrainingConfig
 ) -> dict:
-    """Metrics on the test rows, and what the model predicts for each run outside the domain [%]."""
+    """Metrics on the test rows, and the predicted yield of each run outside the domain [%]."""
     beyond = zip(outside["case"], model.predict(outside), strict=True)
     return {
         "model": model.name,
@@ -67,15 +67,15 @@ def _row(
 def compare_choices(
     model: YieldModel, train: pd.DataFrame, test: pd.DataFrame, outside: pd.DataFrame, training: TrainingConfig
 ) -> pd.DataFrame:
-    """Metrics on the test rows for the model as taken and for each alternative, with the hyper-parameters as found.
+    """Metrics on the test rows for the model itself and for each alternative, with the same hyper-parameters.
 
     train, test, outside: case, the six conditions and yield_percent. Columns: model, strategy, choice, value, rmse
     [pp], mae [pp], mape [%], r2 [-], wmse [pp2], and case_CASE_percent for each row of `outside`.
     """
     rows = [_row(model, TAKEN, "", test, outside, training)]
-    bearing = [*regressor(model.name).choices, *(["time_model"] if model.strategy == TWO_STEP else [])]
+    applicable = [*regressor(model.name).choices, *(["time_model"] if model.strategy == TWO_STEP else [])]
     fit = (model.name, model.strategy, [step.parameters for step in model.steps], train, train[YIELD].to_numpy(float))
-    for choice in bearing:
+    for choice in applicable:
         for other in ALTERNATIVES[choice](training.choices):
             choices = Choices(**{**training.choices.model_dump(), **other.changes})
             changed = training.model_copy(update={"choices": choices, "seed": training.seed + other.seed_shift})
@@ -86,7 +86,10 @@ def compare_choices(
 def describe_search(
     model: YieldModel, test: pd.DataFrame, outside: pd.DataFrame, choice: str, training: TrainingConfig
 ) -> pd.DataFrame:
-    """The row of compare_choices for a model that was searched again with `otherwise(training, choice)`."""
+    """The row of compare_choices for a model that was searched again with `otherwise(training, choice)`.
+
+    Raises ValueError for a choice that a search does not depend on.
+    """
     changed = otherwise(training, choice)
     value = {
         SEARCH_SEED: f"seed {changed.seed} for folds, search and fit",

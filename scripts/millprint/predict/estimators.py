@@ -1,4 +1,4 @@
-"""Estimators beside those of scikit-learn: its Gaussian process made quicker, and its forest for the search."""
+"""Faster versions of two estimators of scikit-learn: the Gaussian process, and the random forests of a search."""
 
 import warnings
 from typing import Any
@@ -14,16 +14,17 @@ from millprint.config.yields import Choices
 
 
 class _OneHyperparameter:
-    """A kernel that names its only hyper-parameter, for which scikit-learn would search all names of the object.
+    """A kernel that names its only hyper-parameter.
 
-    It would do so several times at every step of a climb of the marginal likelihood: an eighth of the time of a fit.
+    scikit-learn would look for it among all attributes of the kernel, several times at every step that maximises the
+    marginal likelihood. That takes an eighth of the time of a fit.
     """
 
     varied: str
 
     @property
     def hyperparameters(self) -> list[Hyperparameter]:
-        """The list that scikit-learn would find."""
+        """The same list that scikit-learn finds."""
         return [getattr(self, f"hyperparameter_{self.varied}")]
 
 
@@ -46,10 +47,11 @@ class Noise(_OneHyperparameter, WhiteKernel):
 
 
 def gaussian_process(parameters: dict[str, float], columns: int, choices: Choices) -> GaussianProcessRegressor:
-    """Zero mean and C * Matern(nu = 1.5) + white noise, Eqs 5.5 to 5.10, for inputs of so many columns.
+    """A process of zero mean with the kernel C * Matern(nu = 1.5) + white noise, Eqs 5.5 to 5.10; it is not fitted yet.
 
-    parameters: constant [pp2], length_scale [standard deviations] and noise [pp2], from which the marginal likelihood
-    is climbed. The local maximum that it reaches depends on them: this is what the search of Table 5.2 decides.
+    parameters: constant [pp2], length_scale [standard deviations] and noise [pp2], where the maximisation of the
+    marginal likelihood starts; columns: number of features. The local maximum that is found depends on the start, so
+    the search of Table 5.2 is a search for the start.
     """
     shared = choices.length_scales == "shared"
     lengths = parameters["length_scale"] if shared else np.full(columns, parameters["length_scale"])
@@ -61,7 +63,7 @@ def gaussian_process(parameters: dict[str, float], columns: int, choices: Choice
 def fit_quietly(estimator: Any, inputs: np.ndarray, target: np.ndarray) -> Any:
     """Fit on inputs (n, k) and a target (n,) without the warning that a length scale has reached its bound.
 
-    That is no fault: with a length scale at its upper bound the kernel ignores a feature.
+    Such a fit is valid: with a length scale at its upper bound the kernel ignores a feature.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
@@ -69,25 +71,25 @@ def fit_quietly(estimator: Any, inputs: np.ndarray, target: np.ndarray) -> Any:
 
 
 class ForestFold:
-    """One fold's random forests of every size and shape that the search tries, each tree grown once.
+    """The random forests of every size and shape that a search needs for one fold; each tree is grown once.
 
     The first n trees of a forest do not depend on how many follow, and many sets of hyper-parameters give the same
-    trees: a node of fewer than 2 * min_samples_leaf rows is never split, and n rows make no tree deeper than n - 1.
-    So evaluations share trees. They are bit for bit those of RandomForestRegressor(random_state=seed), without the
+    trees: a node of fewer than 2 * min_samples_leaf rows is never split, and n rows make no tree deeper than n - 1. So
+    forests share trees. The trees are bit for bit those of RandomForestRegressor(random_state=seed), without the
     overhead of that class, which for 17 rows takes most of the time.
     """
 
     def __init__(
-        self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, max_features: float, seed: int, most: int
+        self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, max_features: float, seed: int, trees: int
     ):
-        """Of a fold: inputs (n, k), target (n,) and held-out inputs (m, k); most: the largest number of trees."""
+        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold; trees: the largest number of trees."""
         # Trees compare in single precision, as scikit-learn's do.
         self._inputs = np.ascontiguousarray(inputs, dtype=np.float32)
         self._held_out = np.ascontiguousarray(held_out, dtype=np.float32)
         self._target = np.ascontiguousarray(target, dtype=float)
         self._max_features = max_features
         generator = np.random.RandomState(seed)
-        self._seeds = [generator.randint(np.iinfo(np.int32).max) for _ in range(most)]
+        self._seeds = [generator.randint(np.iinfo(np.int32).max) for _ in range(trees)]
         self._bootstraps = [self._bootstrap(seed) for seed in self._seeds]
         self._predictions: dict[tuple[int, int, int], list[np.ndarray]] = {}
 
@@ -98,7 +100,7 @@ class ForestFold:
         return np.bincount(drawn, minlength=rows).astype(float)
 
     def predict(self, n_estimators: int, max_depth: int, min_samples_split: int, min_samples_leaf: int) -> np.ndarray:
-        """Mean prediction (m,) of the forest for the held-out rows, Eq. 5.11."""
+        """Mean prediction (m,) [pp] of a forest for the held-out rows, Eq. 5.11; n_estimators: at most `trees`."""
         depth = min(max_depth, len(self._target) - 1)
         shape = (depth, max(min_samples_split, 2 * min_samples_leaf), min_samples_leaf)
         grown = self._predictions.setdefault(shape, [])

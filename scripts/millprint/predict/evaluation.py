@@ -1,4 +1,4 @@
-"""What held-out predictions show: metrics with intervals, coverage, and the luck of a split."""
+"""Evaluation of held-out predictions: metrics with intervals, coverage, and the effect of the split."""
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ KEYS = ["model", "strategy", "scheme"]
 
 
 def _scores(rows: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
-    """The metrics of every repeat: a row a repeat."""
+    """The metrics of the repeats, one row for each."""
     return pd.DataFrame(
         metrics(part["yield_percent"].to_numpy(float), part["predicted_percent"].to_numpy(float), weigh)
         for _, part in rows.groupby("repeat")
@@ -65,11 +65,11 @@ def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:
 
 
 def split_luck(held_out: pd.DataFrame, weigh: YieldWeights, level: float) -> pd.DataFrame:
-    """How much the locked split flatters each model, at one search budget: a row a model and metric.
+    """How favourable the locked split is for each model and metric, all at the same search budget.
 
     held_out: KEYS, repeat, yield_percent, predicted_percent. Columns: model, strategy, metric, locked, random_median,
-    random_lower, random_upper, nested, worse_splits. The last is the share of random splits on which the model does
-    worse than on the locked one: 1 is flattered, 0 is hurt.
+    random_lower, random_upper, nested, worse_splits. worse_splits is the share of random splits with a worse metric
+    than the locked one: 1 if the locked split is the most favourable, 0 if it is the least.
     """
     found = []
     for (model, strategy), rows in held_out.groupby(["model", "strategy"], sort=False):
@@ -99,8 +99,8 @@ def split_luck(held_out: pd.DataFrame, weigh: YieldWeights, level: float) -> pd.
 def time_variance(time_h: np.ndarray, yields: np.ndarray) -> pd.DataFrame:
     """Share of the yield's variance that time alone explains: columns measure, share [-].
 
-    time_h, yields: (n,) [h] and [%]. `levels`: sum of squares between the times over the total, the most that any
-    function of time can explain; `line`: R2 of a straight line.
+    time_h, yields: (n,) [h] and [%]. `levels`: sum of squares between the times over the total sum of squares, the most
+    that any function of time can explain; `line`: R2 of a straight line.
     """
     frame = pd.DataFrame({"time": time_h, "yield": yields})
     means = frame.groupby("time")["yield"].transform("mean")

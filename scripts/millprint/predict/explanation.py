@@ -10,9 +10,9 @@ from millprint.predict.regressors import regressor
 def shap_values(model: YieldModel, rows: pd.DataFrame) -> pd.DataFrame:
     """SHAP values of a model: columns case, feature, feature_value, shap_pp, base_percent.
 
-    rows: case and the six conditions. The model is the sum of its steps, so its values are the sums of theirs: a
-    two-step model's time gets what the time model gives it. For each row the values and the base add up to the
-    prediction. Raises ValueError for a regressor that cannot be explained.
+    rows: case and the six conditions. The model is the sum of its steps, so its SHAP values are those of its steps
+    added up; in a two-step model the value of time is that of the time model. For each row the values and the base add
+    up to the prediction. Raises ValueError for a regressor that cannot be explained.
     """
     features = engineer(rows)
     total = pd.DataFrame(0.0, index=features.index, columns=list(FEATURES))

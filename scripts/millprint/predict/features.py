@@ -1,4 +1,4 @@
-"""What the models see of a run: engineered features, inputs of the averaged process, and their standardisation."""
+"""Inputs of the yield models: engineered features, inputs of the averaged process, and their standardisation."""
 
 from dataclasses import dataclass
 
@@ -20,8 +20,9 @@ MICROJOULE_HZ_IN_MW = 1e-3
 def engineer(rows: pd.DataFrame) -> pd.DataFrame:
     """The ten features of every row (thesis Sec. 5.2.2), (n, 10), in the order of FEATURES.
 
-    The six conditions, molar_ratio^2, bpr * molar_ratio, and the sigmoids 1 / (1 + exp(-x)) of the time in hours and
-    of the ball-to-powder ratio. Both are unscaled: the sigmoids separate 5 h from more and 10 from 30, but little else.
+    The six conditions, molar_ratio^2, bpr * molar_ratio, and the sigmoids 1 / (1 + exp(-x)) of the time in hours and of
+    the ball-to-powder ratio. Their arguments are unscaled, so they hardly do more than separate 5 h from longer times
+    and a ratio of 10 from 30.
     """
     features = rows[list(CONDITIONS)].astype(float)
     return features.assign(
@@ -35,9 +36,9 @@ def engineer(rows: pd.DataFrame) -> pd.DataFrame:
 def describe(rows: pd.DataFrame) -> pd.DataFrame:
     """The inputs of the averaged process for every row, (n, 5), in the order of INPUTS.
 
-    Power that one ball dissipates (En + Et) f [mW], how hard the powder is stressed, and the tangential share
-    Et / (En + Et) [-], how it is stressed. At one fill ratio the power follows the cube of the speed and the share is
-    constant (Eqs 3.28 and 3.29), so the two tell a change of speed from a change of regime.
+    The power per ball (En + Et) f [mW] measures how strongly the powder is stressed, the tangential share Et / (En +
+    Et) [-] in which way. At one fill ratio the power follows the cube of the speed and the share is constant (Eqs 3.28
+    and 3.29): another speed changes the power alone, another regime the share as well.
     """
     values = rows[list(CONDITIONS)].astype(float)
     both = values[NORMAL] + values[TANGENTIAL]
@@ -57,22 +58,22 @@ class Standardisation:
     def of(
         cls, inputs: np.ndarray, logarithmic: np.ndarray | bool = False, smallest: np.ndarray | float = 0.0
     ) -> "Standardisation":
-        """That of training inputs (n, k), with the population deviation or `smallest` (k,) where that is larger.
+        """The one for training inputs (n, k): their population deviation, or `smallest` (k,) where that is larger.
 
-        An input that the training rows hardly vary would otherwise be blown up to the size of the others. One that
-        does not vary at all is only centred.
+        Without `smallest`, an input that hardly varies among the training rows would be scaled to the same spread as
+        the others. An input that does not vary at all is only centred.
         """
         logarithmic = np.broadcast_to(logarithmic, inputs.shape[1])
-        seen = np.where(logarithmic, np.log(inputs), inputs) if logarithmic.any() else inputs
-        deviation = np.maximum(seen.std(axis=0), smallest)
-        return cls(seen.mean(axis=0), np.where(deviation > 0, deviation, 1.0), logarithmic)
+        scaled = np.where(logarithmic, np.log(inputs), inputs) if logarithmic.any() else inputs
+        deviation = np.maximum(scaled.std(axis=0), smallest)
+        return cls(scaled.mean(axis=0), np.where(deviation > 0, deviation, 1.0), logarithmic)
 
     @classmethod
     def none(cls, columns: int) -> "Standardisation":
-        """That of a model which sees its inputs as they are."""
+        """The one that leaves inputs with so many columns as they are."""
         return cls(np.zeros(columns), np.ones(columns), np.zeros(columns, dtype=bool))
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
-        """Inputs (n, k) as the model sees them."""
-        seen = np.where(self.logarithmic, np.log(inputs), inputs) if self.logarithmic.any() else inputs
-        return (seen - self.mean) / self.deviation
+        """Standardised inputs, (n, k)."""
+        scaled = np.where(self.logarithmic, np.log(inputs), inputs) if self.logarithmic.any() else inputs
+        return (scaled - self.mean) / self.deviation

@@ -20,7 +20,7 @@ INTERVAL_COLUMNS = ["scheme", "repeat", "case", "yield_percent", "method", "nomi
 
 @dataclass(frozen=True)
 class OuterFold:
-    """Positions of the rows to learn from and of those to predict, and the yields (n,) [%] of all rows."""
+    """Positions of the training rows (kept) and of the predicted rows (held), and the yields (n,) [%] of all rows."""
 
     scheme: str
     repeat: int
@@ -33,12 +33,12 @@ def outer_folds(rows: pd.DataFrame, budget: HeldOutConfig) -> list[OuterFold]:
     """The outer folds of every scheme, the same for every model.
 
     rows: role (train or test) and yield_percent. The random splits hold out as many rows as the locked one. For the
-    permutations the yields are shuffled among the rows, so that a model can learn nothing: its score there is luck.
+    permutations the yields are shuffled among the rows, so that a model can learn nothing and any score is chance.
     """
-    yields, everyone = rows[YIELD].to_numpy(float), np.arange(len(rows))
+    yields, positions = rows[YIELD].to_numpy(float), np.arange(len(rows))
     test = (rows["role"] == "test").to_numpy()
-    folds = [OuterFold(LOCKED_AGAIN, 0, everyone[~test], everyone[test], yields)]
-    folds += [OuterFold(LEFT_OUT, 0, np.delete(everyone, index), everyone[[index]], yields) for index in everyone]
+    folds = [OuterFold(LOCKED_AGAIN, 0, positions[~test], positions[test], yields)]
+    folds += [OuterFold(LEFT_OUT, 0, np.delete(positions, index), positions[[index]], yields) for index in positions]
     nested = RepeatedKFold(n_splits=budget.outer_folds, n_repeats=budget.outer_repeats, random_state=budget.seed)
     for number, (kept, held) in enumerate(nested.split(rows)):
         folds.append(OuterFold(NESTED, number // budget.outer_folds, kept, held, yields))
@@ -61,7 +61,8 @@ def predict_held_out(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Predictions of the held-out rows with PREDICTION_COLUMNS, and their predictive intervals with INTERVAL_COLUMNS.
 
-    rows: case and the six conditions. A permutation has no intervals: nothing is read off them.
+    rows: case and the six conditions; tick: called after each fold. No intervals are computed for permutations, since
+    nothing uses them.
     """
     predictions, intervals = [], []
     for fold in folds:

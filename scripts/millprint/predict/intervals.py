@@ -11,7 +11,7 @@ from millprint.predict.averaging import AveragedModel
 from millprint.predict.model import YieldModel, fit_model
 
 CV_PLUS = "cv_plus"
-# Fits rows and their yields (n,) [%] and gives the function that predicts others.
+# Fits on rows and their yields (n,) [%], and returns the function that predicts other rows.
 Fit = Callable[[pd.DataFrame, np.ndarray], Callable[[pd.DataFrame], np.ndarray]]
 
 
@@ -26,17 +26,17 @@ def own_intervals(model: YieldModel | AveragedModel, rows: pd.DataFrame, levels:
 def cross_intervals(centres: np.ndarray, residuals: np.ndarray, levels: list[float]) -> np.ndarray:
     """CV+ intervals, (m, levels, 2) [%], within 0 and 100 (Barber et al., Ann. Stat. 49 (2021) 486, Eq. 1.8).
 
-    centres: (n, m) predictions for m rows by the model that did not see training row i; residuals: (n,) |error| of
-    row i by that model. The ends are the floor(a (n + 1))-th smallest centre - residual and the
-    ceil((1 - a)(n + 1))-th smallest centre + residual, a = 1 - level, with coverage of at least 1 - 2a. Where n is too
-    small for a level the end is 0 or 100.
+    centres: (n, m) predictions for m rows by the model that did not see training row i; residuals: (n,) |error| of row
+    i by that model. The ends are the floor(a (n + 1))-th smallest centre - residual and the ceil((1 - a)(n + 1))-th
+    smallest centre + residual, a = 1 - level, with coverage of at least 1 - 2a. If n is too small for a level, the end
+    is 0 or 100.
     """
     count = len(residuals)
     low = np.sort(centres - residuals[:, None], axis=0)
     high = np.sort(centres + residuals[:, None], axis=0)
     ends = np.empty((centres.shape[1], len(levels), 2))
     for index, level in enumerate(levels):
-        # Rounded first: 0.05 * 40 must count as 2 and not as a little less.
+        # Rounded first, so that 0.05 * 40 counts as 2 and not as a little less.
         below = int(np.floor(round((1 - level) * (count + 1), 9)))
         above = int(np.ceil(round(level * (count + 1), 9)))
         ends[:, index, 0] = low[below - 1] if below >= 1 else 0.0
@@ -58,6 +58,6 @@ def cross_validated_intervals(
 
 
 def refit(model: YieldModel, training: TrainingConfig) -> Fit:
-    """Fits of a model to other rows: its hyper-parameters stay, its steps are fitted again."""
+    """A function that fits the steps of a model on other rows, with the same hyper-parameters."""
     parameters = [step.parameters for step in model.steps]
     return lambda rows, yields: fit_model(model.name, model.strategy, parameters, rows, yields, training).predict

@@ -59,7 +59,7 @@ def bootstrap_metrics(
 
     truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, and a resample
     takes the same cases in all of them. The models are not fitted again: the interval shows how much the value depends
-    on which cases it was taken over. Resamples in which a metric is not defined (all yields equal) are left out.
+    on the choice of cases. Resamples in which a metric is not defined (all yields equal) are left out.
     """
     truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
     cases = truth.shape[1]

@@ -34,8 +34,8 @@ def plan_steps(name: str, strategy: str, choices: Choices) -> list[Plan]:
     """The steps of a model.
 
     primary: one step, on all ten features unless the regressor's record names others. two_step: a model on the time
-    alone, then one on the nine other features for what the first leaves. Raises ValueError for an unknown regressor
-    and for a strategy that it does not have.
+    alone, then one on the nine other features for the residuals of the first. Raises ValueError for an unknown
+    regressor, and for a strategy that the regressor does not have.
     """
     record = regressor(name)
     if strategy not in record.strategies:
@@ -56,11 +56,11 @@ class Step:
     estimator: Any
 
     def inputs(self, features: pd.DataFrame) -> np.ndarray:
-        """What the estimator sees of engineered features, (n, k)."""
+        """The inputs (n, k) of the estimator from engineered features (n, 10)."""
         return self.standard(features[list(self.plan.features)].to_numpy(float))
 
     def predict(self, features: pd.DataFrame) -> np.ndarray:
-        """The share of this step in the prediction, (n,) [pp]."""
+        """What this step adds to the prediction, (n,) [pp]."""
         return np.asarray(self.estimator.predict(self.inputs(features)), dtype=float)
 
 
@@ -81,9 +81,10 @@ def fit_step(
 def fit_in_turn(
     rows: pd.DataFrame, yields: np.ndarray, parts: Iterable[T], fit: Callable[[T, pd.DataFrame, np.ndarray], Step]
 ) -> list[Step]:
-    """A step for each part, fitted on what the steps before it leave of the yields (n,) [%].
+    """One step for each part, fitted on the residuals of the steps before it; the first on the yields (n,) [%].
 
-    rows: the six conditions; fit(part, features, target): fits a step on engineered features (n, 10) and its target.
+    rows: the six conditions of n runs; fit(part, features, target): fits a step on engineered features (n, 10) and its
+    target.
     """
     features, target, steps = engineer(rows), np.asarray(yields, dtype=float), []
     for part in parts:
@@ -113,7 +114,7 @@ class YieldModel:
     def deviation(self, rows: pd.DataFrame) -> np.ndarray:
         """Standard deviation of a predicted measurement (n,) [pp]; NaN for a model that predicts no distribution.
 
-        For two steps it is that of the second, which is a distribution of what the first leaves.
+        For two steps it is that of the second, which predicts the residuals of the first.
         """
         last = self.steps[-1]
         deviation = regressor(last.plan.regressor).deviation
@@ -133,11 +134,11 @@ def fit_model(
     yields: np.ndarray,
     training: TrainingConfig,
 ) -> YieldModel:
-    """Fit a model whose hyper-parameters are known: each step on what those before it leave.
+    """Fit a model whose hyper-parameters are known: each step on the residuals of those before it.
 
     name, strategy: as in the registry of regressors; parameters: a set for each step, by the names of the search
-    space; rows: the six conditions of n runs; yields: (n,) [%]. Raises ValueError for an unknown regressor or strategy
-    and where the sets are not as many as the steps.
+    space; rows: the six conditions of n runs; yields: (n,) [%]. Raises ValueError for an unknown regressor or strategy,
+    and if there are not as many sets as steps.
     """
 
     def fit(part: tuple[Plan, Parameters], features: pd.DataFrame, target: np.ndarray) -> Step:

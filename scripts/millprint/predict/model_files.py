@@ -1,4 +1,4 @@
-"""Yield models as JSON: what was learned, or the recipe where it is fitted again exactly; nothing is pickled."""
+"""Yield models as JSON files: what a fit has learned, or what is needed to repeat it exactly. Nothing is pickled."""
 
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -19,11 +19,12 @@ from millprint.predict.search import SearchResult
 from millprint.predict.structured import Process, terms_of
 
 FORMAT, AVERAGED_FORMAT = "millprint yield model 1", "millprint averaged yield model 1"
+# Largest difference between the predictions of a stored model and those in its file [pp].
 AGREEMENT_PP = 1e-6
 
 
 def _about(model: YieldModel | AveragedModel, rows: pd.DataFrame, libraries: Sequence[str]) -> dict:
-    """What every file holds: the model's name, its training rows, its predictions for them, and versions."""
+    """What every file contains: the model's name, its training rows, its predictions for them, and library versions."""
     return {
         "algorithm": model.name,
         "strategy": model.strategy,
@@ -60,7 +61,8 @@ def save_model(
 def save_averaged(model: AveragedModel, rows: pd.DataFrame, margin: float, path: str) -> None:
     """Write an averaged process.
 
-    rows: the training rows, with case, the six conditions and yield_percent; margin: of its conversions [-].
+    rows: the training rows, with case, the six conditions and yield_percent; margin: the smallest distance of the
+    conversions from 0 and 1 [-].
     """
     members = [
         {
@@ -99,12 +101,15 @@ def read_stored(path: str, expected: str | None = None) -> dict:
 
 
 def stored_search(path: str) -> list[dict | None]:
-    """For each step of a stored model loss_pp2 and evaluations of its search; None for a step that is not tuned."""
+    """The search of each step of a stored model: loss_pp2 and evaluations; None for a step that is not tuned."""
     return [step["search"] for step in read_json(path)["steps"]]
 
 
 def training_rows(path: str) -> pd.DataFrame:
-    """The rows that a stored model was trained on: case, the six conditions, yield_percent."""
+    """The rows that a stored model was trained on: case, the six conditions, yield_percent.
+
+    Raises ConfigError as read_stored.
+    """
     content = read_stored(path)
     return pd.DataFrame(content["rows"]).assign(case=content["cases"])
 
@@ -113,10 +118,10 @@ def _check_agreement(path: str, content: dict, predicted: np.ndarray) -> None:
     """Raise ConfigError unless a model predicts its training rows, `predicted` (n,) [%], as when it was written."""
     worst = float(np.max(np.abs(predicted - np.array(content["predicted_percent"]))))
     if not worst <= AGREEMENT_PP:
-        then = ", ".join(f"{name} {number}" for name, number in content["versions"].items())
+        versions = ", ".join(f"{name} {number}" for name, number in content["versions"].items())
         raise ConfigError(
             f"{path}: predictions for the training rows are off by {worst:.2g} points: the file was changed, or it was "
-            f"written by libraries that compute differently ({then})"
+            f"written by libraries that compute differently ({versions})"
         )
 
 
@@ -146,10 +151,12 @@ def _restore_member(stored: dict, rows: pd.DataFrame, margin: float) -> Member:
     candidate = Candidate(stored["link"], tuple(stored["scales"]), stored["structure"])
     input_mean, input_spread = np.array(stored["input_mean"]), np.array(stored["input_spread"])
     standard = Standardisation(input_mean, input_spread, candidate.logarithmic)
-    seen = LINKS[candidate.link].forward(to_conversion(rows[YIELD].to_numpy(), margin))
+    latent = LINKS[candidate.link].forward(to_conversion(rows[YIELD].to_numpy(), margin))
     mean, spread = stored["target_mean"], stored["target_spread"]
     inputs = standard(describe(rows).to_numpy())
-    process = Process(terms_of(candidate.structure), np.array(stored["log_parameters"]), inputs, (seen - mean) / spread)
+    process = Process(
+        terms_of(candidate.structure), np.array(stored["log_parameters"]), inputs, (latent - mean) / spread
+    )
     return Member(candidate, standard, mean, spread, process, stored["log_evidence"])
 
 

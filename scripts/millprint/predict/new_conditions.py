@@ -13,7 +13,7 @@ from millprint.predict.model_files import load_any, training_rows
 
 
 def trained_ranges(rows: pd.DataFrame, settings: PredictionConfig) -> dict[str, tuple[float, float]]:
-    """Lowest and highest value that is answered, of each condition and of the tangential share."""
+    """Lowest and highest value with a prediction, for each condition and for the tangential share."""
     ranges = {}
     for name in CONDITIONS:
         low, high = float(rows[name].min()), float(rows[name].max())
@@ -24,9 +24,9 @@ def trained_ranges(rows: pd.DataFrame, settings: PredictionConfig) -> dict[str, 
 
 
 def range_warnings(rows: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -> list[str]:
-    """For each row the conditions outside the ranges, empty where there are none.
+    """For each row the conditions outside the ranges as text, empty if there are none.
 
-    The share shows whether the energies belong to the fill ratios of the training, which no energy shows alone.
+    The share is checked as well: at another fill ratio each energy can be within its range while their ratio is not.
     """
     values = rows[list(CONDITIONS)].assign(**{SHARE: describe(rows)[SHARE]})
     return [
@@ -50,10 +50,10 @@ def predict_conditions(
 ) -> pd.DataFrame:
     """Columns: case, the six conditions, predicted_percent, lower_percent, upper_percent, interval, warning.
 
-    path: of a stored model; rows: case and the six conditions; level: of the intervals [-]. The interval is the
-    model's own where it has a distribution, else CV+ of its training rows, in so many folds. A row outside the trained
-    ranges by more than `limits` allows has a warning and no numbers, unless `extrapolate`. Raises ConfigError as
-    load_any.
+    path: a stored model; rows: case and the six conditions; folds: of the CV+ intervals; level: of the intervals [-].
+    The interval is the model's own if it predicts a distribution, else CV+ from its training rows. A row that is
+    further outside the trained ranges than `limits` allows has a warning and no numbers, unless `extrapolate` is true.
+    Raises ConfigError as load_any.
     """
     model, known = load_any(path), training_rows(path)
     intervals = own_intervals(model, rows, [level])

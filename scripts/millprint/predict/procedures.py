@@ -1,4 +1,4 @@
-"""Every yield model as one training procedure: learn from some rows, predict others."""
+"""Training procedures: each learns from some rows and predicts others, whatever kind of yield model it trains."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ Procedure = Callable[[pd.DataFrame, np.ndarray, pd.DataFrame, list[float]], Pred
 def procedure_of(
     name: str, strategy: str, training: TrainingConfig, budget: HeldOutConfig, averaging: AveragingConfig
 ) -> Procedure:
-    """How a model is trained: everything that it chooses it chooses on the rows that it learns from.
+    """The training procedure of a model. Everything that it chooses, it chooses from the training rows alone.
 
-    name: a regressor, which is tuned and fitted, or the averaged process, whose members are weighted. Raises ValueError
+    name: a regressor, which is tuned and fitted, or AVERAGED, whose members are fitted and weighted. Raises ValueError
     for an unknown one.
     """
 

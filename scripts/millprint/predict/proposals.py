@@ -1,4 +1,4 @@
-"""The next experiments: for a higher yield and for a better model, each with its settings and what to expect."""
+"""Proposals of the next experiments: for a higher yield and for a better model, with their predicted yields."""
 
 import numpy as np
 import pandas as pd
@@ -17,9 +17,10 @@ FOR_YIELD, FOR_LEARNING = "yield", "learning"
 
 
 def shortlist(merit: np.ndarray, size: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of the conditions to compare, and where among them the random half lies.
+    """Positions (size,) of the conditions to compare, and the positions among them of the random half.
 
-    Half are those of the largest merit, half are drawn from the rest: these stand for the whole region.
+    merit: (n,). Half of the conditions have the largest merit. The other half is drawn at random from the rest, to
+    represent the whole region. There are fewer if n is below `size`.
     """
     order = np.argsort(-merit, kind="stable")
     best = order[: (size + 1) // 2]
@@ -33,7 +34,7 @@ def shortlist(merit: np.ndarray, size: int, generator: np.random.Generator) -> t
 def propose(
     model: AveragedModel, known: pd.DataFrame, conditions: pd.DataFrame, settings: ProposalConfig
 ) -> pd.DataFrame:
-    """The next runs for each purpose, done as one batch.
+    """The next runs for each purpose, proposed as one batch.
 
     known: the rows that the model was trained on; conditions: what region_conditions returns. Columns: purpose, rank,
     the settings, balls, powder_mass_g, descriptors, predicted_percent, lower_percent, upper_percent,

@@ -1,4 +1,4 @@
-"""A change of the mechanical regime: what a model trained at one fill ratio says of another (thesis Sec. 5.3.3)."""
+"""A change of the mechanical regime: predictions for fill ratios that are not in the training (thesis Sec. 5.3.3)."""
 
 from collections.abc import Callable
 from itertools import combinations
@@ -20,10 +20,10 @@ SCREENING, REFERENCE = "screening", "reference"
 def reference_of_mill(
     cases: pd.DataFrame, mill: MillConfig, reference_speed: float, density: float, diameter: float
 ) -> Condition[float]:
-    """How the reference case is run in a mill: at a speed [Hz], with balls of a density [kg/m3] and diameter [m].
+    """The condition of the reference case in a mill, at a speed [Hz], for a ball density [kg/m3] and diameter [m].
 
-    The amplitude is half the longest way of a wall, as in every run's summary. Raises ConfigError for a mill whose
-    shape does not hold.
+    The amplitude is half the longest travel of a wall, as in every run's summary. Raises ConfigError for a mill with an
+    impossible shape.
     """
     return reference_condition(
         cases,
@@ -37,8 +37,8 @@ def reference_of_mill(
 def regime_rows(cases: pd.DataFrame, reference: Condition[float]) -> pd.DataFrame:
     """The cases of chapter 4 as rows of a yield model: case, regime (the fill ratio), the six conditions, yield.
 
-    cases: as read_regimes gives them; reference: the condition of the reference case. That case is left out: it is a
-    run of the screening (case 14).
+    cases: as read_regimes gives them; reference: the condition of the reference case. That case is left out, since it
+    is a run of the screening (case 14).
     """
     designed = design_cases(cases, reference)
     rows = cases[["case", "mode", "bpr", "molar_ratio", "time_h", YIELD]].assign(
@@ -52,10 +52,10 @@ def regime_rows(cases: pd.DataFrame, reference: Condition[float]) -> pd.DataFram
 
 
 def without_regime(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows as if every run had the tangential share of the first, at the energy that it had.
+    """The rows with the tangential share of the first row in all of them; the sum of both energies is not changed.
 
-    A model then knows how hard the powder was stressed but not how. Its predictions for another regime show what it
-    can tell without the share.
+    A model then knows how strongly the powder was stressed, but not in which way. Its predictions for another regime
+    show how well it does without the share.
     """
     energy = rows["normal_energy_uJ"] + rows["tangential_energy_uJ"]
     first = rows.iloc[0]
@@ -64,7 +64,7 @@ def without_regime(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _training_sets(others: list[str], own: list[str]) -> list[tuple[str, list[str], list[str]]]:
-    """(what was added, cases added, cases to predict): nothing, the other regime, and cases of the own with each."""
+    """Name of what is added, cases added, cases to predict: with and without the other regime and cases of the same."""
     sets = [("nothing", [], own), ("other regime", others, own)]
     for count in range(1, len(own)):
         for added in combinations(own, count):
@@ -81,11 +81,11 @@ def leave_regimes_out(
     level: float,
     tick: Callable[[], None] = lambda: None,
 ) -> pd.DataFrame:
-    """Predictions for every regime by models that were trained on the screening and on more and more beside it.
+    """Predictions for every regime by models trained on the screening runs and on different added cases.
 
     screening, regimes: case, (regime,) the six conditions, yield_percent. procedures: by model and descriptors, with
-    whether the tangential share is hidden from it. Columns: model, descriptors, regime, added, added_cases, case,
-    yield_percent, predicted_percent, error_pp, method, lower_percent, upper_percent.
+    whether the tangential share is hidden from it; tick: called after each fit. Columns: model, descriptors, regime,
+    added, added_cases, case, yield_percent, predicted_percent, error_pp, method, lower_percent, upper_percent.
     """
     everything = pd.concat([screening.assign(regime=SCREENING), regimes], ignore_index=True).set_index("case")
     tables = []

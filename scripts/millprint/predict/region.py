@@ -1,4 +1,4 @@
-"""The conditions that a mill can be set to, with the descriptors that master curves give them."""
+"""The conditions that can be set on a mill, and their descriptors from the master curves."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -17,7 +17,7 @@ GRAM = 1e-3
 
 @dataclass(frozen=True)
 class Mill:
-    """What a mill brings to the descriptors: ball density [kg/m3], amplitude [m] and volume of the jar [m3]."""
+    """What the descriptors need of a mill: ball density [kg/m3], amplitude [m] and volume of the jar [m3]."""
 
     density: float
     amplitude: float
@@ -43,13 +43,12 @@ def check_region(region: RegionConfig, curves: pd.DataFrame, source: str) -> Non
     for fill in region.fill_ratio:
         if np.isnan(curve_point(curves, fill)["Pn"]):
             raise ConfigError(
-                f"{source}: yields.proposals.region.fill_ratio = {fill:g}: the master curves hold from {low:g} to "
-                f"{high:g}"
+                f"{source}: yields.proposals.region.fill_ratio = {fill:g}: the master curves cover {low:g} to {high:g}"
             )
 
 
 def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) -> pd.DataFrame:
-    """Every combination of the settings, with what to weigh out and the descriptors by Eqs 3.22, 3.28 and 3.29.
+    """Every combination of the settings, with balls, powder and the descriptors of Eqs 3.22, 3.28 and 3.29.
 
     Columns: case, the settings, balls, powder_mass_g, normal_energy_uJ, tangential_energy_uJ, specific_frequency_hz.
     """

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     import numpy as np
 
 PRIMARY, TWO_STEP = "primary", "two_step"
-# The averaged Gaussian process (millprint.predict.averaging), which mixes many fits and is no regressor.
+# The averaged Gaussian process (millprint.predict.averaging), which averages many fits and is not a regressor.
 AVERAGED = "averaged_gpr"
 SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
 
 Parameters = dict[str, Any]
-# Predicts the held-out rows (m,) [pp] of fold number i for some hyper-parameters.
+# Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
 FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
 
 
@@ -38,23 +38,23 @@ def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarra
 
 @dataclass(frozen=True)
 class Regressor:
-    """What the yield models, their files, tables and figures need to know of a regressor.
+    """What the yield models, their files, tables and figures need to know about a regressor.
 
     title: its name in figures.
     settled: how the choices that the thesis leaves open were settled, for the report.
-    make(parameters, columns, training, threads): an estimator of scikit-learn's kind that is not fitted yet, with
-    hyper-parameters by their names in the search space, for so many features.
+    make(parameters, columns, training, threads): an estimator like those of scikit-learn, not fitted yet; parameters:
+    by their names in the search space; columns: number of features.
     space: its search space; None for one without hyper-parameters.
-    scaled: whether it sees standardised features (Eq. 5.2) or features as they are.
+    scaled: whether its features are standardised (Eq. 5.2).
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
-    choices: the open choices that bear on it (keys of millprint.predict.choices.ALTERNATIVES).
+    choices: the open choices that affect it (keys of millprint.predict.choices.ALTERNATIVES).
     keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
     deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
-    fitted(estimator, features): the hyper-parameters that the fit itself has found, by name.
-    fold_predictor(inputs, target, folds, training): a quicker cross-validation than a fit for each evaluation.
+    fitted(estimator, features): the hyper-parameters that the fit has determined, by name.
+    fold_predictor(inputs, target, folds, training): a faster cross-validation than a fit for each evaluation.
     """
 
     title: str
@@ -118,7 +118,7 @@ def _gpr_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
 
 
 def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
-    """What the marginal likelihood made of a kernel; length scales in standard deviations of their feature."""
+    """The fitted hyper-parameters of a kernel; length scales in standard deviations of their feature."""
     import numpy as np
 
     kernel = estimator.kernel_
@@ -141,8 +141,10 @@ def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig,
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
     from millprint.predict.estimators import ForestFold
 
-    most, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
-    forests = [ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, most) for kept, held in folds]
+    trees, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
+    forests = [
+        ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, trees) for kept, held in folds
+    ]
     return lambda fold, parameters: forests[fold].predict(**parameters)
 
 
@@ -266,7 +268,7 @@ def regressor(name: str) -> Regressor:
 
 
 def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Regressor and strategy of every model that the named regressors take part in, in this order."""
+    """Regressor and strategy of every model of the named regressors, in order. Raises ValueError for an unknown one."""
     return [(name, strategy) for name in names for strategy in regressor(name).strategies]
 
 
@@ -277,18 +279,18 @@ MODELS = models_of(spaces.TABLE_5_6)
 def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = MODELS) -> list[tuple[str, str, str]]:
     """Regressor, strategy and choice of every model that is searched again with another value of some choices.
 
-    Another seed bears on every tuned model, other weights of the residuals on those of two steps. Raises KeyError for
-    another choice.
+    Another seed affects every tuned model, other weights of the residuals those of two steps. Raises KeyError for any
+    other choice.
     """
-    bears_on = {
+    affected = {
         SEARCH_SEED: [(name, strategy) for name, strategy in models if regressor(name).space],
         RESIDUAL_WEIGHTS: [(name, strategy) for name, strategy in models if strategy == TWO_STEP],
     }
-    return [(*model, choice) for choice in choices for model in bears_on[choice]]
+    return [(*model, choice) for choice in choices for model in affected[choice]]
 
 
 def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
-    """The settings with another value of a choice that a search depends on. Raises ValueError for another choice."""
+    """The settings with another value of a choice that a search depends on. Raises ValueError for any other."""
     if choice == SEARCH_SEED:
         return settings.model_copy(update={"seed": settings.seed + 1})
     if choice == RESIDUAL_WEIGHTS:

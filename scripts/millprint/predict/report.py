@@ -17,7 +17,7 @@ def labelled(table: pd.DataFrame, model: YieldModel | AveragedModel) -> pd.DataF
 
 
 def locked_metrics(models: list[YieldModel | AveragedModel], test: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
-    """Table 5.6: a row a model with rmse, mae [pp], mape [%], r2 [-], wmse [pp2], and the number of test rows."""
+    """Table 5.6: for each model rmse, mae [pp], mape [%], r2 [-], wmse [pp2], and the number of test rows."""
     truth = test[YIELD].to_numpy(float)
     tables = [
         labelled(pd.DataFrame([{**metrics(truth, model.predict(test), weigh), "test_rows": len(test)}]), model)
@@ -27,7 +27,7 @@ def locked_metrics(models: list[YieldModel | AveragedModel], test: pd.DataFrame,
 
 
 def predictions(models: list[YieldModel | AveragedModel], rows: pd.DataFrame, level: float) -> pd.DataFrame:
-    """Every model's prediction for every row, with a predictive interval where the model gives one.
+    """Every model's prediction for every row, with a predictive interval if the model has one.
 
     rows: case, the six conditions, yield_percent, and role where there is one. Columns: model, strategy, case, (role,)
     yield_percent, predicted_percent, error_pp, deviation_pp, lower_percent, upper_percent.

@@ -1,4 +1,4 @@
-"""A test of the next experiment on what was done: how many runs to the best of them, against chance."""
+"""A test of the proposals on the runs that were done: how many it takes to find the best one, against chance."""
 
 from collections.abc import Callable
 
@@ -22,21 +22,24 @@ MERITS: dict[str, Merit] = {
 
 
 def smaller_library(averaging: AveragingConfig, settings: RetrospectiveConfig) -> AveragingConfig:
-    """The library with the links and structures of the test, since every step fits it again."""
+    """The library with only the links and structures of the test, to save time: every step fits the library again."""
     return averaging.model_copy(update={"links": settings.links, "structures": settings.structures})
 
 
 def draw_starts(yields: np.ndarray, settings: RetrospectiveConfig) -> list[np.ndarray]:
-    """Positions of the runs known at each start; none holds a run of the highest yield."""
+    """Positions (start_runs,) of the runs known at each start, never with a run of the highest yield.
+
+    yields: (n,) [%]. Raises ValueError if there are too few other runs.
+    """
     generator, others = np.random.default_rng(settings.seed), np.flatnonzero(yields < yields.max())
     return [generator.choice(others, settings.start_runs, replace=False) for _ in range(settings.starts)]
 
 
 def search_best(rows: pd.DataFrame, start: np.ndarray, merit: Merit, averaging: AveragingConfig) -> np.ndarray:
-    """Best yield [%] known after each run, from the start on, until the best of all is found.
+    """Best yield known after each run, (runs,) [%], from the start until the best run of all is found.
 
-    rows: the six conditions and yield_percent. At each step the model learns from the runs known, and the run of the
-    largest merit among the others is done.
+    rows: the six conditions and yield_percent. At each step a model is fitted to the known runs, and the run with the
+    largest merit among the others becomes known. start: positions of the runs known at first.
     """
     yields = rows[YIELD].to_numpy(float)
     known, reached = list(start), [float(yields[start].max())]
@@ -49,9 +52,10 @@ def search_best(rows: pd.DataFrame, start: np.ndarray, merit: Merit, averaging: 
 
 
 def chance(count: int, start_runs: int, best: int) -> np.ndarray:
-    """Probability that one of `best` best runs is among the first n done, n = start_runs .. count, in random order.
+    """Probability that the first n of `count` runs in random order include one of the `best` best runs.
 
-    None is among the first `start_runs`: 1 - C(left - best, k) / C(left, k) for k further runs of `left`.
+    An array for n = start_runs .. count. None of the best is among the first `start_runs`: 1 - C(left - best, k) /
+    C(left, k) for k further runs of `left`.
     """
     left = count - start_runs
     missed = [1.0]
@@ -66,7 +70,7 @@ def search_table(
     """Share of starts that have found the best run after n runs: strategy, runs, found, lower, upper, best_percent.
 
     The interval is Clopper and Pearson's over starts; that of chance is exact and has no width. best_percent is the
-    mean of the best yield known; for chance it is left empty.
+    mean of the best yield known; it is NaN for chance.
     """
     runs = np.arange(start_runs, len(yields) + 1)
     tables = []

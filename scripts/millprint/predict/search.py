@@ -18,19 +18,19 @@ from millprint.predict.regressors import Parameters, regressor
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The best set of hyper-parameters, its cross-validated weighted MSE [pp2], and how many sets were tried."""
+    """The best set of hyper-parameters, its cross-validated weighted MSE [pp2], and the number of sets evaluated."""
 
     parameters: Parameters
     loss: float
     evaluations: int
 
 
-# Of a regressor without hyper-parameters.
+# The result for a regressor without hyper-parameters.
 NOT_SEARCHED = SearchResult({}, float("nan"), 0)
 
 
 def _hyperopt_space(space: SearchSpace) -> dict[str, Any]:
-    """A search space as hyperopt takes it."""
+    """A search space in the form that hyperopt needs."""
     from hyperopt import hp
     from hyperopt.pyll import scope
 
@@ -44,7 +44,7 @@ def _hyperopt_space(space: SearchSpace) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Trainer:
-    """How models are trained: settings, budget of the search, threads, and what is called after each evaluation."""
+    """How models are trained: settings, budget of the search, threads, and a function called after each evaluation."""
 
     training: TrainingConfig
     budget: SearchConfig
@@ -52,7 +52,7 @@ class Trainer:
     tick: Callable[[], None] = lambda: None
 
     def evaluations(self, name: str, strategy: str) -> int:
-        """How many sets of hyper-parameters `train` tries, for a progress bar."""
+        """Number of sets of hyper-parameters that `train` evaluates. Raises ValueError for an unknown model."""
         plans = plan_steps(name, strategy, self.training.choices)
         return sum(
             getattr(self.budget.evaluations, plan.regressor) for plan in plans if regressor(plan.regressor).space
@@ -84,9 +84,9 @@ class Trainer:
     def search(self, name: str, inputs: np.ndarray, target: np.ndarray, weights: np.ndarray) -> SearchResult:
         """The hyper-parameters of a regressor with the smallest weighted MSE (Eq. 5.3), averaged over repeated k-fold.
 
-        inputs: (n, k) features as the estimator sees them; target [pp], weights [-]: (n,).
+        inputs: (n, k) features, standardised if the regressor needs it; target [pp], weights [-]: (n,).
         """
-        # Imported here, as in _hyperopt_space: it takes half a second, and reading a model needs no search.
+        # Imported here, as in _hyperopt_space: the import takes half a second, and reading a model needs no search.
         from hyperopt import Trials, fmin, space_eval, tpe
 
         record, seed = regressor(name), self.training.seed

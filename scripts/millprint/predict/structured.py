@@ -8,13 +8,14 @@ from scipy.optimize import minimize
 
 from millprint.config.averaging import INPUTS, Priors
 
-# Variance of the unknown mean, for a target of unit variance: wide, yet the evidence stays proper.
+# Variance of the unknown mean, for a target of unit variance: large, but finite so that the evidence is defined.
 MEAN_VARIANCE = 4.0
 JITTER = 1e-9
 # Hyper-parameters stay within this many standard deviations of the logarithm of their prior's median.
 REACH = 4.0
+# Step of the central differences of the gradient.
 STEP = 1e-4
-# Of the products behind the gradient: numpy would look for the best one at every step.
+# Order of the products in the gradient; without it numpy searches for the best order at every step.
 ORDER = ["einsum_path", (1, 2), (0, 1)]
 
 
@@ -29,9 +30,10 @@ class Terms:
 def terms_of(structure: str) -> Terms:
     """The terms of a structure.
 
-    product: one over all inputs. mains_product: one an input, and the product. time_product: time, and the product,
-    the two steps of thesis Sec. 5.2.5 in one model. trend_product: a straight line an input, and the product.
-    mains_pairs: one an input and one a pair, the decomposition of an analysis of variance.
+    product: one term over all inputs. mains_product: one for each input, and the product. time_product: time, and the
+    product, which are the two steps of thesis Sec. 5.2.5 in one model. trend_product: a straight line in each input,
+    and the product. mains_pairs: one for each input and one for each pair, as in an analysis of variance. Raises
+    KeyError for an unknown structure.
     """
     count = len(INPUTS)
     mains, everything = np.eye(count), np.ones((1, count))
@@ -51,35 +53,35 @@ def terms_of(structure: str) -> Terms:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Squared differences and products of the inputs of two sets of rows, an input at a time, each (k, n, m)."""
+    """Squared differences and products of the inputs of two sets of rows, (k, n, m) each."""
 
     squares: np.ndarray
     products: np.ndarray
 
     @classmethod
     def of(cls, left: np.ndarray, right: np.ndarray) -> "Pairs":
-        """Those of inputs (n, k) and (m, k)."""
+        """The pairs of inputs (n, k) with inputs (m, k)."""
         squares = (left[:, None, :] - right[None, :, :]) ** 2
         return cls(np.moveaxis(squares, 2, 0), np.moveaxis(left[:, None, :] * right[None, :, :], 2, 0))
 
     @classmethod
     def with_itself(cls, rows: np.ndarray) -> "Pairs":
-        """Of each row (m, k) with itself alone, each (k, m, 1)."""
+        """Each row of inputs (m, k) paired with itself alone, (k, m, 1)."""
         squared = (rows**2).T[:, :, None]
         return cls(np.zeros_like(squared), squared)
 
 
 def prior_of(terms: Terms, priors: Priors) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and deviation of the normal prior of the logarithms: length scales, variances, noise."""
+    """Mean and standard deviation of the normal prior of the log hyper-parameters: length scales, variances, noise."""
     counts = ((priors.length_scale, terms.factors.shape[1]), (priors.variance, len(terms.factors)), (priors.noise, 1))
     mean = np.concatenate([np.full(count, np.log(prior.median)) for prior, count in counts])
     return mean, np.concatenate([np.full(count, prior.log_deviation) for prior, count in counts])
 
 
 def covariance_terms(logs: np.ndarray, terms: Terms, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
-    """Every term's covariance, (terms, n, m), and d_j^2 / l_j^2, (k, n, m).
+    """Covariance of each term, (terms, n, m), and d_j^2 / l_j^2, (k, n, m), for log hyper-parameters `logs`.
 
-    v_t exp(-1/2 sum_{j in t} d_j^2 / l_j^2), or v_t x_j x_j' for a linear term.
+    The covariance is v_t exp(-1/2 sum_{j in t} d_j^2 / l_j^2), or v_t x_j x_j' for a linear term.
     """
     count = terms.factors.shape[1]
     scaled = pairs.squares * np.exp(-2 * logs[:count])[:, None, None]
@@ -90,7 +92,7 @@ def covariance_terms(logs: np.ndarray, terms: Terms, pairs: Pairs) -> tuple[np.n
 
 @dataclass(frozen=True)
 class Posterior:
-    """What the hyper-parameters theta of a process are fitted to.
+    """The posterior of the hyper-parameters theta of a process.
 
     terms, pairs: of the kernel and of the rows with themselves; target: (n,) standardised; prior: mean and deviation
     of theta, the logarithms of length scales, variances and noise.
@@ -124,9 +126,10 @@ class Posterior:
     def log_evidence(self, logs: np.ndarray, value: float) -> float:
         """Laplace's approximation of log p(z): -value + d/2 log 2 pi - 1/2 log |H|, H the Hessian at the maximum.
 
-        logs, value: the maximum and what negative_log gives there. H is the central difference of the gradient. Along
-        a direction about which the data say nothing it is the precision of the prior. A curvature below a tenth of the
-        smallest precision is rounding or a bound, and is set to that tenth.
+        logs: the maximum; value: of negative_log there. H is the central difference of the gradient. In a direction
+        that the data do not determine, its curvature is the precision of the prior. A curvature below a tenth of the
+        smallest precision comes from rounding or from a bound, and is set to that tenth. Raises LinAlgError for a
+        covariance that is not positive definite.
         """
         count = len(logs)
         hessian = np.empty((count, count))
@@ -163,13 +166,13 @@ class Process:
         return float(np.exp(self.logs[-1]))
 
     def posterior(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (m,) and covariance (m, m) of the noiseless target at scaled inputs (m, k), Eqs 5.8 and 5.9."""
+        """Mean (m,) and covariance (m, m) of the target without noise at scaled inputs (m, k), Eqs 5.8 and 5.9."""
         cross, solved = self._solved(right)
         own = self._prior_covariance(Pairs.of(right, right))
         return solved.T @ self.target, own - cross.T @ solved
 
     def predict(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and standard deviation of a measurement at scaled inputs (m, k), noise included."""
+        """Mean and standard deviation, (m,) each, of a measurement with noise at scaled inputs (m, k)."""
         cross, solved = self._solved(right)
         # The diagonal alone: the whole covariance of a few thousand rows takes seconds.
         variance = self._prior_covariance(Pairs.with_itself(right))[:, 0] - (cross * solved).sum(axis=0)
@@ -181,7 +184,7 @@ class Process:
         return cross, cho_solve((self._factor(), True), cross)
 
     def left_out(self) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and deviation of each row given the others: z - [K^-1 z]_i / [K^-1]_ii and [K^-1]_ii^(-1/2).
+        """Mean and standard deviation of each row given the others: z - [K^-1 z]_i / [K^-1]_ii and [K^-1]_ii^(-1/2).
 
         Rasmussen and Williams (2006), Eq. 5.12; the hyper-parameters are those of all rows.
         """
@@ -190,7 +193,7 @@ class Process:
 
 
 def fit_process(inputs: np.ndarray, target: np.ndarray, terms: Terms, priors: Priors) -> tuple[Process, float]:
-    """The process at the maximum of the posterior, climbed from the prior's medians, and its log evidence.
+    """The process at the maximum of the posterior, searched from the medians of the prior, and its log evidence.
 
     inputs: (n, k) standardised; target: (n,) standardised.
     """

@@ -31,8 +31,8 @@ def read_split(path: str) -> pd.DataFrame:
 def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The training rows and the test rows of the screening table, each in the order of the split.
 
-    Columns: case, the six conditions, yield_percent. Raises ConfigError, in one line, for whatever read_runs refuses,
-    for a run with no role and for a role with no run.
+    Columns: case, the six conditions, yield_percent. Raises ConfigError, in one line, for a table that read_runs
+    refuses, a run without a role and a role without a run.
     """
     runs = read_runs(screening, factors, positive=list(CONDITIONS)).set_index("case")
     roles = read_split(split).set_index("case")["role"]
@@ -46,7 +46,7 @@ def read_parts(screening: str, split: str, factors: Sequence[Factor]) -> tuple[p
 
 
 def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
-    """Read rows that carry the six conditions and their case as text, with a yield unless `yields` is false.
+    """Read case (text), the six conditions, and yield_percent unless `yields` is false.
 
     Raises ConfigError, in one line, as `read_measured`: for no rows, a case that is missing or appears twice, a
     condition that is not above 0 and a yield outside 0 to 100.
@@ -56,7 +56,7 @@ def read_rows(path: str, yields: bool = True) -> pd.DataFrame:
 
 
 def check_yield_tables(settings: YieldConfig, screening: str, split: str, design: DoeConfig, source: str) -> None:
-    """Raise ConfigError, in one line, for the first thing in the tables that would make a job fail."""
+    """Raise ConfigError, in one line, for the first setting or table entry with which a job would fail."""
     train, test = read_parts(screening, split, design.factors)
     read_rows(settings.out_of_domain)
     for name in settings.training.choices.linear_features:
@@ -66,16 +66,16 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
                 f"{source}: yields.training.choices.linear_features = {name!r}: no feature; known: {known}"
             )
     runs = len(train) + len(test)
-    honest = settings.honest
-    smallest = min(len(train), runs - int(np.ceil(runs / honest.outer_folds)))
-    most = {
+    evaluation = settings.honest
+    smallest = min(len(train), runs - int(np.ceil(runs / evaluation.outer_folds)))
+    limits = {
         "search.folds": (settings.search.folds, len(train), "the rows to train on"),
-        "honest.outer_folds": (honest.outer_folds, runs, "the runs"),
-        "honest.folds": (honest.folds, smallest, "the rows that an outer fold trains on"),
-        "honest.conformal_folds": (honest.conformal_folds, smallest, "the rows that an outer fold trains on"),
+        "honest.outer_folds": (evaluation.outer_folds, runs, "the runs"),
+        "honest.folds": (evaluation.folds, smallest, "the rows that an outer fold trains on"),
+        "honest.conformal_folds": (evaluation.conformal_folds, smallest, "the rows that an outer fold trains on"),
         "retrospective.start_runs": (settings.retrospective.start_runs, runs - 2, "the runs but two"),
     }
-    for key, (value, limit, what) in most.items():
+    for key, (value, limit, rows) in limits.items():
         if value > limit:
-            raise ConfigError(f"{source}: yields.{key} = {value}: at most {limit}, {what}")
+            raise ConfigError(f"{source}: yields.{key} = {value}: at most {limit}, {rows}")
     read_rows(settings.prediction.conditions, yields=False)

@@ -1,10 +1,10 @@
-"""Every model that was tried for a better one, by leave-one-out; whatever a model chooses it chooses in the fold.
+"""Leave-one-out scores of alternative yield models; a model that chooses something chooses it within each fold.
 
-Within a run nothing is chosen by these figures. The library itself was not made blind, though: before it was fixed,
-some 130 kernels were looked at by leave-one-out, and once fixed it was looked at four times (as it is but for straight
-lines, with other mechanical inputs, with hyper-parameters integrated out, with straight lines added), each time with
-0.86 to 0.89 for the average. So the score of the best member flatters it. That of a rule is fair, but for what those
-looks put into the library.
+The program chooses nothing by these scores. The authors of the library have seen such scores, though. Before the
+library was fixed, about 130 kernels were compared by leave-one-out. Afterwards the library was evaluated four times:
+without the straight lines, with other mechanical inputs, with hyper-parameters integrated out, and with the straight
+lines. Each time the average reached an R2 of 0.86 to 0.89. The score of the best member is therefore too high. That of
+a rule is fair, except for what these comparisons contributed to the library.
 """
 
 from collections.abc import Callable
@@ -26,10 +26,10 @@ from millprint.predict.averaging import LINKS, average, fit_library, library, to
 from millprint.predict.features import CHEMICAL, POWER, TIME, describe
 from millprint.predict.metrics import YieldWeights, metrics
 
-# Weight of the condition that stacking weights add up to one.
+# Weight, in the least squares, of the condition that stacking weights add up to one.
 SUM_TO_ONE = 1e3
 FIXED, IN_FOLD = "nothing", "in the fold"
-# What each rule makes of the members, and what it chooses.
+# How each rule combines the members, and where it chooses.
 RULES = {
     "average": ("all members, weighted by evidence (the model of honest.tsv)", IN_FOLD),
     "equal": ("all members, equal weights", FIXED),
@@ -41,7 +41,7 @@ RULES = {
 
 @dataclass(frozen=True)
 class Trial:
-    """Leave-one-out predictions (n,) [%] of one model, and what it had to choose."""
+    """Leave-one-out predictions (n,) [%] of one model, and whether it chooses something in the fold."""
 
     kind: str
     name: str
@@ -61,7 +61,7 @@ Predict = Callable[[pd.DataFrame, np.ndarray, pd.DataFrame], np.ndarray]
 
 
 def _on_inputs(model: Any) -> Predict:
-    """Fits of an estimator on the inputs of the averaged process."""
+    """A function that fits an estimator on the inputs of the averaged process, and predicts."""
     return lambda rows, yields, unseen: (
         model.fit(describe(rows).to_numpy(), yields).predict(describe(unseen).to_numpy()).astype(float)
     )
@@ -70,16 +70,16 @@ def _on_inputs(model: Any) -> Predict:
 def _sparse_interactions(
     rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, link: str, margin: float
 ) -> np.ndarray:
-    """Bayesian linear regression with a relevance of its own for every main effect, square and interaction."""
+    """Bayesian linear regression with a separate prior width for every main effect, square and interaction."""
     names = [*CHEMICAL, POWER]
     inputs, others = (np.log(describe(table)[names].to_numpy()) for table in (rows, unseen))
     model = make_pipeline(StandardScaler(), PolynomialFeatures(2, include_bias=False), ARDRegression())
-    seen = LINKS[link].forward(to_conversion(yields, margin))
-    return 100 * LINKS[link].inverse(model.fit(inputs, seen).predict(others))
+    latent = LINKS[link].forward(to_conversion(yields, margin))
+    return 100 * LINKS[link].inverse(model.fit(inputs, latent).predict(others))
 
 
 def other_models(settings: AveragingConfig, seed: int) -> dict[str, Predict]:
-    """Models of other kinds, at fixed settings: some are told that yields never fall with time."""
+    """Models of other kinds, at fixed settings; in some the yield cannot fall with time."""
     from xgboost import XGBRegressor
 
     free, rising = (0,) * len(INPUTS), tuple(int(name == TIME) for name in INPUTS)
