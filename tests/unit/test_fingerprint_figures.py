@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import h5py
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -23,13 +22,9 @@ from millprint.fingerprint.zones import find_zones
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 
+pytestmark = pytest.mark.usefixtures("close_figures")
+
 DATA = Path(__file__).parents[2] / "config/data"
-
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

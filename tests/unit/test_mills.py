@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -33,6 +32,8 @@ from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.synthetic_mill import descriptors, fingerprint, summaries, summary, true_curves
 
+pytestmark = pytest.mark.usefixtures("close_figures")
+
 CONFIG = Path(__file__).parents[2] / "config"
 BOX = ("emax", "planetary", "spex", "mixer", "vibratory", "attritor", "drum")
 
@@ -44,12 +45,6 @@ def mill(name: str, **changes) -> MillConfig:
 @pytest.fixture(scope="module")
 def settings() -> MillsConfig:
     return check_model(read_yaml(CONFIG / "config.yaml"), WorkflowConfig, "config.yaml").mills
-
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
 
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in (CONFIG / "mills").glob("*.yaml")))

@@ -5,13 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.figures.chapter6 import plot_ablations, plot_dissipation, plot_error_growth, plot_loss
-from millprint.figures.style import plt
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 
 def test_losses_of_one_network_and_of_an_ensemble():

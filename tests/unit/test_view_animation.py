@@ -16,25 +16,13 @@ from millprint.config.checks import load_workflow
 from millprint.config.view import ViewConfig
 from millprint.errors import ConfigError
 from millprint.figures.animation import SPEEDS, Animation, save_animation
-from millprint.figures.style import plt
 from millprint.preflight import check_movie
 from millprint.view.frames import Movie, read_movie
 from tests.unit.run_samples import OUTLINE, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.usefixtures("close_figures")
 SETTINGS = ViewConfig(revolutions=1, frames_per_revolution=25)
-
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
-@pytest.fixture
-def run(tmp_path) -> Path:
-    write_sample(tmp_path / "run.h5")
-    return tmp_path / "run.h5"
 
 
 def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]) -> Movie:

@@ -10,21 +10,10 @@ from PIL import Image
 from millprint.errors import ConfigError
 from millprint.figures.animation import save_animation
 from millprint.figures.chapter6_motion import plot_motion
-from millprint.figures.style import plt, save
+from millprint.figures.style import save
 from millprint.view.beside import movie_beside
-from tests.unit.run_samples import write_sample
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
-@pytest.fixture
-def run(tmp_path) -> Path:
-    write_sample(tmp_path / "run.h5")
-    return tmp_path / "run.h5"
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 
 def recorded(run: Path) -> dict[str, np.ndarray]:
