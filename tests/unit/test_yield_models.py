@@ -116,6 +116,8 @@ def test_standardisation_uses_the_training_rows_alone():
     np.testing.assert_allclose(step.inputs(engineer(rows)).std(axis=0), 1)
     assert abs(step.inputs(engineer(test)).mean(axis=0)).max() > 0.05
     assert Standardisation.of(np.array([[1.0], [1.0]]))(np.array([[3.0]])).tolist() == [[2.0]]
+    # The deviation of seven times 0.1 is 1e-17, which must not count as variation.
+    assert Standardisation.of(np.full((7, 1), 0.1)).deviation.tolist() == [1.0]
     trees = refitted("rf", "primary", [{"n_estimators": 2, "max_depth": 3}])
     np.testing.assert_array_equal(trees.steps[0].inputs(engineer(test)), engineer(test).to_numpy())
 

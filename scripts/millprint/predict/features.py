@@ -63,10 +63,14 @@ class Standardisation:
         Without `smallest`, an input that hardly varies among the training rows would be scaled to the same spread as
         the others. An input that does not vary at all is only centred.
         """
+        # Imported here, since the checks before a run import this module and do not need scikit-learn.
+        from sklearn.preprocessing import StandardScaler
+
         logarithmic = np.broadcast_to(logarithmic, inputs.shape[1])
         scaled = np.where(logarithmic, np.log(inputs), inputs) if logarithmic.any() else inputs
-        deviation = np.maximum(scaled.std(axis=0), smallest)
-        return cls(scaled.mean(axis=0), np.where(deviation > 0, deviation, 1.0), logarithmic)
+        scaler = StandardScaler().fit(scaled)
+        deviation = np.maximum(np.sqrt(scaler.var_), smallest)
+        return cls(scaler.mean_, np.where(deviation > 0, deviation, 1.0), logarithmic)
 
     @classmethod
     def none(cls, columns: int) -> "Standardisation":
