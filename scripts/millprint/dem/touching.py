@@ -19,7 +19,15 @@ from millprint.dem.layout import (
 )
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, scale, subtract
-from millprint.mill.walls import body_of, direction_to_body, direction_to_laboratory, to_body, touch, wall_velocity
+from millprint.mill.walls import (
+    PLANE,
+    body_of,
+    direction_to_body,
+    direction_to_laboratory,
+    to_body,
+    touch,
+    wall_velocity,
+)
 
 # Farther than any contact [m].
 FAR = 1e300
@@ -186,7 +194,7 @@ def find_walls(balls, candidates, motions):
             point = subtract(row(balls.position, candidates.ball[k]), origin)
             if turns:
                 point = direction_to_body(motions, body, point)
-            distance = dot(row(candidates.plane, k), point) - candidates.plane[k, 3]
+            distance = dot(row(candidates.plane, k), point) - candidates.plane[k, PLANE.offset]
             candidates.found[count] = k
             count += np.uint64(distance < candidates.trigger[k])
     return count

@@ -15,20 +15,44 @@ from typing import NamedTuple
 
 import numpy as np
 
+from millprint.columns import Vector, number_columns
 from millprint.kernel import array_maker, inlined, inner, kernel
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
 from millprint.mill.vessel import Edge, Vessel
 
 
+class PlaneColumns(NamedTuple):
+    """The plane of a facet."""
+
+    normal: Vector  # unit vector towards the balls
+    offset: int  # normal . x on the facet [m]
+
+
+class SideColumns(NamedTuple):
+    """A side of a facet, in the axes u, v of its plane [m]."""
+
+    start_u: int
+    start_v: int
+    direction_u: int  # of a unit vector
+    direction_v: int
+    length: int
+    reach: int  # across the side
+    end_u: int
+    end_v: int
+
+
+PLANE, SIDE = number_columns(PlaneColumns), number_columns(SideColumns)
+
+
 class Walls(NamedTuple):
     """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), and grids of cells."""
 
-    plane: np.ndarray  # (f, 4) unit normal towards the balls, and normal . x on the facet [m]
+    plane: np.ndarray  # (f, 4) see PlaneColumns
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
     facet_reach: np.ndarray  # (f,) the largest reach of its sides [m]
-    side: np.ndarray  # (s, 8) start u, v; direction u, v; length; reach across the side; end u, v [m]
+    side: np.ndarray  # (s, 8) see SideColumns
     edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
@@ -112,7 +136,7 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
         plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
         axes=np.array([facet.axes for facet in facets]),
         first_side=first_side,
-        facet_reach=np.maximum.reduceat(side[:, 5], first_side[:-1]),
+        facet_reach=np.maximum.reduceat(side[:, SIDE.reach], first_side[:-1]),
         side=side,
         edge=np.concatenate([_edge_rows(body) for body in bodies]),
         corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
@@ -171,7 +195,7 @@ def plane_distance(walls, feature, point):
     """Distance of `point` (body frame) from a facet's plane [m]; 0 for an edge or a corner."""
     if feature >= walls.plane.shape[0]:
         return 0.0
-    return dot(row(walls.plane, feature), point) - walls.plane[feature, 3]
+    return dot(row(walls.plane, feature), point) - walls.plane[feature, PLANE.offset]
 
 
 @kernel()
@@ -185,27 +209,27 @@ def beyond_side(axes, first_side, side, facet, point, margin):
     reach = 0.0
     inside = False
     for k in range(first_side[facet], first_side[facet + 1]):
-        du, dv, length = side[k, 2], side[k, 3], side[k, 4]
-        ru, rv = u - side[k, 0], v - side[k, 1]
+        du, dv, length = side[k, SIDE.direction_u], side[k, SIDE.direction_v], side[k, SIDE.length]
+        ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
         along = min(max(ru * du + rv * dv, 0.0), length)
         away_u, away_v = ru - along * du, rv - along * dv
         squared = away_u * away_u + away_v * away_v
         if squared < nearest:
             nearest = squared
-            reach = side[k, 5]
+            reach = side[k, SIDE.reach]
         # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
         # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
-        if (v >= side[k, 1]) != (v >= side[k, 7]) and (ru * dv - rv * du) * dv < 0:
+        if (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v]) and (ru * dv - rv * du) * dv < 0:
             inside = not inside
     distance = math.sqrt(nearest)
     if margin > 0.0:
         limit = (distance + 2 * margin) * (distance + 2 * margin)
         for k in range(first_side[facet], first_side[facet + 1]):
-            ru, rv = u - side[k, 0], v - side[k, 1]
-            along = min(max(ru * side[k, 2] + rv * side[k, 3], 0.0), side[k, 4])
-            away_u, away_v = ru - along * side[k, 2], rv - along * side[k, 3]
+            ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
+            along = min(max(ru * side[k, SIDE.direction_u] + rv * side[k, SIDE.direction_v], 0.0), side[k, SIDE.length])
+            away_u, away_v = ru - along * side[k, SIDE.direction_u], rv - along * side[k, SIDE.direction_v]
             if away_u * away_u + away_v * away_v <= limit:
-                reach = min(reach, side[k, 5])
+                reach = min(reach, side[k, SIDE.reach])
     return (-distance if inside else distance), reach
 
 

@@ -19,7 +19,7 @@ from millprint.dem.touching import (
 )
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, subtract
-from millprint.mill.walls import to_body, wall_velocity
+from millprint.mill.walls import PLANE, to_body, wall_velocity
 
 
 @inner()
@@ -48,7 +48,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
             reach = laws.wall[balls.species[i], LAW.reach]
             limit = reach + margin + step * math.sqrt(dot(seen, seen))
             point = to_body(clock.motions, body, position)
-            if dot(row(candidates.plane, k), point) - candidates.plane[k, 3] >= limit:
+            if dot(row(candidates.plane, k), point) - candidates.plane[k, PLANE.offset] >= limit:
                 continue
             away = wall_away(walls, candidates, clock.motions, k, body, position, limit)
             if away[0] >= FAR:

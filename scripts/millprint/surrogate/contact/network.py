@@ -4,7 +4,7 @@ import torch
 from torch import Tensor, nn
 
 from millprint.surrogate.contact import samples as s
-from millprint.surrogate.contact.pair import INPUTS, OUTPUTS
+from millprint.surrogate.contact.pair import INPUTS, OUTPUT, OUTPUTS
 from millprint.surrogate.contact.predictor import (
     DASHPOT_FACTOR,
     KNEE,
@@ -130,8 +130,10 @@ class Predictor(nn.Module):
         cap = graph.friction * (f.abs() + s_)
         q, r = SLIP_SHARE * q * cap / (cap + sizes[1] + SMALL), r * cap / (cap + sizes[2] + SMALL)
         w = s_ / (s_ + f.abs() + SMALL)
-        mean = (f + NORMAL_SHARE * s_ * o[0]) * graph.normal + (1 + w * o[2]) * p + o[3] * q + o[4] * r
-        tilt = NORMAL_SHARE * s_ * o[1] * graph.normal + w * o[5] * p + o[6] * q + o[7] * r
+        mean = (f + NORMAL_SHARE * s_ * o[OUTPUT.normal]) * graph.normal
+        mean = mean + (1 + w * o[OUTPUT.friction]) * p + o[OUTPUT.slip] * q + o[OUTPUT.sideways] * r
+        tilt = NORMAL_SHARE * s_ * o[OUTPUT.normal_tilt] * graph.normal + w * o[OUTPUT.friction_tilt] * p
+        tilt = tilt + o[OUTPUT.slip_tilt] * q + o[OUTPUT.sideways_tilt] * r
         return mean, tilt
 
     def arrays(self) -> list:

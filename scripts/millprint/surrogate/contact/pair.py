@@ -98,6 +98,8 @@ class PairColumns(NamedTuple):
 
 
 PAIR = number_columns(PairColumns)
+# Of a network's output alone.
+OUTPUT = number_columns(OutputColumns)
 PAIR_WIDTH, INPUTS, OUTPUTS = width_of(PAIR), width_of(PAIR.inputs), width_of(PAIR.outputs)
 
 # Between coarse steps a contact keeps the force at the end of the last one [N] where the DEM keeps the slip velocity:
