@@ -49,7 +49,7 @@ class ReleaseConfig(Section):
         if sizes == 0:
             raise ValueError("down and across must not be zero")
         if abs(sum(a * b for a, b in zip(down, across, strict=True))) > 1e-6 * sizes:
-            raise ValueError(f"across = {list(across)}: must be square to down = {list(down)}")
+            raise ValueError(f"across = {list(across)}: must be perpendicular to down = {list(down)}")
         return self
 
 
