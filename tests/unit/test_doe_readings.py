@@ -220,7 +220,7 @@ def test_the_command_takes_a_file_of_its_own_and_dry_gas(tmp_path):
 @pytest.mark.parametrize(
     ("config", "reading", "words"),
     [
-        ("doe: 3\n", READING, "doe: a section"),
+        ("doe: 3\n", READING, "doe: must be a section"),
         ("doe:\n  gas: {temperature_k: 298, pressure_pa: 1e5}\n", READING, "chemistry: this key is missing"),
         (
             "chemistry: {limiting: nabo2, reductant: MgH2, stoichiometric_ratio: 6, gas_per_mole: 4}\n",
