@@ -24,7 +24,7 @@ from millprint.bench.cases import (
     time_millprint,
 )
 from millprint.bench.compare import (
-    COLUMNS,
+    SPEED_COLUMNS,
     Entry,
     lammps_over_jar,
     large_over_small,
@@ -283,7 +283,7 @@ def repetitions() -> pd.DataFrame:
 
 def test_ratio_is_theirs_over_ours_on_the_same_case():
     table = summarise(repetitions())
-    assert tuple(table.columns) == COLUMNS
+    assert tuple(table.columns) == SPEED_COLUMNS
     assert list(table["ns_per_ball_step"]) == [20, 45, 360]
     assert list(table["ratio_to_us"]) == [1, 1, 8]
     assert table["steps_per_s"].to_numpy() == pytest.approx(1e9 / (24 * np.array([20, 45, 360])))
@@ -376,7 +376,7 @@ def test_physics_table_counts_standard_errors(config):
     ours = pd.DataFrame({name: [1.0, 2.0, 3.0] for name in MEANS})
     theirs = pd.DataFrame({name: [4.0, 5.0, 6.0] for name in MEANS})
     table = physics.compare_law(law, ours, theirs)
-    assert tuple(table.columns) == physics.COLUMNS
+    assert tuple(table.columns) == physics.PHYSICS_COLUMNS
     assert list(table["quantity"]) == list(MEANS)
     error = math.sqrt(1 / 3)
     assert table["millprint_se"].to_numpy() == pytest.approx(error)

@@ -37,7 +37,7 @@ logger = logging.getLogger("millprint")
 OURS, LAMMPS = "millprint", "LAMMPS"
 
 # Columns of results/bench/dem.tsv.
-COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")
+SPEED_COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")
 
 # Rough cost per ball and step [ns], only for the progress bar.
 ASSUMED_NS = {OURS: 40, LAMMPS: 300}
@@ -134,7 +134,7 @@ def time_all(
 
 
 def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
-    """Medians over the repetitions, a row for each code and case, in COLUMNS.
+    """Medians over the repetitions, a row for each code and case, in SPEED_COLUMNS.
 
     ratio_to_us: ns a ball-step of the code over that of millprint on the same case (same jar, same start).
     """
@@ -143,7 +143,7 @@ def summarise(repetitions: pd.DataFrame) -> pd.DataFrame:
     medians["steps_per_s"] = 1e9 / (medians["ns_per_ball_step"] * medians["balls"])
     ours = medians[medians["code"] == OURS].set_index("case")["ns_per_ball_step"]
     medians["ratio_to_us"] = medians["ns_per_ball_step"] / medians["case"].map(ours)
-    return medians[list(COLUMNS)]
+    return medians[list(SPEED_COLUMNS)]
 
 
 def spread(repetitions: pd.DataFrame) -> pd.DataFrame:

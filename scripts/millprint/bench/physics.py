@@ -22,7 +22,7 @@ from millprint.hdf5 import open_hdf5
 from millprint.job import progress
 
 # Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
-COLUMNS = (
+PHYSICS_COLUMNS = (
     "law",
     "quantity",
     "millprint",
@@ -76,7 +76,7 @@ def driven_steps(setup: Setup, physics: PhysicsConfig) -> tuple[list[int], float
 
 
 def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
-    """Rows of COLUMNS for one law, from the means (runs, quantities) of either code.
+    """Rows of PHYSICS_COLUMNS for one law, from the means (runs, quantities) of either code.
 
     standard_errors: the difference over the root of the sum of both squared standard errors.
     """
@@ -89,7 +89,7 @@ def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd
             law.name, name, a.mean(), errors[0], b.mean(), errors[1], 100 * difference / a.mean(),
             difference / math.hypot(*errors), len(a), law.differs,
         )  # fmt: skip
-        rows.append(dict(zip(COLUMNS, values, strict=True)))
+        rows.append(dict(zip(PHYSICS_COLUMNS, values, strict=True)))
     return pd.DataFrame(rows)
 
 

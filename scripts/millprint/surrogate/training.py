@@ -3,6 +3,7 @@
 import logging
 import math
 import time
+from abc import ABC, abstractmethod
 from pathlib import Path
 
 import pandas as pd
@@ -17,7 +18,7 @@ from millprint.surrogate.checkpoint import read_checkpoint, write_checkpoint
 logger = logging.getLogger("millprint")
 
 
-class ResumableTraining:
+class ResumableTraining(ABC):
     """Steps and epochs around a model. Subclasses take a step and validate, and say what else a step depends on."""
 
     settings: TrainingConfig | ContactTrainingConfig
@@ -37,25 +38,25 @@ class ResumableTraining:
         """Whether every epoch is over."""
         return self.epoch >= self.settings.epochs
 
+    @abstractmethod
     def epoch_steps(self) -> int:
         """Steps of the present epoch."""
-        raise NotImplementedError
 
+    @abstractmethod
     def step(self) -> dict[str, Tensor]:
         """Step `cursor` of the present epoch; returns the terms of its loss."""
-        raise NotImplementedError
 
+    @abstractmethod
     def validate(self) -> dict[str, float]:
         """Columns of the history, at the end of an epoch."""
-        raise NotImplementedError
 
+    @abstractmethod
     def further_state(self) -> dict:
         """What the next step depends on besides the model, its optimiser and the place in the epoch."""
-        raise NotImplementedError
 
+    @abstractmethod
     def restore(self, content: dict) -> None:
         """Take over what `further_state` returned."""
-        raise NotImplementedError
 
     def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
         """Train until it is finished, the wall-time limit or `max_steps` more steps; True if it is finished.
@@ -87,8 +88,8 @@ class ResumableTraining:
             self.save(checkpoint)
         return finished
 
-    def stop(self) -> None:
-        """What is left to do where the training stops."""
+    def stop(self) -> None:  # noqa: B027
+        """What is left to do where the training stops: nothing, unless a subclass says so."""
 
     def end_epoch(self) -> None:
         """Validate, add a row to the history, and begin the next epoch."""
