@@ -93,8 +93,8 @@ def read_measured(path: str | Path, columns: Sequence[Number | Text], fewest_row
 
 
 def read_printed(claims_path: str | Path) -> pd.Series:
-    """What the thesis prints, as text, by the id of the claim. Raises ConfigError as `millprint.files.read_table`."""
-    return read_table(claims_path, text=["id", "value"]).set_index("id")["value"]
+    """What the thesis prints, as text, by the id of the claim. Raises ConfigError as `read_measured`."""
+    return read_measured(claims_path, [Text("id", unique=True), Text("value")]).set_index("id")["value"]
 
 
 def refuse_rows(

@@ -3,7 +3,7 @@
 import pytest
 
 from millprint.errors import ConfigError
-from millprint.tables import Number, Text, read_measured, refuse_rows
+from millprint.tables import Number, Text, read_measured, read_printed, refuse_rows
 
 COLUMNS = [
     Text("case", unique=True),
@@ -73,3 +73,10 @@ def test_a_row_without_a_name_is_told_by_its_number_and_the_reason_may_come_from
     refuse_rows(table, path, "low", [False, False], "never")
     with pytest.raises(ConfigError, match=r"column low, row 2 = 4: must be at most 3$"):
         refuse_rows(table, path, "low", table["low"] > table["high"], lambda row: f"must be at most {row['high']:g}")
+
+
+def test_an_id_that_two_claims_share_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "claims.tsv"
+    path.write_text("id\tvalue\n2.a\t1\n2.b\t2\n2.a\t3\n")
+    with pytest.raises(ConfigError, match=r"claims.tsv: column id = 2.a appears twice"):
+        read_printed(path)
