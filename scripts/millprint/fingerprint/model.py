@@ -1,8 +1,10 @@
 """The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ from scipy.stats import norm
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
+from millprint.fingerprint.bands import FURTHER, Band, Factors, Interval, checked_factors, interval_columns, share_of
 from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import as_built
@@ -22,20 +25,11 @@ SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", 
 
 
 @dataclass(frozen=True)
-class Band:
-    """A value and its interval."""
-
-    value: float
-    lower: float
-    upper: float
-
-    def __mul__(self, factor: float) -> "Band":
-        return Band(self.value * factor, self.lower * factor, self.upper * factor)
-
-
-@dataclass(frozen=True)
 class Prediction:
-    """Descriptors of one condition; `outside` names the variables outside the simulated range."""
+    """Descriptors of one condition; `outside` names the variables outside the simulated range.
+
+    missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by origin.
+    """
 
     balls: int
     normal_energy_J: Band
@@ -46,11 +40,7 @@ class Prediction:
     power_W: Band
     tangential_share: Band
     outside: tuple[str, ...]
-
-
-def share_of(ratio: Band) -> Band:
-    """Tangential over all dissipation, Et / (En + Et) [-], from Et / En, which it rises with."""
-    return Band(*(end / (1.0 + end) for end in (ratio.value, ratio.lower, ratio.upper)))
+    missing: Mapping[str, str]
 
 
 def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) -> dict:
@@ -71,12 +61,16 @@ def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) ->
 class Fingerprint:
     """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
 
-    `about` is what `describe` returns, `processes` a Process for each of CURVES.
+    `about` is what `describe` returns, `processes` a Process for each of CURVES, `further` the factors of each origin
+    of intervals that was analysed besides the scatter of the simulation.
     """
 
-    def __init__(self, about: dict, processes: dict[str, Process]) -> None:
+    def __init__(
+        self, about: dict, processes: dict[str, Process], further: Mapping[str, Factors] | None = None
+    ) -> None:
         self.about = about
         self.processes = processes
+        self.further = dict(further or {})
         self.width = float(norm.ppf(0.5 + 0.5 * about["probability"]))
 
     @classmethod
@@ -104,25 +98,36 @@ class Fingerprint:
             processes[quantity] = Process.fit(inputs, np.log(known), errors, components)
         return cls(describe(descriptors, volume_m3, probability), processes)
 
+    def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
+        """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
+        return Fingerprint(self.about, self.processes, {**self.further, **further})
+
     def write(self, path: str | Path) -> None:
-        """Write the fingerprint as JSON: description, data, and parameters of its processes."""
+        """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
         inputs = np.exp(next(iter(self.processes.values())).inputs)
         content = {
             "format": FORMAT,
             "about": self.about,
             "inputs": dict(zip(VARIABLES, inputs.T.tolist(), strict=True)),
             "processes": {name: process.to_dict() for name, process in self.processes.items()},
+            **{origin: factors.model_dump(mode="json") for origin, factors in self.further.items()},
         }
         write_json(content, path)
 
     @classmethod
     def read(cls, path: str | Path) -> "Fingerprint":
-        """Read what `write` wrote; raises ConfigError, in one line, for a missing or another file."""
+        """Read what `write` wrote, also without further factors; raises ConfigError, in one line, for another file."""
         content = read_content(path)
         try:
             inputs = np.log(np.column_stack([content["inputs"][name] for name in VARIABLES]))
             processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
-            return cls(content["about"], processes)
+            about = content["about"]
+            further = {
+                origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
+                for origin in FURTHER
+                if origin in content
+            }
+            return cls(about, processes, further)
         except (KeyError, TypeError, ValueError) as error:
             raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
 
@@ -198,7 +203,39 @@ class Fingerprint:
 
     def at(self, fill_ratio: float) -> dict[str, Band]:
         """The master curves at one fill ratio; raises ConfigError outside the simulated fill ratios."""
-        return bands(self.curve(np.array([fill_ratio])))
+        return self._with_intervals(bands(self.curve(np.array([fill_ratio]))), fill_ratio)
+
+    def further_curve(self, curve: pd.DataFrame) -> pd.DataFrame:
+        """A table of `curve` with the columns Q_by_ORIGIN_lower and _upper of every origin that was analysed.
+
+        NaN at a fill ratio where the factors of an origin are not known.
+        """
+        columns: dict[str, np.ndarray] = {}
+        for origin, factors in self.further.items():
+            for name, ends in factors.at(curve["fill_ratio"].to_numpy()).items():
+                columns |= dict(zip(interval_columns(name, origin), curve[name].to_numpy() * ends, strict=True))
+        return curve.assign(**columns)
+
+    def _with_intervals(self, scaled: dict[str, Band], fill_ratio: float) -> dict[str, Band]:
+        """Scaled quantities with the intervals of the further origins that are known at a fill ratio."""
+        known = self.further.keys() - self.missing(fill_ratio).keys()
+        factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
+        found = {}
+        for name, band in scaled.items():
+            intervals: dict[str, Any] = {
+                origin: Interval(*(band.value * ends[name][:, 0]).tolist()) for origin, ends in factors.items()
+            }
+            found[name] = replace(band, **intervals)
+        return found
+
+    def missing(self, fill_ratio: float) -> dict[str, str]:
+        """Why the interval of an origin is not known at a fill ratio, for each that is not."""
+        found = {origin: "not analysed" for origin in FURTHER if origin not in self.further}
+        for origin, factors in self.further.items():
+            low, high = factors.fill_range
+            if not low * (1 - 1e-9) <= fill_ratio <= high * (1 + 1e-9):
+                found[origin] = f"fill_ratio = {fill_ratio:g}: analysed from {low:g} to {high:g}"
+        return found
 
     def outside(self, condition: Condition[float], volume_m3: float) -> tuple[str, ...]:
         """Names of the variables, and of the jar's volume, that lie outside the simulated range."""
@@ -220,7 +257,7 @@ class Fingerprint:
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
-        scaled = bands(self.scaled(condition))
+        scaled = self._with_intervals(bands(self.scaled(condition)), condition.fill_ratio)
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
         power = balls * power_scale(condition)
         return Prediction(
@@ -231,13 +268,14 @@ class Fingerprint:
             power_W=scaled["P"] * power,
             tangential_share=share_of(scaled["ratio"]),
             outside=self.outside(condition, volume),
+            missing=self.missing(condition.fill_ratio),
         )
 
 
 def bands(table: pd.DataFrame) -> dict[str, Band]:
     """The quantities of the first row of a table of `banded`, each with its interval."""
-    row = table.iloc[0]
-    return {name: Band(*(float(row[f"{name}{end}"]) for end in ("", "_lower", "_upper"))) for name in CURVES}
+    row = {name: float(value) for name, value in table.iloc[0].items()}
+    return {name: Band(row[name], row[f"{name}_lower"], row[f"{name}_upper"]) for name in CURVES}
 
 
 def banded(values: dict[str, np.ndarray], deviations: dict[str, np.ndarray], width: float) -> pd.DataFrame:

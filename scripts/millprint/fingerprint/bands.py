@@ -1,0 +1,204 @@
+"""A predicted value with its intervals, each told by what it comes from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from millprint.config.load import check_model
+from millprint.config.section import Positive
+from millprint.errors import ConfigError
+from millprint.files import read_json
+from millprint.fingerprint.curves import CURVES
+
+
+class Origin(NamedTuple):
+    """What an interval comes from: in a few words, and in a line that explains it."""
+
+    title: str
+    meaning: str
+
+
+SCATTER = Origin(
+    "scatter of the simulation",
+    "a new simulation of the condition falls in here; nothing else is in it",
+)
+# Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
+FURTHER = {
+    "contact": Origin(
+        "contact parameters",
+        "restitution, frictions and stiffness anywhere in their distributions, mill and balls as they are",
+    ),
+    "shape": Origin(
+        "shape of the jar",
+        "jars that agree about as well with the values that the jar was fitted to",
+    ),
+}
+ENDS = ("lower", "upper")
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The two ends of an interval."""
+
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Band:
+    """A value and its intervals, said apart: they are not added up.
+
+    lower, upper: by the scatter of the simulation. The others are None where they are not known.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    contact: Interval | None = None
+    shape: Interval | None = None
+
+    @property
+    def scatter(self) -> Interval:
+        """The interval by the scatter of the simulation: lower and upper."""
+        return Interval(self.lower, self.upper)
+
+    def by(self, origin: str) -> Interval | None:
+        """The interval of an origin of FURTHER; None where it is not known. Raises KeyError for another name."""
+        FURTHER[origin]
+        return getattr(self, origin)
+
+    def through(self, rising: Callable[[float], float]) -> "Band":
+        """The band of a rising function of the value: that of its ends."""
+
+        def mapped(interval: Interval | None) -> Interval | None:
+            return interval and Interval(rising(interval.lower), rising(interval.upper))
+
+        further = {origin: mapped(self.by(origin)) for origin in FURTHER}
+        return Band(rising(self.value), rising(self.lower), rising(self.upper), **further)
+
+    def __mul__(self, factor: float) -> "Band":
+        """The band of the value times a positive number."""
+        return self.through(lambda end: end * factor)
+
+
+def share_of(ratio: Band) -> Band:
+    """Tangential over all dissipation, Et / (En + Et) [-], from Et / En, which it rises with."""
+    return ratio.through(lambda end: end / (1.0 + end))
+
+
+def interval_columns(name: str, origin: str) -> list[str]:
+    """The columns of a table for the interval of a quantity by an origin of FURTHER."""
+    return [f"{name}_by_{origin}_{end}" for end in ENDS]
+
+
+class _Part(BaseModel):
+    """A part of a file of factors: what is not named here is left out."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+
+
+class Ends(_Part):
+    """Factors of one quantity, one for each fill ratio."""
+
+    lower: list[Positive]
+    upper: list[Positive]
+
+
+class Factors(_Part):
+    """How far the scaled quantities may lie from a fingerprint's prediction, by one origin of FURTHER.
+
+    The factors multiply the prediction. In between two fill ratios the logarithm of a factor is interpolated linearly
+    over that of the fill ratio; beyond the first and the last nothing is known.
+    """
+
+    mill: str
+    contact: str
+    fill_ratios: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
+    """rising [-]"""
+    factors: dict[str, Ends]
+    """of every quantity of CURVES [-]"""
+    counting_rule: str | None = None
+    """rule by which collisions were counted; None: the file does not say"""
+    probability: Annotated[float, Field(gt=0, lt=1)]
+    """of the interval [-]"""
+    samples: Annotated[int, Field(ge=1)] | None = None
+    """simulations, or simulated jars, that the factors are from"""
+    parameters: dict[str, dict[str, Any]] = {}
+    """what was varied, by name, with its distribution and source"""
+
+    @model_validator(mode="after")
+    def _every_quantity_at_every_fill_ratio(self) -> "Factors":
+        if list(self.fill_ratios) != sorted(set(self.fill_ratios)):
+            raise ValueError(f"fill_ratios = {self.fill_ratios}: must rise")
+        for name in CURVES:
+            if name not in self.factors:
+                raise ValueError(f"factors.{name}: this key is missing")
+            ends = self.factors[name]
+            for end in ENDS:
+                if len(getattr(ends, end)) != len(self.fill_ratios):
+                    raise ValueError(f"factors.{name}.{end}: must have a number for each of fill_ratios")
+            if any(low > high for low, high in zip(ends.lower, ends.upper, strict=True)):
+                raise ValueError(f"factors.{name}: lower must not exceed upper")
+        return self
+
+    @property
+    def fill_range(self) -> tuple[float, float]:
+        """The smallest and the largest fill ratio where the factors are known."""
+        return self.fill_ratios[0], self.fill_ratios[-1]
+
+    def at(self, fill_ratios: np.ndarray) -> dict[str, np.ndarray]:
+        """Factors (2, m), lower and upper, of each quantity at fill ratios (m,); NaN where they are not known."""
+        fills = np.asarray(fill_ratios, dtype=float)
+        low, high = self.fill_range
+        known = (low * (1 - 1e-9) <= fills) & (fills <= high * (1 + 1e-9))
+        found = {}
+        for name in CURVES:
+            ends = [np.log(getattr(self.factors[name], end)) for end in ENDS]
+            logs = [np.interp(np.log(fills), np.log(self.fill_ratios), own) for own in ends]
+            found[name] = np.where(known, np.exp(logs), np.nan)
+        return found
+
+
+class ContactFactors(Factors):
+    """The file `contact.json` of a mill."""
+
+    format: Literal["millprint contact uncertainty 1"]
+
+
+class ShapeFactors(Factors):
+    """The file `shape.json` of a mill whose jar was fitted."""
+
+    format: Literal["millprint shape uncertainty 1"]
+
+
+FILES: dict[str, type[Factors]] = {"contact": ContactFactors, "shape": ShapeFactors}
+
+
+def checked_factors(content: object, origin: str, about: dict, source: str) -> Factors:
+    """The factors of an origin of FURTHER, of the mill and contact set that a fingerprint is `about`.
+
+    Raises ConfigError, in one line, for another format, mill, contact set or counting rule, and for a part that lacks.
+    """
+    try:
+        factors = check_model(content, FILES[origin], source)
+    except ConfigError as error:
+        raise ConfigError(str(error).splitlines()[0]) from None
+    for key in ("mill", "contact", "counting_rule"):
+        given = getattr(factors, key)
+        if given is not None and given != about[key]:
+            raise ConfigError(f"{source}: {key} = {given!r}: the fingerprint is of {about[key]!r}")
+    return factors
+
+
+def read_factors(path: str, origin: str, about: dict) -> Factors:
+    """Read the factors of an origin of FURTHER from its file; raises ConfigError as `checked_factors`."""
+    try:
+        content = read_json(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file; the target `uncertainty` writes it") from None
+    except ValueError as error:
+        raise ConfigError(str(error)) from None
+    return checked_factors(content, origin, about, str(path))

@@ -1,0 +1,178 @@
+"""Intervals told apart: their algebra, factors over the fill ratio, and the files that hold them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from millprint.errors import ConfigError
+from millprint.files import write_json
+from millprint.fingerprint.bands import (
+    FURTHER,
+    Band,
+    Interval,
+    checked_factors,
+    interval_columns,
+    read_factors,
+    share_of,
+)
+from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.model import Fingerprint
+from tests.unit.factor_samples import FACTOR_FILLS, factors_of
+from tests.unit.synthetic_mill import fingerprint
+
+AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
+BANDS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "power_W", "tangential_share")
+
+
+@pytest.fixture(scope="module")
+def plain() -> Fingerprint:
+    return fingerprint()
+
+
+@pytest.fixture(scope="module")
+def about(plain) -> dict:
+    return plain.about
+
+
+@pytest.fixture(scope="module")
+def own(plain, about) -> Fingerprint:
+    """A fingerprint with both further origins; the shape is known at fewer fill ratios."""
+    shape = factors_of("shape", fill_ratios=[0.10, 0.12])
+    for ends in shape["factors"].values():
+        ends |= {end: values[:2] for end, values in ends.items()}
+    contents = {"contact": factors_of(), "shape": shape}
+    further = {origin: checked_factors(content, origin, about, "x") for origin, content in contents.items()}
+    return plain.with_further(further)
+
+
+def test_a_band_keeps_its_intervals_apart_through_a_factor_and_a_rising_function():
+    band = Band(2.0, 1.5, 3.0, contact=Interval(1.0, 4.0))
+    assert band * 10.0 == Band(20.0, 15.0, 30.0, contact=Interval(10.0, 40.0))
+    assert share_of(band) == Band(2 / 3, 0.6, 0.75, contact=Interval(0.5, 0.8))
+    assert band.scatter == Interval(1.5, 3.0) and band.by("contact") == Interval(1.0, 4.0)
+    assert band.shape is None and (band * 10.0).shape is None
+    with pytest.raises(KeyError):
+        band.by("value")
+
+
+def test_every_origin_is_a_field_of_a_band():
+    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", *FURTHER}
+
+
+def test_factors_are_read_at_their_fill_ratios_and_interpolated_in_between(about):
+    content = factors_of()
+    factors = checked_factors(content, "contact", about, "x")
+    found = factors.at(np.array(FACTOR_FILLS))
+    for name in CURVES:
+        np.testing.assert_allclose(
+            found[name], [content["factors"][name][end] for end in ("lower", "upper")], rtol=1e-12
+        )
+    # Halfway in the logarithm of the fill ratio: the geometric mean of the factors.
+    between = factors.at(np.array([np.sqrt(0.06 * 0.12)]))["En"][:, 0]
+    expected = [np.sqrt(np.prod(content["factors"]["En"][end][:2])) for end in ("lower", "upper")]
+    np.testing.assert_allclose(between, expected, rtol=1e-12)
+
+
+def test_factors_are_not_extrapolated(about):
+    factors = checked_factors(factors_of(), "contact", about, "x")
+    found = factors.at(np.array([0.04, 0.06, 0.30, 0.31]))["P"]
+    np.testing.assert_array_equal(np.isnan(found), [[True, False, False, True]] * 2)
+
+
+def test_a_prediction_has_the_intervals_of_the_analysis_and_its_own_as_before(own, plain):
+    condition = own.condition(fill_ratio=0.12, **AT)
+    found, before = own.predict(condition), plain.predict(condition)
+    content = factors_of()["factors"]
+    for name, quantity in (("power_W", "P"), ("normal_energy_J", "En"), ("frequency_per_ball_hz", "f")):
+        band, old = getattr(found, name), getattr(before, name)
+        assert (band.value, band.lower, band.upper) == (old.value, old.lower, old.upper)
+        ends = [band.value * content[quantity][end][1] for end in ("lower", "upper")]
+        assert [band.contact.lower, band.contact.upper] == pytest.approx(ends, rel=1e-12)
+        assert [band.shape.lower, band.shape.upper] == pytest.approx(ends, rel=1e-12)
+        assert old.contact is None and old.shape is None
+    ratio = found.tangential_energy_J.value / found.normal_energy_J.value * content["ratio"]["upper"][1]
+    assert found.tangential_share.contact.upper == pytest.approx(ratio / (1 + ratio), rel=1e-9)
+    assert found.missing == {} and before.missing == dict.fromkeys(FURTHER, "not analysed")
+
+
+def test_where_an_interval_is_not_known_it_is_none_and_the_reason_is_named(own):
+    for fill, unknown in ((0.08, ["shape"]), (0.40, ["contact", "shape"]), (0.11, [])):
+        found = own.predict(own.condition(fill_ratio=fill, **AT))
+        assert sorted(found.missing) == unknown and found.outside == ()
+        for name in BANDS:
+            assert sorted(origin for origin in FURTHER if getattr(found, name).by(origin) is None) == unknown
+    assert found.missing == {}
+    said = own.predict(own.condition(fill_ratio=0.40, **AT)).missing
+    assert said["contact"] == "fill_ratio = 0.4: analysed from 0.06 to 0.3"
+
+
+def test_master_curves_have_the_intervals_too(own, plain):
+    fills = np.array([0.05, 0.11, 0.30])
+    curve = own.further_curve(own.curve(fills))
+    assert list(curve)[: len(plain.curve(fills).columns)] == list(plain.curve(fills))
+    lower, upper = (curve[column] for column in interval_columns("Pn", "contact"))
+    assert np.isnan(lower[0]) and (lower[1:] < curve["Pn"][1:]).all() and (curve["Pn"][1:] < upper[1:]).all()
+    band = own.at(0.11)["Pn"]
+    assert (lower[1], upper[1]) == pytest.approx((band.contact.lower, band.contact.upper), rel=1e-12)
+    assert plain.further_curve(plain.curve(fills)).equals(plain.curve(fills))
+
+
+def test_the_file_keeps_the_factors_and_an_old_file_is_read(own, plain, tmp_path):
+    own.write(tmp_path / "new.json")
+    plain.write(tmp_path / "old.json")
+    assert not FURTHER.keys() & json.loads((tmp_path / "old.json").read_text())
+    again, old = Fingerprint.read(tmp_path / "new.json"), Fingerprint.read(tmp_path / "old.json")
+    condition = own.condition(fill_ratio=0.11, **AT)
+    assert vars(again.predict(condition).power_W.contact) == pytest.approx(vars(own.predict(condition).power_W.contact))
+    assert again.further["contact"].parameters["restitution"]["source"] == "a handbook"
+    assert old.further == {} and old.predict(condition).power_W.contact is None
+
+
+def _changed(**changes) -> dict:
+    return factors_of() | changes
+
+
+def _short() -> dict:
+    content = factors_of()
+    content["factors"]["Pt"]["upper"] = [1.1]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (_changed(mill="spex"), "mill = 'spex': the fingerprint is of 'emax'"),
+        (_changed(contact="steel"), "contact = 'steel': the fingerprint is of 'calibrated'"),
+        (_changed(counting_rule="lifetimes"), "counting_rule = 'lifetimes': the fingerprint is of 'gap_3ms'"),
+        (_changed(format="millprint fingerprint 1"), "format = 'millprint fingerprint 1': input should be"),
+        (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
+        (_changed(factors={}), "factors.Pn: this key is missing"),
+        (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),
+        ([], "must be a mapping"),
+    ],
+)
+def test_factors_of_something_else_are_refused_in_one_line(about, tmp_path, content, message):
+    path = tmp_path / "contact.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(ConfigError) as error:
+        read_factors(str(path), "contact", about)
+    assert message in str(error.value) and str(path) in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_missing_or_broken_file_is_refused_in_one_line(about, tmp_path):
+    with pytest.raises(ConfigError, match="no such file; the target `uncertainty` writes it"):
+        read_factors(str(tmp_path / "contact.json"), "contact", about)
+    (tmp_path / "contact.json").write_text("{")
+    with pytest.raises(ConfigError, match="not valid JSON"):
+        read_factors(str(tmp_path / "contact.json"), "contact", about)
+
+
+def test_a_fingerprint_with_factors_of_another_mill_is_refused(own, tmp_path):
+    path = tmp_path / "fingerprint.json"
+    own.write(path)
+    content = json.loads(path.read_text())
+    content["contact"]["mill"] = "spex"
+    write_json(content, path)
+    with pytest.raises(ConfigError, match=r"fingerprint.json: contact: mill = 'spex': the fingerprint is of 'emax'"):
+        Fingerprint.read(path)
