@@ -2,21 +2,25 @@
 
 import math
 from collections.abc import Iterable
+from typing import cast
+
+import numpy as np
 
 from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.mixture import BallMixture
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count, overridden
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
-from millprint.dem.packing import capacity
+from millprint.dem.packing import capacity, pack_mixture
 from millprint.dem.timestep import largest_fraction, rayleigh_time, requested_step
 from millprint.doe.chemistry import check_formulas
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wet_lab import read_wear
-from millprint.errors import ConfigError
+from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.cases import has_chapters, mill_cases, place_of_sweep
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.regimes import read_regimes
@@ -46,7 +50,7 @@ def check_before_running(
     groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
     for place, group in groups:
-        for name, diameter in fills_of_media(group):
+        for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
     for case in [*cases.values(), *(case for own in swept.values() for case in own)]:
         try:
@@ -57,6 +61,7 @@ def check_before_running(
     # Last, because it takes longest.
     for place, group in groups:
         check_room(group, mills, bodies, place)
+        check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
     faults = fingerprint_faults(config, cases, source)
     chapters = config.chapters
@@ -76,9 +81,11 @@ def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str
 
 
 def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:
-    """Fill ratios of each mill and ball diameter [mm]."""
+    """Fill ratios of each mill and ball diameter [mm], of charges of one size."""
     fills: dict[tuple[str, float], set[float]] = {}
     for case in cases:
+        if case.mixture:
+            continue
         fills.setdefault((case.mill, case.ball_diameter_mm), set()).add(case.fill_ratio)
     return dict(sorted(fills.items()))
 
@@ -100,6 +107,28 @@ def check_room(cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict
                 raise ConfigError(f"{what} do not fit in mill {name}; at most {most * share:.2g}")
             if balls < 1:
                 raise ConfigError(f"{what} in mill {name}; one ball needs at least {share:.2g}")
+
+
+def check_mixtures(
+    cases: Iterable[Case], mills: dict[str, MillConfig], bodies: dict[str, list[Body]], place: str
+) -> None:
+    """Check that every charge of several sizes has a ball of each, and that they fit into its mill.
+
+    place: file and key that define the cases.
+    """
+    for case in {(case.mill, case.mixture, case.fill_ratio): case for case in cases if case.mixture}.values():
+        mixture = cast(BallMixture, case.mixture)
+        volume = mills[case.mill].volume_ml * 1e-6
+        counts = mixture.counts(ball_count(case.fill_ratio, volume, case.ball_diameter_mm / 1000))
+        what = f"{place}: fill_ratios = {case.fill_ratio:g}: of charge {mixture.name}"
+        if min(counts) < 1:
+            rarest = mixture.sizes_mm[counts.index(min(counts))]
+            raise ConfigError(f"{what}, mill {case.mill} has no ball of {rarest:g} mm; raise the fill ratio")
+        inserts = inserts_in_vessel(bodies[case.mill])
+        try:
+            pack_mixture(bodies[case.mill][0].vessel, np.array(mixture.sizes_mm) / 1e3, counts, case.seed, inserts)
+        except SimulationError as error:
+            raise ConfigError(f"{what} in mill {case.mill}, {error}") from None
 
 
 def checked_bodies(mills: dict[str, MillConfig]) -> dict[str, list[Body]]:
@@ -156,7 +185,7 @@ def check_step_and_cost(
     contact: the set as the case runs it. The largest step is a fraction of the Rayleigh time of its balls.
     """
     stiffness = contact.young_modulus_gpa * 1e9
-    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     largest = largest_fraction(case, config.dem)
     step = requested_step(case, config.dem, rayleigh)
     # With a tolerance, so that the largest fraction itself passes.

@@ -6,7 +6,7 @@ from millprint.config.section import Name, NamedSection
 
 
 class ContactConfig(NamedSection):
-    """One contact set, the same for ball-ball and ball-wall contacts."""
+    """One contact set, of balls with balls and, unless other values are given for it, of balls with walls."""
 
     name: Name
     """name of the set, equal to the name of the file"""
@@ -18,9 +18,26 @@ class ContactConfig(NamedSection):
     """static friction coefficient mu [-]"""
     rolling_friction: float = Field(ge=0, le=100)
     """rolling friction coefficient mu_r [-], thesis Eq. 3.16"""
+    wall_restitution: float | None = Field(default=None, gt=0, le=1)
+    """restitution of a ball at a wall [-]; that of two balls if left out"""
+    wall_static_friction: float | None = Field(default=None, ge=0, le=100)
+    """static friction of a ball at a wall [-]; that of two balls if left out"""
+    wall_rolling_friction: float | None = Field(default=None, ge=0, le=100)
+    """rolling friction of a ball at a wall [-]; that of two balls if left out"""
     density_kg_m3: float = Field(ge=1, le=1e5)
     """density of the balls [kg/m3]"""
     young_modulus_gpa: float = Field(ge=1e-6, le=1e5)
     """Young's modulus of balls and walls [GPa]"""
     poisson_ratio: float = Field(gt=-1, lt=0.5)
     """Poisson's ratio of balls and walls [-]"""
+
+    @property
+    def at_wall(self) -> "ContactConfig":
+        """The set with the values of a wall in place of those of two balls."""
+        own = {name: getattr(self, f"wall_{name}") for name in ("restitution", "static_friction", "rolling_friction")}
+        return self.model_copy(update={name: value for name, value in own.items() if value is not None})
+
+    @property
+    def without_friction(self) -> "ContactConfig":
+        """The set of a wall without friction."""
+        return self.at_wall.model_copy(update={"static_friction": 0.0, "rolling_friction": 0.0})

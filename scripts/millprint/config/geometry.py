@@ -21,6 +21,25 @@ class GeometrySection(Section):
         """Where the shape comes from, and what to correct where its volume is wrong, for a refusal."""
         return f"the {self.kind} of geometry", "its sizes"
 
+    @property
+    def smooth_axis(self) -> str | None:
+        """The axis of a drum whose ends have no friction; None for every other shape."""
+        return None
+
+
+class DrumGeometry(GeometrySection):
+    """What all round vessels share."""
+
+    axis: Literal["x", "y", "z"] = "z"
+    """direction of the axis; z points up"""
+    smooth_ends: bool = False
+    """flat ends without friction, for a slice of a longer drum"""
+
+    @property
+    def smooth_axis(self) -> str | None:
+        """The axis of a drum whose ends have no friction; None for one with rough ends."""
+        return self.axis if self.smooth_ends else None
+
 
 class PostGeometry(Section):
     """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
@@ -68,7 +87,7 @@ class StadiumGeometry(GeometrySection):
         return self
 
 
-class CylinderGeometry(GeometrySection):
+class CylinderGeometry(DrumGeometry):
     """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
@@ -76,8 +95,6 @@ class CylinderGeometry(GeometrySection):
     """radius, on which the facets' edges lie [mm]"""
     height_mm: Size
     """inner length from end to end, rounded ends included [mm]"""
-    axis: Literal["x", "y", "z"] = "z"
-    """direction of the cylinder's axis; z points up"""
     facets: Facets = 48
     """flat facets around [-]"""
     fillet_radius_mm: NonNegative = 0.0
@@ -98,6 +115,80 @@ class CylinderGeometry(GeometrySection):
             raise ValueError(
                 f"fillet_radius_mm = {self.fillet_radius_mm:g}: with fillet_ends = {self.fillet_ends} at most "
                 f"{bound:g} mm, the radius and the share of the height that each end has"
+            )
+        if self.smooth_ends and self.fillet_ends != "none" and self.fillet_radius_mm > 0:
+            raise ValueError("smooth_ends = true: an end without friction is flat; fillet_ends must be none")
+        return self
+
+
+class LiftersSection(Section):
+    """Bars along the shell of a drum, spread evenly; a trapezoid in section, or a rectangle."""
+
+    number: Annotated[int, Field(ge=1, le=120)]
+    """number of lifters [-]"""
+    height_mm: Size
+    """height above the shell, at the middle of a lifter [mm]"""
+    width_mm: Size
+    """width at the foot [mm]"""
+    face_angle_deg: Annotated[float, Field(ge=20, le=90)] = 90.0
+    """angle between the two faces and the shell [deg]; 90 for a square or rectangle, less for a trapezoid"""
+
+
+class LifterDrumGeometry(DrumGeometry):
+    """A lying or upright drum of flat facets with lifters on its shell."""
+
+    kind: Literal["lifter_drum"]
+    radius_mm: Size
+    """inner radius of the shell, on which the facets' edges lie [mm]"""
+    length_mm: Size
+    """inner length from end to end [mm]"""
+    axis: Literal["x", "y", "z"] = "y"
+    """direction of the drum's axis; z points up"""
+    facets: Facets = 72
+    """flat facets of a whole shell [-]"""
+    lifters: LiftersSection
+
+    @property
+    def foot_angle(self) -> float:
+        """Half the angle that the foot of a lifter takes of the shell [rad]."""
+        return math.asin(self.lifters.width_mm / 2 / self.radius_mm)
+
+    @property
+    def top_half_width_mm(self) -> float:
+        """Half the width of a lifter at its top [mm]."""
+        # The foot's corners lie on the shell, the height counts from the shell's middle.
+        rise = self.lifters.height_mm - self.radius_mm * (1 - math.cos(self.foot_angle))
+        return self.lifters.width_mm / 2 - rise / math.tan(math.radians(self.lifters.face_angle_deg))
+
+    @model_validator(mode="after")
+    def _lifters_fit(self) -> "LifterDrumGeometry":
+        lifters = self.lifters
+        if lifters.height_mm >= 0.9 * self.radius_mm:
+            raise ValueError(
+                f"lifters.height_mm = {lifters.height_mm:g}: leaves no room for a ball; must be under nine tenths of "
+                f"the radius, {0.9 * self.radius_mm:g} mm"
+            )
+        # A hundredth of each gap is left, so that the shell between two lifters has a size.
+        widest = 2 * self.radius_mm * math.sin(min(0.99 * math.pi / lifters.number, math.pi / 2))
+        if lifters.width_mm >= widest:
+            raise ValueError(
+                f"lifters.width_mm = {lifters.width_mm:g}: {lifters.number} lifters of that width overlap; must be "
+                f"under {widest:.4g} mm"
+            )
+        if lifters.height_mm <= self.radius_mm * (1 - math.cos(self.foot_angle)):
+            raise ValueError(
+                f"lifters.height_mm = {lifters.height_mm:g}: a lifter of this width is all below the shell; must be "
+                f"over {self.radius_mm * (1 - math.cos(self.foot_angle)):.3g} mm"
+            )
+        if self.top_half_width_mm <= 0:
+            raise ValueError(
+                f"lifters.face_angle_deg = {lifters.face_angle_deg:g}: the faces meet below the top; make them "
+                "steeper, or the lifter wider or lower"
+            )
+        if math.atan2(self.top_half_width_mm, self.radius_mm - lifters.height_mm) >= math.pi / lifters.number:
+            raise ValueError(
+                f"lifters.number = {lifters.number}: the tops of {lifters.number} lifters overlap; take fewer, or "
+                "lower or narrower ones"
             )
         return self
 
@@ -167,5 +258,7 @@ class StlGeometry(GeometrySection):
         return f"{self.path} in {self.unit}", "the unit"
 
 
-VesselGeometry = Annotated[StadiumGeometry | CylinderGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")]
+VesselGeometry = Annotated[
+    StadiumGeometry | CylinderGeometry | LifterDrumGeometry | BoxGeometry | StlGeometry, Field(discriminator="kind")
+]
 SolidGeometry = Annotated[CylinderGeometry | BoxGeometry | PaddlesGeometry | StlGeometry, Field(discriminator="kind")]

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.mill import MillConfig
+from millprint.config.mixture import BallMixture, BallSize, diameter_of, mixture_of
 from millprint.config.motion import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 from millprint.errors import ConfigError
@@ -65,8 +66,8 @@ class SweepConfig(Section):
     """mills; the top-level mill if left out"""
     contacts: list[Name] = Field(min_length=1)
     """contact sets"""
-    ball_diameters_mm: list[Positive] = Field(min_length=1)
-    """ball diameters [mm]"""
+    ball_diameters_mm: list[BallSize] = Field(min_length=1)
+    """ball diameters [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
     fill_ratios: list[Fraction] = Field(min_length=1)
     """ball volume over jar volume [-]"""
     speeds_rpm: list[Speed] = Field(min_length=1)
@@ -134,6 +135,7 @@ class Case(Section):
     mill: Name
     contact: Name
     ball_diameter_mm: float
+    mixture: BallMixture | None = None
     fill_ratio: float
     speed_rpm: float
     seed: int
@@ -165,7 +167,13 @@ class Case(Section):
         }
         changes = "".join(f"_{letters}{value:g}" for letters, value in changed.items() if value is not None)
         fill = f"{self.fill_ratio:.4f}".rstrip("0").ljust(4, "0")
-        return f"d{self.ball_diameter_mm:g}_f{fill}_n{self.speed_rpm:g}{changes}_s{self.seed}"
+        balls = self.mixture.name if self.mixture else f"d{self.ball_diameter_mm:g}"
+        return f"{balls}_f{fill}_n{self.speed_rpm:g}{changes}_s{self.seed}"
+
+    @property
+    def sizes_mm(self) -> tuple[float, ...]:
+        """The diameters of the balls [mm]: one, or those of the mixture."""
+        return self.mixture.sizes_mm if self.mixture else (self.ball_diameter_mm,)
 
     @property
     def path(self) -> str:
@@ -191,10 +199,16 @@ _VARIED = {
 
 def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
     """Every case of a sweep, of the default `mill` where it names none, with its own durations or those of `dem`."""
-    given = {key: getattr(sweep, key) for key in Case.model_fields if key not in _VARIED}
+    given = {key: getattr(sweep, key) for key in Case.model_fields if key not in {*_VARIED, "mixture"}}
     given |= {key: getattr(dem, key) for key in ("settle_s", "discard_s", "window_s") if given[key] is None}
     lists = [getattr(sweep, key) or [mill if key == "mills" else None] for key in _VARIED.values()]
-    return [Case(**dict(zip(_VARIED, values, strict=True)), **given) for values in itertools.product(*lists)]
+    combined = (dict(zip(_VARIED, values, strict=True)) for values in itertools.product(*lists))
+    return [Case(**{**values, **balls_of(values["ball_diameter_mm"])}, **given) for values in combined]
+
+
+def balls_of(size: float | BallMixture) -> dict[str, float | BallMixture | None]:
+    """The keys of a case that an element of `ball_diameters_mm` gives."""
+    return {"ball_diameter_mm": diameter_of(size), "mixture": mixture_of(size)}
 
 
 def threads_of(case: Case, dem: DemConfig) -> int:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from millprint.config.sweep import ball_count
 from millprint.errors import SimulationError
@@ -178,8 +179,13 @@ def by_cell(points: np.ndarray, pitch: float) -> np.ndarray:
     Balls whose numbers are near each other's then are near in space too, and in memory: with 20,000 balls that saves a
     sixth of a ball-step's cost as long as they have not mixed.
     """
+    return points[cell_order(points, pitch)]
+
+
+def cell_order(points: np.ndarray, pitch: float) -> np.ndarray:
+    """The order (n,) of `by_cell`."""
     cell = np.floor((points - points.min(axis=0)) / pitch).astype(int)
-    return points[np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0]))]
+    return np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0]))
 
 
 def _tries(seed: int) -> Iterator[tuple[Sites, np.random.Generator]]:
@@ -190,6 +196,54 @@ def _tries(seed: int) -> Iterator[tuple[Sites, np.random.Generator]]:
     for sites_of in (_sites, _laid_sites):
         own, judged = np.random.default_rng(seed), np.random.default_rng(0)
         yield from [(sites_of, own)] * (TRIALS // 2) + [(sites_of, judged)] * TRIALS
+
+
+def pack_mixture(
+    vessel: Vessel, diameters_m: np.ndarray, counts: Sequence[int], seed: int, inserts: Sequence[Vessel] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Random centres (n, 3) [m] of balls of several sizes, and the size (n,) of each, its row in `diameters_m` (k,).
+
+    counts: balls of each size. The largest are placed first, each size on a packing of its own around those already
+    there: at random over the whole vessel or, where that leaves too little room for the rest, from below.
+    Raises SimulationError if they do not fit.
+    """
+    for trial in range(TRIALS):
+        for from_below in (False, True):
+            placed = _place_sizes(
+                vessel, diameters_m, counts, np.random.default_rng([seed, trial]), inserts, from_below
+            )
+            if placed is not None:
+                points, species = placed
+                # In the order of cells in space, as balls of one size.
+                order = cell_order(points, float(np.max(diameters_m)))
+                return points[order], species[order]
+    sizes = ", ".join(f"{count} of {diameter * 1e3:g} mm" for count, diameter in zip(counts, diameters_m, strict=True))
+    raise SimulationError(f"{sum(counts)} balls ({sizes}) do not fit into the vessel; lower the fill ratio")
+
+
+def _place_sizes(
+    vessel: Vessel, diameters_m: np.ndarray, counts: Sequence[int], draw: np.random.Generator,
+    inserts: Sequence[Vessel], from_below: bool,
+) -> tuple[np.ndarray, np.ndarray] | None:  # fmt: skip
+    """One try of `pack_mixture`; None if a size has no room."""
+    points, radii, species = np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64)
+    for size in np.argsort(diameters_m)[::-1]:
+        diameter, count = float(diameters_m[size]), counts[size]
+        for sites_of in (_sites, _laid_sites):
+            sites = sites_of(vessel, diameter, diameter * (1 + GAP), draw, inserts)
+            # Balls of one size have one distance to keep.
+            for radius in np.unique(radii):
+                reach = (radius + diameter / 2) * (1 + GAP)
+                sites = sites[cKDTree(points[radii == radius]).query(sites, distance_upper_bound=reach)[0] >= reach]
+            if len(sites) >= count:
+                break
+        else:
+            return None
+        order = np.argsort(sites[:, 2]) if from_below else draw.permutation(len(sites))
+        points = np.concatenate([points, sites[order[:count]]])
+        radii = np.append(radii, np.full(count, diameter / 2))
+        species = np.append(species, np.full(count, size))
+    return points, species
 
 
 def pack(

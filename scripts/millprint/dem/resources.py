@@ -49,7 +49,7 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     """Estimate a case by its balls, its steps and what it records. Raises ConfigError as `overridden`."""
     _, contact = overridden(case, mill, contact)
     stiffness = contact.young_modulus_gpa * 1e9
-    rayleigh = rayleigh_time(case.ball_diameter_mm / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
+    rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
     steps = (case.settle_s + case.discard_s + window) / requested_step(case, dem, rayleigh)

@@ -15,7 +15,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
-from millprint.dem.packing import pack
+from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
     TABLE_ROWS,
     Recorder,
@@ -49,8 +49,11 @@ class Simulation:
     def __init__(self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> None:
         mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
+        # With several sizes, those of the ball of mean volume.
         self.diameter = case.ball_diameter_mm / 1e3
         self.radius = self.diameter / 2
+        self.radii = np.array(case.sizes_mm) / 1e3 / 2
+        largest = float(self.radii.max())
         volume = mill.volume_ml / 1e6
         self.count = ball_count(case.fill_ratio, volume, self.diameter)
         if self.count < 1:
@@ -60,24 +63,26 @@ class Simulation:
         self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
         self._choose_steps()
         inserts = inserts_in_vessel(self.bodies)
-        start = pack(self.vessel, self.diameter, self.count, case.seed, volume, inserts=inserts)
+        if case.mixture:
+            counts = case.mixture.counts(self.count)
+            start, species = pack_mixture(self.vessel, 2 * self.radii, counts, case.seed, inserts)
+        else:
+            start = pack(self.vessel, self.diameter, self.count, case.seed, volume, inserts=inserts)
+            species = np.zeros(self.count, dtype=np.int64)
         self.balls = state.make_balls(
-            self.bodies[0].to_laboratory(start, 0.0),
-            np.zeros(self.count, dtype=np.int64),
-            np.array([self.radius]),
-            contact.density_kg_m3,
+            self.bodies[0].to_laboratory(start, 0.0), species, self.radii, contact.density_kg_m3
         )
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max)
         self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, dem.skin_m)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
-            self.radius,
+            largest,
             dem.skin_m / 2,
-            dem.overlap_max * self.radius,
-            pitch=max(0.4 * self.radius, 1e-3),
+            dem.overlap_max * largest,
+            pitch=max(0.4 * largest, 1e-3),
         )
+        self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
         self.threads = threads_of(case, dem)
         self.shares = self._make_shares()
         self.totals = np.zeros(TOTAL_WIDTH)
@@ -104,7 +109,7 @@ class Simulation:
         """The step: a whole number of them makes a snapshot interval or else an energy sample."""
         case, dem, contact = self.case, self.dem, self.contact
         self.rayleigh_s = rayleigh_time(
-            self.radius, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+            self.radii.min(), contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
         )
         longest, allowed = requested_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
         if longest > allowed * self.rayleigh_s:

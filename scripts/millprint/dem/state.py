@@ -11,6 +11,7 @@ from millprint.dem.lanes import IDLE
 from millprint.dem.law import law_row
 from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
 from millprint.mill.motion import Motion, Motions, stack_motions
+from millprint.mill.walls import SURFACE
 
 
 class Balls(NamedTuple):
@@ -71,7 +72,8 @@ class Laws(NamedTuple):
     """Contact coefficients (law.law_row) by species."""
 
     pair: np.ndarray  # (species, species, width) layout.LawColumns
-    wall: np.ndarray  # (species, width)
+    wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
+    surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
 
 
 class Clock(NamedTuple):
@@ -140,10 +142,11 @@ def make_counters() -> np.ndarray:
     return counters
 
 
-def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fraction: float) -> Laws:
-    """Coefficients of every pair of species and of every species against the wall (Eqs 3.11 to 3.14).
+def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fraction: float, surface: np.ndarray) -> Laws:
+    """Coefficients of every pair of species and of every species against each surface (Eqs 3.11 to 3.14).
 
-    overlap_fraction: bound on any overlap over the ball's radius [-]. A wall has R* = R and m* = m.
+    overlap_fraction: bound on any overlap over the ball's radius [-]; surface: that of every feature of the walls
+    (walls.Walls.surface). A wall has R* = R and m* = m.
     """
 
     def reduced(a: float, b: float) -> float:
@@ -166,10 +169,12 @@ def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fractio
         ]
         for a in species
     ]
+    sets = {"rough": contact.at_wall, "smooth": contact.without_friction}
     wall = [
-        law_row(contact, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species
+        [law_row(at, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species]
+        for at in (sets[name] for name in SURFACE._fields)
     ]
-    return Laws(np.array(pair), np.array(wall))
+    return Laws(np.array(pair), np.array(wall), surface)
 
 
 def make_clock(

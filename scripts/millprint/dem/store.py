@@ -122,6 +122,7 @@ def write_run(
         file.attrs["versions"] = json.dumps(versions)
         file.attrs["facets"] = sum(len(body.vessel.facets) for body in simulation.bodies)
         file.attrs["ball_radius_m"] = simulation.radius
+        put(file.create_group("balls"), "radius_m", simulation.balls.radius[simulation.balls.species])
         put_geometry(file.create_group("geometry"), simulation.vessel)
         for body in simulation.bodies[1:]:
             put_geometry(file.create_group(f"geometry/inserts/{body.name}"), body.vessel)

@@ -14,6 +14,9 @@ from millprint.mill.bodies import ball_space_m3, travel_m
 # Smallest number of blocks for a standard error.
 FEWEST_BLOCKS = 8
 
+# Coefficients that a contact set may give for walls apart.
+PAIR_COEFFICIENTS = {"restitution", "static_friction", "rolling_friction"}
+
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
     """Energies of each whole revolution [J], of `samples` samples of the ledger each; tangential is all of it."""
@@ -78,11 +81,12 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "contact": case.contact,
         "balls": simulation.count,
         "ball_diameter_m": simulation.diameter,
-        "ball_mass_kg": float(simulation.balls.mass[0]),
+        "ball_mass_kg": float(simulation.balls.mass[simulation.balls.species].mean()),
         "density_kg_m3": contact.density_kg_m3,
         "restitution": contact.restitution,
         "static_friction": contact.static_friction,
         "rolling_friction": contact.rolling_friction,
+        **{f"wall_{name}": value for name, value in contact.at_wall.model_dump(include=PAIR_COEFFICIENTS).items()},
         "young_modulus_pa": contact.young_modulus_gpa * 1e9,
         "frequency_hz": frequency,
         "amplitude_m": travel_m(simulation.bodies, case.speed_rpm),

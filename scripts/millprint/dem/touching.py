@@ -21,6 +21,7 @@ from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, scale, subtract
 from millprint.mill.walls import (
     PLANE,
+    SURFACE,
     body_of,
     direction_to_body,
     direction_to_laboratory,
@@ -60,10 +61,11 @@ def occupy(balls, candidates, contacts, laws, counters, k):
     a = balls.species[i]
     b = balls.species[max(j, 0)]
     difference = balls.radius[a] - balls.radius[b] if j >= 0 else 0.0
+    surface = laws.surface[-1 - j] if j < 0 else SURFACE.rough
     put_of(contacts, lane, LANE.is_wall, 1.0 if j < 0 else 0.0)
     put_of(contacts, lane, LANE.radius_difference, difference)
     for c in range(LAW_WIDTH):
-        put_of(contacts, lane, LANE_LAW + c, laws.pair[a, b, c] if j >= 0 else laws.wall[a, c])
+        put_of(contacts, lane, LANE_LAW + c, laws.pair[a, b, c] if j >= 0 else laws.wall[surface, a, c])
     return lane
 
 
@@ -146,7 +148,7 @@ def close_contact(balls, candidates, contacts, laws, lane, time, totals, counter
     book_works(contacts, lane, totals)
     write_collision(contacts, lane, time, 1, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
-    reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[a, LAW.reach]
+    reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[SURFACE.rough, a, LAW.reach]
     candidates.trigger[k] = reach * reach if j >= 0 else reach
     free_lane(candidates, contacts, lane, counters)
 

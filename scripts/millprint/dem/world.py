@@ -69,8 +69,8 @@ class World:
                 self.balls.rate[:, span_of(columns)] = self.balls.rate_now[:, span_of(columns)] = value
         self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
-        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
+        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX, self.walls.surface)
         self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()

@@ -9,8 +9,9 @@ from itertools import product
 
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.mixture import BallMixture
 from millprint.config.section import Section
-from millprint.config.sweep import Case
+from millprint.config.sweep import Case, balls_of
 from millprint.config.workflow import WorkflowConfig
 
 # Defaults of a sweep: at least this many turns, and at least this time [s].
@@ -101,8 +102,8 @@ def place_of_sweep(config: WorkflowConfig, name: str, source: str) -> str:
     return f"{source}: sweep" if config.sweep and name == config.mill else f"config/mills/{name}.yaml: sweep"
 
 
-def settings_of(sweep: MillSweepConfig) -> list[tuple[float, float]]:
-    """Ball diameters [mm] with speeds [rpm]: the first speed with every size, the first size with every speed."""
+def settings_of(sweep: MillSweepConfig) -> list[tuple[float | BallMixture, float]]:
+    """Ball sizes [mm] with speeds [rpm]: the first speed with every size, the first size with every speed."""
     speeds, sizes = sweep.speeds, sweep.ball_diameters_mm
     return [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
 
@@ -111,14 +112,14 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """The cases of a mill's sweep, ball size and speed by fill ratio and seed; raises ConfigError as `sweep_of`."""
     sweep = sweep_of(mill)
     cases = []
-    for diameter, speed in settings_of(sweep):
+    for size, speed in settings_of(sweep):
         turn_s = 60 / speed
         discard = sweep.discard_turns or math.ceil(DISCARD_S / turn_s)
         window = sweep.window_turns or max(FEWEST_TURNS, math.ceil(WINDOW_S / turn_s))
         for fill, seed in product(sweep.fill_ratios, sweep.seeds):
             cases.append(
                 Case(
-                    mill=mill.name, contact=settings.contact_set, ball_diameter_mm=diameter, fill_ratio=fill,
+                    mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
                     speed_rpm=speed, seed=seed, rayleigh_fraction=settings.rayleigh_fraction,
                     settle_s=settings.settle_s, discard_s=discard * turn_s, window_s=window * turn_s,
                 )

@@ -50,7 +50,8 @@ def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
-        solid = Vessel(shape_facets(insert.geometry, place, solid=True), place, solid=True)
+        facets, smooth = shape_facets(insert.geometry, place, solid=True), insert.geometry.smooth_axis
+        solid = Vessel(facets, place, solid=True, smooth_axis=smooth)
         own = motion if insert.motion is None else motion_from_law(insert.motion, speed_rpm)
         bodies.append(Body(insert.name, solid, own))
     return bodies

@@ -14,6 +14,7 @@ import numpy as np
 from millprint.config.geometry import (
     BoxGeometry,
     CylinderGeometry,
+    LifterDrumGeometry,
     PaddlesGeometry,
     StadiumGeometry,
     StlGeometry,
@@ -126,6 +127,29 @@ def cylinder_facets(geometry: CylinderGeometry) -> list[Loops]:
     return [[(loop - half)[:, order] + centre for loop in facet] for facet in loft(rings)]
 
 
+def lifter_drum_outline(geometry: LifterDrumGeometry) -> np.ndarray:
+    """Vertices (k, 2) [m] of the shell and its lifters, counter-clockwise; the first lifter is on the x axis."""
+    radius, foot = geometry.radius_mm / 1e3, geometry.foot_angle
+    top, half = radius - geometry.lifters.height_mm / 1e3, geometry.top_half_width_mm / 1e3
+    pitch = 2 * np.pi / geometry.lifters.number
+    arcs = max(1, round(geometry.facets * (pitch - 2 * foot) / (2 * np.pi)))
+    # One lifter's top and the shell from its foot to just before the foot of the next lifter, then that foot.
+    arc = np.linspace(foot, pitch - foot, arcs + 1)
+    piece = np.concatenate([[[top, -half], [top, half]], radius * np.column_stack([np.cos(arc), np.sin(arc)])])
+    turned = []
+    for lifter in range(geometry.lifters.number):
+        cosine, sine = np.cos(lifter * pitch), np.sin(lifter * pitch)
+        turned.append(piece @ np.array([[cosine, sine], [-sine, cosine]]))
+    return np.concatenate(turned)
+
+
+def lifter_drum_facets(geometry: LifterDrumGeometry) -> list[Loops]:
+    """Outlines [m] of every facet, counter-clockwise seen from inside; centred on the origin."""
+    outline, half = lifter_drum_outline(geometry), geometry.length_mm / 2e3
+    order = _ALONG[geometry.axis]
+    return [[loop[:, order] for loop in facet] for facet in loft([_level(outline, half), _level(outline, -half)])]
+
+
 def box_facets(geometry: BoxGeometry) -> list[Loops]:
     """Outlines [m] of the six facets, counter-clockwise seen from inside."""
     half = np.array([geometry.x_mm, geometry.y_mm, geometry.z_mm]) / 2e3
@@ -174,6 +198,7 @@ class Shape:
 SHAPES = {
     "stadium": Shape(stadium_facets),
     "cylinder": Shape(cylinder_facets),
+    "lifter_drum": Shape(lifter_drum_facets),
     "box": Shape(box_facets),
     "paddles": Shape(paddles_facets),
     "stl": Shape(_file_facets, from_inside=False),

@@ -118,12 +118,16 @@ class Vessel:
     """A closed vessel of flat facets in the body frame; the facets' normals point inward, to where the balls are.
 
     A solid body inside a vessel is the same with `solid`: its normals point out of it, and its volume is negative.
+    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None.
     Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite senses.
     """
 
-    def __init__(self, facets: list[Facet], name: str = "vessel", solid: bool = False) -> None:
+    def __init__(
+        self, facets: list[Facet], name: str = "vessel", solid: bool = False, smooth_axis: str | None = None
+    ) -> None:
         self.name = name
         self.solid = solid
+        self.smooth_axis = smooth_axis
         self.size = float(np.ptp(np.concatenate([loop for f in facets for loop in f.loops]), axis=0).max())
         # A power of two, so that a shape and its double are the same on their lattices.
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
@@ -176,6 +180,14 @@ class Vessel:
     def edges(self) -> tuple[Edge, ...]:
         """Every edge, once."""
         return tuple(self._edge_at.values())
+
+    @cached_property
+    def is_smooth(self) -> np.ndarray:
+        """Which facets (f,) have no friction: those across `smooth_axis`."""
+        if self.smooth_axis is None:
+            return np.zeros(len(self.facets), dtype=bool)
+        along = "xyz".index(self.smooth_axis)
+        return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
 
     @cached_property
     def vertices(self) -> np.ndarray:
@@ -268,7 +280,7 @@ def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Fac
 def build_vessel(mill: MillConfig) -> Vessel:
     """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
     place = f"config/mills/{mill.name}.yaml: geometry"
-    return Vessel(shape_facets(mill.geometry, place, solid=False), place)
+    return Vessel(shape_facets(mill.geometry, place, solid=False), place, smooth_axis=mill.geometry.smooth_axis)
 
 
 def check_volume(mill: MillConfig, vessel: Vessel) -> None:

@@ -42,7 +42,14 @@ class SideColumns(NamedTuple):
     end_v: int
 
 
-PLANE, SIDE = number_columns(PlaneColumns), number_columns(SideColumns)
+class Surfaces(NamedTuple):
+    """Kinds of surface, each with a contact law of its own."""
+
+    rough: int  # a wall as the contact set has it
+    smooth: int  # without friction
+
+
+PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
 
 
 class Walls(NamedTuple):
@@ -58,6 +65,7 @@ class Walls(NamedTuple):
     first_direction: np.ndarray  # (c + 1,)
     direction: np.ndarray  # (d, 3) edges that leave the corners
     body: np.ndarray  # (f + e + c,) the body that a feature belongs to
+    surface: np.ndarray  # (f + e + c,) see Surfaces; edges and corners are rough
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
@@ -121,6 +129,14 @@ def _body_numbers(bodies: Sequence[Vessel]) -> np.ndarray:
     return np.concatenate([np.repeat(np.arange(len(bodies)), counts) for counts in groups])
 
 
+def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
+    """The surface of every feature (f + e + c,): only facets can be smooth."""
+    surface = np.full(len(_body_numbers(bodies)), SURFACE.rough)
+    smooth = np.concatenate([body.is_smooth for body in bodies])
+    surface[: len(smooth)][smooth] = SURFACE.smooth
+    return surface
+
+
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
     """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
@@ -143,6 +159,7 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
         first_direction=np.cumsum([0, *(len(corner.directions) for corner in corners)]),
         direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
         body=_body_numbers(bodies),
+        surface=_surfaces(bodies),
         grid_origin=origin,
         grid_shape=shape,
         grid_pitch=float(pitch),

@@ -67,7 +67,7 @@ class CoarseSimulation:
         self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], step, skin)
         vessels = [body.vessel for body in self.bodies]
         self.walls = build_walls(vessels, radius, skin / 2, OVERLAP_MAX * radius, pitch=max(0.4 * radius, 1e-3))
-        self.laws = state.make_laws(self.balls, contact, step / substeps, OVERLAP_MAX)
+        self.laws = state.make_laws(self.balls, contact, step / substeps, OVERLAP_MAX, self.walls.surface)
         self._make_lists(CANDIDATES_PER_BALL)
         self.weights = no_weights()
 

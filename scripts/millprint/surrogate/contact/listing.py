@@ -19,7 +19,7 @@ from millprint.dem.touching import (
 )
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import dot, row, subtract
-from millprint.mill.walls import PLANE, to_body, wall_velocity
+from millprint.mill.walls import PLANE, SURFACE, to_body, wall_velocity
 
 
 @inner()
@@ -45,7 +45,7 @@ def foresee(balls, candidates, contacts, laws, walls, clock, coarse, counters, t
             i = candidates.ball[k]
             position = row(balls.position, i)
             seen = subtract(row(balls.rate, i), wall_velocity(clock.motions, body, position))
-            reach = laws.wall[balls.species[i], LAW.reach]
+            reach = laws.wall[SURFACE.rough, balls.species[i], LAW.reach]
             limit = reach + margin + step * math.sqrt(dot(seen, seen))
             point = to_body(clock.motions, body, position)
             if dot(row(candidates.plane, k), point) - candidates.plane[k, PLANE.offset] >= limit:

@@ -1,0 +1,77 @@
+"""Charges of balls of several sizes: an element of `ball_diameters_mm` that is not a number."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.section import Name, Positive, Section
+
+# Shares written with three decimals add up to 1 within this.
+SHARES_TOLERANCE = 2e-3
+
+
+class BallMixture(Section):
+    """Balls of several sizes in one charge, given by their numbers or by their shares of the ball volume.
+
+    Where one diameter stands for the charge, in tables and in scales, it is that of the ball of mean volume.
+    """
+
+    name: Name
+    """name of the charge, in the names of its cases"""
+    sizes_mm: Annotated[tuple[Annotated[Positive, Field(le=1000)], ...], Field(min_length=2, max_length=12)]
+    """ball diameters [mm]"""
+    numbers: tuple[Positive, ...] | None = None
+    """balls of each size; only their ratio counts, since the fill ratio gives the whole charge [-]"""
+    shares: tuple[Positive, ...] | None = None
+    """share of each size in the ball volume, in place of numbers; they add up to 1 [-]"""
+
+    @model_validator(mode="after")
+    def _one_value_for_each_size(self) -> "BallMixture":
+        if (self.numbers is None) == (self.shares is None):
+            raise ValueError("numbers, shares: give either the numbers of balls or their shares of the volume")
+        key, values = ("numbers", self.numbers) if self.numbers is not None else ("shares", self.shares)
+        if len(values or ()) != len(self.sizes_mm):
+            raise ValueError(
+                f"{key} = {list(values or ())}: must hold one value for each of {len(self.sizes_mm)} sizes"
+            )
+        if len(set(self.sizes_mm)) < len(self.sizes_mm):
+            raise ValueError(f"sizes_mm = {list(self.sizes_mm)}: a size appears twice")
+        if self.shares is not None and abs(sum(self.shares) - 1) > SHARES_TOLERANCE:
+            raise ValueError(f"shares = {list(self.shares)}: add up to {sum(self.shares):.4g}; must add up to 1")
+        return self
+
+    @property
+    def fractions(self) -> list[float]:
+        """The number of balls of each size over that of all [-]."""
+        relative = self.numbers or [s / d**3 for s, d in zip(self.shares or (), self.sizes_mm, strict=True)]
+        return [number / sum(relative) for number in relative]
+
+    @property
+    def mean_diameter_mm(self) -> float:
+        """Diameter of the ball of mean volume, (sum n d^3 / sum n)^(1/3) [mm].
+
+        With it the number of balls, their mass and every scaled quantity keep their meaning.
+        """
+        return sum(n * d**3 for n, d in zip(self.fractions, self.sizes_mm, strict=True)) ** (1 / 3)
+
+    def counts(self, balls: int) -> list[int]:
+        """How many of `balls` have each size, by the largest remainders."""
+        exact = [balls * fraction for fraction in self.fractions]
+        counts = [int(number) for number in exact]
+        by_remainder = sorted(range(len(exact)), key=lambda k: counts[k] - exact[k])
+        for k in by_remainder[: balls - sum(counts)]:
+            counts[k] += 1
+        return counts
+
+
+BallSize = Positive | BallMixture
+
+
+def diameter_of(size: "float | BallMixture") -> float:
+    """The ball diameter that stands for an element of `ball_diameters_mm` [mm]."""
+    return size.mean_diameter_mm if isinstance(size, BallMixture) else size
+
+
+def mixture_of(size: "float | BallMixture") -> BallMixture | None:
+    """The mixture, if an element of `ball_diameters_mm` is one."""
+    return size if isinstance(size, BallMixture) else None

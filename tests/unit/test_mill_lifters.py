@@ -1,0 +1,91 @@
+"""Drums with lifters: closed, of the right volume, refused where lifters overlap or leave no room."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from pydantic import TypeAdapter, ValidationError
+
+from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
+from millprint.mill.vessel import Vessel, shape_facets
+
+LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}
+DRUM = {"kind": "lifter_drum", "radius_mm": 275, "length_mm": 23.5, "facets": 144, "lifters": LIFTERS}
+
+
+def drum(lifters: dict | None = None, **changes) -> tuple[LifterDrumGeometry, Vessel]:
+    geometry = TypeAdapter(VesselGeometry).validate_python(
+        {**DRUM, **changes, "lifters": {**LIFTERS, **(lifters or {})}}
+    )
+    facets = shape_facets(geometry, "mill.yaml: geometry", solid=False)
+    return geometry, Vessel(facets, smooth_axis=geometry.smooth_axis)
+
+
+def section_mm2(geometry: LifterDrumGeometry) -> float:
+    """Area of the section: triangles of the shell's facets, and of each lifter a trapezoid on its foot's chord."""
+    radius, foot, lifters = geometry.radius_mm, geometry.foot_angle, geometry.lifters
+    gap = 2 * math.pi / lifters.number - 2 * foot
+    arcs = max(1, round(geometry.facets * gap / (2 * math.pi)))
+    shell = arcs * radius**2 * math.sin(gap / arcs) / 2 + radius**2 * math.sin(2 * foot) / 2
+    rise = lifters.height_mm - radius * (1 - math.cos(foot))
+    return lifters.number * (shell - rise * (lifters.width_mm / 2 + geometry.top_half_width_mm))
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize(
+    "lifters", [{}, {"face_angle_deg": 60, "width_mm": 40}, {"number": 8, "height_mm": 40, "width_mm": 40}]
+)
+def test_a_drum_with_lifters_is_watertight_and_has_the_volume_of_its_section(axis, lifters):
+    geometry, vessel = drum(lifters, axis=axis)
+    mesh = trimesh.Trimesh(*vessel.triangles(), process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    assert vessel.volume_m3 * 1e9 == pytest.approx(section_mm2(geometry) * geometry.length_mm, rel=1e-9)
+    # Two corners of each lifter's top jut into the drum.
+    assert len(vessel.convex_edges) == 2 * geometry.lifters.number
+    assert np.ptp(vessel.vertices, axis=0)["xyz".index(axis)] == pytest.approx(23.5e-3)
+
+
+@pytest.mark.parametrize("angle", [90, 70, 60])
+def test_the_faces_of_a_lifter_lean_by_their_angle(angle):
+    geometry, vessel = drum({"face_angle_deg": angle, "width_mm": 40})
+    # The first lifter stands at the top of a drum along y; its faces hold a corner of its top and one on the shell.
+    top = (geometry.radius_mm - geometry.lifters.height_mm) / 1e3
+    faces = [
+        facet
+        for facet in vessel.facets
+        if abs(facet.normal[1]) < 0.5 and np.isclose(facet.loops[0][:, 2], top).any() and np.ptp(facet.loops[0][:, 2])
+        and abs(facet.loops[0][:, 0]).max() < 0.021
+    ]  # fmt: skip
+    assert len(faces) == 2
+    for facet in faces:
+        assert abs(facet.normal[2]) == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
+
+
+def test_only_the_ends_of_a_slice_are_smooth():
+    _, rough = drum()
+    _, slice_ = drum(smooth_ends=True)
+    assert not rough.is_smooth.any()
+    ends = [abs(facet.normal[1]) == 1 for facet in slice_.facets]
+    assert slice_.is_smooth.tolist() == ends and sum(ends) == 2
+
+
+@pytest.mark.parametrize(
+    ("lifters", "message"),
+    [
+        ({"number": 40, "width_mm": 50}, "lifters of that width overlap"),
+        ({"height_mm": 260}, "leaves no room for a ball"),
+        ({"number": 30, "width_mm": 45, "height_mm": 200}, "the tops of 30 lifters overlap"),
+        ({"face_angle_deg": 30}, "the faces meet below the top"),
+        ({"width_mm": 100, "height_mm": 4}, "all below the shell"),
+    ],
+)
+def test_lifters_that_do_not_fit_are_refused(lifters, message):
+    with pytest.raises(ValidationError, match=message):
+        drum(lifters)
+
+
+def test_a_slice_with_rounded_ends_is_refused():
+    shape = {"kind": "cylinder", "radius_mm": 50, "height_mm": 50, "fillet_radius_mm": 5, "smooth_ends": True}
+    with pytest.raises(ValidationError, match="an end without friction is flat"):
+        TypeAdapter(VesselGeometry).validate_python(shape)
