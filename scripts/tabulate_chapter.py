@@ -13,17 +13,18 @@ def main(chapter: str, name: str, tables: list[str], results: str, output: str) 
         for listed in TABLES[chapter]
         if (path := f"{results}/{listed.path}") in tables
     ]
-    introduction = (
-        f"Tables of thesis chapter {chapter} as the run {name} computed them. A click on a column sorts by it."
+    title, about = (
+        (f"Chapter {chapter}", f"thesis chapter {chapter}") if chapter.isdigit() else (chapter, chapter.lower())
     )
+    introduction = f"Tables of {about} as the run {name} computed them. A click on a column sorts by it."
     with whole_file(output) as partial:
-        partial.write_text(tables_page(f"Chapter {chapter}: tables", introduction, sections))
+        partial.write_text(tables_page(f"{title}: tables", introduction, sections))
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"show the tables of chapter {snakemake.wildcards.chapter}"):
+    with job(snakemake.log[0], f"show the tables of chapter {snakemake.params.chapter}"):
         main(
-            snakemake.wildcards.chapter,
+            snakemake.params.chapter,
             snakemake.params.name,
             list(snakemake.input.tables),
             snakemake.params.results,

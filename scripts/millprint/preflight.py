@@ -12,6 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count, overridden
+from millprint.config.validation import setup_cases
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.dem.budget import MOST_BYTES, MOST_DAYS, MOST_SITES, cost, sites_of
 from millprint.dem.packing import capacity, pack_mixture
@@ -49,10 +50,12 @@ def check_before_running(
     check_speeds(speeds)
     groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
+    measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
+    groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
-    for case in [*cases.values(), *(case for own in swept.values() for case in own)]:
+    for case in [case for _, group in groups for case in group]:
         try:
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
         except ConfigError as error:

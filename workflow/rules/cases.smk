@@ -1,8 +1,9 @@
-"""Every simulation of this run: the sweeps of the configuration, the sweep of each mill, and the large mill."""
+"""Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
 import re
 
 from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import enlarged, large_case, mill_cases
 
@@ -12,6 +13,8 @@ BOX = CONFIG.mills.box
 # Mills whose own sweep may be simulated.
 SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.mills.named]))
 SCALE_UP_CASES = {}
+# The simulations of the measured set-ups, by set-up and path.
+SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}
 
 if CONFIG.mills.scale_up is not None:
     # The large mill is a mill like any other, but it is calculated from the small one and has no file.
@@ -76,7 +79,7 @@ def case_at(wildcards):
     """The case of a folder in results/dem. An unknown case ends the program with one line."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     # If a sweep of the configuration has the same case, its settings apply.
-    for known in (CASES, SCALE_UP_CASES):
+    for known in (CASES, SCALE_UP_CASES, *SETUP_CASES.values()):
         if path in known:
             return known[path]
     own = cases_of_mill(wildcards.mill) if wildcards.mill in SWEPT_MILLS else {}
@@ -97,7 +100,8 @@ def resources_at(wildcards):
 def names_of_long_cases() -> list[str]:
     """Names of the cases that need a cluster job of their own, of all cases that are known before the run."""
     swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in cases_of_mill(name).values()]
-    known = [*CASES.values(), *swept, *SCALE_UP_CASES.values()]
+    measured = [case for cases in SETUP_CASES.values() for case in cases.values()]
+    known = [*CASES.values(), *swept, *SCALE_UP_CASES.values(), *measured]
     with stop_on_bad_input():
         return sorted(
             {

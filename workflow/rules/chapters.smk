@@ -31,6 +31,7 @@ STAGE_OUTPUTS = [
     *SURROGATE_OUTPUTS,
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
+    *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),
 ]
 
 

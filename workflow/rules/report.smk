@@ -9,7 +9,9 @@ ABLATIONS = f"{SURROGATE}/ablations.tsv"
 SHOWN_TABLES = {
     chapter: paths
     for chapter, tables in TABLES.items()
-    if (paths := [path for listed in tables if (path := f"{RESULTS}/{listed.path}") in STAGE_FILES])
+    # The page of the validation has a rule of its own, since a run without chapters can make it too.
+    if chapter != VALIDATION_CHAPTER
+    and (paths := [path for listed in tables if (path := f"{RESULTS}/{listed.path}") in STAGE_FILES])
 }
 
 
@@ -84,6 +86,7 @@ rule tabulate_chapter:
         f"{LOGS}/report/tabulate_chapter_{{chapter}}.log",
     localrule: True
     params:
+        chapter=lambda wildcards: wildcards.chapter,
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
         library=library("tabulate_chapter.py"),

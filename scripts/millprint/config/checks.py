@@ -57,13 +57,16 @@ def load_workflow(
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
-    return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *config.mills.named]))
+    return list(
+        dict.fromkeys([config.mill, *named, *filter(None, tracked), *config.mills.named, *config.validation.mills])
+    )
 
 
 def _contact_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.contacts]
     tracked = [test.contact for test in _experiments(config)]
-    return list(dict.fromkeys([*config.contacts, *named, *tracked, config.mills.contact_set]))
+    own = [config.mills.contact_set, *config.validation.contacts]
+    return list(dict.fromkeys([*config.contacts, *named, *tracked, *own]))
 
 
 def _experiments(config: WorkflowConfig) -> list[ExperimentConfig]:

@@ -13,6 +13,7 @@ from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
+from millprint.config.validation import ValidationConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
@@ -79,6 +80,8 @@ class WorkflowConfig(Section):
     # As if it were given, so that its contact set is filled in.
     mills: MillsConfig = Field(default=MillsConfig(), validate_default=True)
     """fingerprints of any mills, a match, a large mill"""
+    validation: ValidationConfig = ValidationConfig()
+    """what others measured, predicted without a fit"""
     fit: FitConfig | None = None
     """fit to published values; none if left out"""
     partition: PartitionConfig | None = None

@@ -1,0 +1,147 @@
+"""The section `validation`: set-ups that others measured, and the settings by which each is predicted.
+
+The settings of a set-up are fixed before the prediction is held against the measured values: `python
+scripts/fix_predictions.py` records their digest and the date. To add a set-up, write a section with its defaults here
+and a record in millprint/validation/setups.py, of the same name.
+"""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from millprint.config.section import Name, Positive, ProjectFile, Section, first_repeated
+from millprint.config.sweep import Case, DemConfig, SweepConfig, expand_sweep
+
+Interval = tuple[float, float]
+Angle = Annotated[float, Field(gt=0, lt=90)]
+
+
+class SetupConfig(Section):
+    """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
+
+    contact: Name
+    """contact set that predicts: a file in config/contacts"""
+    further_contacts: list[Name] = []
+    """contact sets that are as likely; the interval by contact parameters spans them all"""
+
+    @property
+    def mill_name(self) -> str | None:
+        """The mill, a file in config/mills; None for a set-up without one."""
+        return None
+
+    @property
+    def contact_names(self) -> list[str]:
+        """Every contact set of the set-up, the one that predicts first."""
+        return [self.contact, *self.further_contacts]
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """Its simulations in results/dem; none for a set-up that simulates on its own. Each sweep names its mills."""
+        return []
+
+    @property
+    def run_files(self) -> tuple[str, ...]:
+        """The files that the prediction reads of each simulation."""
+        return ("summary.json",)
+
+
+class ImpactConfig(SetupConfig):
+    """A sphere hits a plate at rest; nothing else acts on it."""
+
+    radius_mm: Positive
+    """radius of the sphere [mm]"""
+    steps_per_impact: Annotated[int, Field(ge=100, le=1_000_000)] = 4000
+    """steps in the duration of the elastic normal impact (Hertz) [-]"""
+    restitution: Interval | None = None
+    """interval of the coefficient of restitution; known exactly if left out [-]"""
+    static_friction: Interval | None = None
+    """interval of the friction coefficient; known exactly if left out [-]"""
+
+    @model_validator(mode="after")
+    def _intervals_rise(self) -> "ImpactConfig":
+        for key, most in (("restitution", 1.0), ("static_friction", 100.0)):
+            interval = getattr(self, key)
+            if interval and not 0 < interval[0] <= interval[1] <= most:
+                raise ValueError(f"{key} = {list(interval)}: two numbers above 0 and up to {most:g}, the smaller first")
+        return self
+
+
+class AluminaImpactConfig(ImpactConfig):
+    """Set-up 3: a sphere of aluminium oxide on glass, at one speed and many angles (Kharaz, Gorham and Salman 2001)."""
+
+    contact: Name = "alumina_on_glass"
+    radius_mm: Positive = 2.5
+    restitution: Interval | None = (0.97, 0.99)
+    static_friction: Interval | None = (0.087, 0.097)
+    speed_m_s: Positive = 3.9
+    """speed of the sphere before the impact [m/s]"""
+    angles_deg: list[Angle] = Field(default=[1, 2, 3, 4, *range(5, 90, 5), 88], min_length=1)
+    """angles of incidence from the normal, beside the measured ones [deg]"""
+
+
+class ElasticImpactConfig(ImpactConfig):
+    """Set-up 9: an elastic sphere on a plate of its own material, at one normal speed (Chung and Ooi 2011, test 5)."""
+
+    contact: Name = "steel_elastic"
+    radius_mm: Positive = 0.01
+    normal_speed_m_s: Positive = 5.0
+    """normal speed of the sphere before the impact [m/s]"""
+    slopes: list[Positive] = Field(default=[0.1, 0.5, *range(1, 15)], min_length=1)
+    """tangential over mu times normal speed at the contact point, beside the measured ones [-]"""
+
+
+class ValidationConfig(Section):
+    """What others measured, predicted without a fit: target `validation`."""
+
+    setups: list[Name] | None = None
+    """set-ups to predict: names of the sections below; all if left out"""
+    in_all: bool = False
+    """whether the validation is a part of `all`, and so of the report of a run with chapters"""
+    measured: ProjectFile = "config/data/measured.tsv"
+    """what others measured, with sources"""
+    fixed: ProjectFile = "config/data/fixed_predictions.tsv"
+    """when the settings of each set-up were fixed, and their digest"""
+    alumina_impact: AluminaImpactConfig = AluminaImpactConfig()
+    elastic_impact: ElasticImpactConfig = ElasticImpactConfig()
+
+    @model_validator(mode="after")
+    def _setups_are_known(self) -> "ValidationConfig":
+        known = self.all_setups
+        for name in self.setups or []:
+            if name not in known:
+                raise ValueError(f"setups: unknown set-up {name!r}; known: {', '.join(known)}")
+        if twice := first_repeated(self.setups or []):
+            raise ValueError(f"setups: {twice} is named twice")
+        return self
+
+    @property
+    def all_setups(self) -> dict[str, SetupConfig]:
+        """The settings of every set-up by name."""
+        sections = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: section for name, section in sections.items() if isinstance(section, SetupConfig)}
+
+    @property
+    def chosen(self) -> dict[str, SetupConfig]:
+        """The settings of the set-ups to predict, by name."""
+        known = self.all_setups
+        return known if self.setups is None else {name: known[name] for name in self.setups}
+
+    @property
+    def mills(self) -> list[str]:
+        """The mills of the set-ups to predict."""
+        return [setup.mill_name for setup in self.chosen.values() if setup.mill_name]
+
+    @property
+    def contacts(self) -> list[str]:
+        """The contact sets of the set-ups to predict."""
+        return [name for setup in self.chosen.values() for name in setup.contact_names]
+
+
+def setup_cases(setup: SetupConfig, dem: DemConfig) -> dict[str, Case]:
+    """The simulations of a set-up in results/dem, by path. Raises ValueError for a sweep that names no mill."""
+    cases = {}
+    for sweep in setup.sweeps:
+        if not sweep.mills:
+            raise ValueError(f"sweep {sweep.name} of a set-up names no mill")
+        cases.update({case.path: case for case in expand_sweep(sweep, dem, sweep.mills[0])})
+    return cases

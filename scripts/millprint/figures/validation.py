@@ -1,0 +1,82 @@
+"""Figures of the validation: measured points over predicted curves with their intervals. They compute nothing."""
+
+import math
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.typing import LineStyleType
+
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, LineLook, legend_below, letter_panels
+
+ROW_IN = 2.4
+# The model of the predictions; all others are reference lines.
+DEM = "DEM"
+LINES: tuple[LineStyleType, ...] = ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
+
+
+def _draw_models(axis: Axes, lines: pd.DataFrame, models: list[str]) -> None:
+    for model, line in lines.groupby("model", sort=False):
+        line = line.sort_values("x")
+        single = line["x"].isna().all()
+        if model != DEM:
+            place = models.index(str(model))
+            look: LineLook = {"color": COLOURS[1 + place % 5], "linestyle": LINES[place % len(LINES)], "linewidth": 0.9}
+            if single:
+                axis.axhline(line["predicted"].iloc[0], label=model, **look)
+            else:
+                axis.plot(line["x"], line["predicted"], label=model, **look)
+        elif single or len(line) == 1:
+            x = line["x"].fillna(0.0)
+            spread = [(line["predicted"] - line["lower"]).fillna(0), (line["upper"] - line["predicted"]).fillna(0)]
+            axis.errorbar(x, line["predicted"], yerr=spread, fmt="s", color=COLOURS[0], capsize=3, label="predicted")
+        else:
+            axis.fill_between(
+                line["x"], line["lower"], line["upper"], color=COLOURS[0], alpha=0.2, linewidth=0, label="its interval"
+            )
+            axis.plot(line["x"], line["predicted"], "-", marker=".", color=COLOURS[0], label="predicted")
+
+
+def _draw_points(axis: Axes, points: pd.DataFrame) -> None:
+    for place, (kind, group) in enumerate(points.groupby("class", sort=False)):
+        x = group["x"].fillna(0.0)
+        spread = [
+            (group["measured"] - group["measured_lower"]).replace(math.inf, math.nan).fillna(0),
+            (group["measured_upper"] - group["measured"]).replace(math.inf, math.nan).fillna(0),
+        ]
+        axis.errorbar(
+            x, group["measured"], yerr=spread, fmt=MARKERS[place % len(MARKERS)], color="#000000",
+            markerfacecolor="none" if place else "#000000", markersize=4, elinewidth=0.8, label=kind, zorder=4,
+        )  # fmt: skip
+
+
+def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> Figure:
+    """A panel for each quantity of a set-up.
+
+    predictions: columns as in millprint.validation.predictions; points: as in millprint.validation.measured, of this
+    set-up. Bands and bars are intervals.
+    """
+    quantities = list(dict.fromkeys(predictions["quantity"]))
+    models = [model for model in dict.fromkeys(predictions["model"]) if model != DEM]
+    columns = min(len(quantities), 2)
+    rows = -(-len(quantities) // columns)
+    figure, grid = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, ROW_IN * rows + 0.4), squeeze=False)
+    axes = list(grid.flat)
+    names = dict(zip(points["quantity"], points["x_name"], strict=True))
+    shared = next(iter(names.values()), "")
+    for axis, quantity in zip(axes, quantities, strict=False):
+        lines, measured = predictions[predictions["quantity"] == quantity], points[points["quantity"] == quantity]
+        _draw_models(axis, lines, models)
+        _draw_points(axis, measured)
+        if lines["x"].isna().all():
+            axis.set_xticks([])
+            axis.set_xlim(-1, 1)
+        axis.set(xlabel="" if lines["x"].isna().all() else names.get(quantity, shared))
+        axis.set_ylabel(f"{quantity} [{lines['unit'].iloc[0]}]", wrap=True)
+    for axis in axes[len(quantities) :]:
+        axis.set_visible(False)
+    letter_panels(axes[: len(quantities)])
+    legend_below(figure, axes, 4)
+    figure.suptitle(title, fontsize=9)
+    return figure

@@ -1,0 +1,24 @@
+"""Machines and impacts that others measured, predicted by the DEM without a fit.
+
+How a set-up becomes a verdict:
+
+1. `config/data/measured.tsv` holds what was measured: `millprint.validation.measured` reads it. A row names the set-up
+   that predicts it, or `unknown`.
+2. A set-up is a section of the key `validation` (millprint/config/validation.py, a subclass of `SetupConfig` with its
+   defaults) and a record of the same name in `millprint.validation.setups.SETUPS`.
+3. Its simulations, `SetupConfig.sweeps`, are cases in results/dem like any other. A set-up without sweeps, such as an
+   impact, simulates inside `predict`. Its mill is a file in config/mills, its contact sets are in config/contacts.
+4. The rule `predict_setup` calls `Setup.predict(Inputs)`. It returns the table with the columns `PREDICTION_COLUMNS`, a
+   row for each number: `id` of the measured row (empty for a prediction without one), `x` (in the unit of the measured
+   row's x; empty for a single number), `quantity` (that of the measured row), `unit` (likewise), `model` (`DEM`, or the
+   name of a formula that is drawn as a reference line), `predicted`, `lower` and `upper` (empty if there is no
+   interval), and `interval`: by what the interval is, one of `INTERVALS`.
+5. `millprint.validation.verdicts` compares the rows of the model `DEM` with the measured ones, at the measured x.
+   A prediction must have a row at each measured x; `explanations.yaml` explains each miss.
+6. `python scripts/fix_predictions.py` records in config/data/fixed_predictions.tsv the date and the digest of the
+   settings of each set-up. A verdict says if the settings have changed since.
+
+To add a set-up: a section in millprint/config/validation.py; `predict` in a file of this folder and a record in
+`setups.py`; its name in the column `setup` of config/data/measured.tsv; `make reference`; `fix_predictions.py`.
+Figure, tables, verdicts and the page of the report follow from these.
+"""

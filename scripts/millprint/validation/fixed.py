@@ -1,0 +1,80 @@
+"""When the settings behind each prediction were fixed, and whether they are still the same.
+
+The table of fixed predictions has a row for each set-up: the date, and a digest of every setting that makes the
+prediction (section, mill, contact sets, simulations). The code is no part of it. A digest that no longer agrees shows
+that a number was changed after the date, perhaps with the measured values in sight.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.config.validation import SetupConfig, setup_cases
+from millprint.files import write_table
+from millprint.tables import Text, read_measured
+
+COLUMNS = [Text("setup", unique=True), Text("date"), Text("digest")]
+# Settings of `dem` that change the motion of the balls. Times and windows are part of each case.
+DEM_KEYS = {"time_step_s", "rayleigh_fraction_max", "skin_m", "overlap_max"}
+# Texts for people.
+TEXTS = {"title", "source"}
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """The record of a set-up: the date and the digest of its settings then."""
+
+    date: str
+    digest: str
+
+    def status(self, digest: str) -> str:
+        """Whether the settings of today are those of the date, in words."""
+        if digest == self.digest:
+            return f"settings fixed on {self.date}"
+        return f"settings changed since they were fixed on {self.date}"
+
+
+def settings_digest(
+    settings: SetupConfig, mill: MillConfig | None, contacts: Mapping[str, ContactConfig], dem: DemConfig
+) -> str:
+    """A digest of every setting that makes the prediction of a set-up."""
+    cases = setup_cases(settings, dem)
+    content = {
+        "settings": settings.model_dump(mode="json"),
+        "mill": mill and mill.model_dump(mode="json", exclude={*TEXTS, "sweep"}),
+        "contacts": {name: contact.model_dump(mode="json", exclude=TEXTS) for name, contact in contacts.items()},
+        "cases": {path: case.model_dump(mode="json") for path, case in cases.items()},
+        "dem": dem.model_dump(mode="json", include=DEM_KEYS) if cases else {},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def read_fixed(path: str | Path) -> dict[str, Fixed]:
+    """The records by set-up. Raises ConfigError as `millprint.tables.read_measured`."""
+    rows = read_measured(path, COLUMNS, fewest_rows=0).to_dict("records")
+    return {row["setup"]: Fixed(row["date"], row["digest"]) for row in rows}
+
+
+def status_of(name: str, digest: str, fixed: Mapping[str, Fixed]) -> str:
+    """Whether the settings of a set-up are those that were fixed, in words."""
+    return fixed[name].status(digest) if name in fixed else "settings not fixed"
+
+
+def fix(path: str | Path, digests: Mapping[str, str], today: str) -> list[str]:
+    """Record the digests of some set-ups with the date, and return the names of those that have changed.
+
+    A set-up whose digest is unchanged keeps its date.
+    """
+    fixed = read_fixed(path) if Path(path).exists() else {}
+    changed = [name for name, digest in digests.items() if name not in fixed or fixed[name].digest != digest]
+    fixed |= {name: Fixed(today, digests[name]) for name in changed}
+    rows = [{"setup": name, "date": each.date, "digest": each.digest} for name, each in sorted(fixed.items())]
+    write_table(pd.DataFrame(rows, columns=[column.name for column in COLUMNS]), path)
+    return changed

@@ -1,0 +1,45 @@
+"""What a set-up predicts from."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.files import read_json
+
+PLACE_COLUMNS = ("id", "quantity", "unit", "x")
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a prediction may use; of what was measured it is given the places x alone.
+
+    settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
+    predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,
+    unit and x of the measured points of this set-up, without their values.
+    """
+
+    settings: Any
+    mill: MillConfig | None
+    contacts: dict[str, ContactConfig]
+    dem: DemConfig
+    cases: dict[str, Case]
+    runs: Path
+    places: pd.DataFrame
+
+    @property
+    def contact(self) -> ContactConfig:
+        """The contact set that predicts."""
+        return self.contacts[self.settings.contact]
+
+    def summary(self, path: str) -> dict:
+        """The summary of a case. Raises DamagedFile for one that is no JSON."""
+        return read_json(self.runs / path / "summary.json")
+
+    def places_of(self, quantity: str) -> pd.Series:
+        """The measured places of a quantity."""
+        return self.places.loc[self.places["quantity"] == quantity, "x"].dropna()

@@ -1,0 +1,42 @@
+"""The table of predictions that every set-up makes."""
+
+from math import nan
+
+import pandas as pd
+
+DEM = "DEM"
+SCATTER = "scatter of seeds"
+CONTACT = "contact parameters"
+# By what an interval is; both where the two are added.
+INTERVALS = ("", SCATTER, CONTACT, f"{SCATTER} and {CONTACT}")
+PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")
+
+
+def prediction(
+    quantity: str,
+    unit: str,
+    predicted: float,
+    *,
+    id: str = "",
+    x: float = nan,
+    lower: float = nan,
+    upper: float = nan,
+    interval: str = "",
+    model: str = DEM,
+) -> dict:
+    """A row of a table of predictions."""
+    values = (id, x, quantity, unit, model, predicted, lower, upper, interval)
+    return dict(zip(PREDICTION_COLUMNS, values, strict=True))
+
+
+def check_predictions(table: pd.DataFrame, setup: str) -> pd.DataFrame:
+    """The table with its columns in order. Raises ValueError for a column, an interval or a bound that is not right."""
+    if set(table.columns) != set(PREDICTION_COLUMNS):
+        raise ValueError(f"{setup}: columns {sorted(table.columns)}; expected {', '.join(PREDICTION_COLUMNS)}")
+    if unknown := sorted(set(table["interval"]) - set(INTERVALS)):
+        raise ValueError(f"{setup}: interval by {unknown[0]!r}; known: {', '.join(filter(None, INTERVALS))}")
+    outside = (table["lower"] > table["predicted"]) | (table["upper"] < table["predicted"])
+    if outside.any():
+        row = table[outside].iloc[0]
+        raise ValueError(f"{setup}: {row['quantity']} at {row['x']:g}: predicted value outside its own interval")
+    return table[list(PREDICTION_COLUMNS)]

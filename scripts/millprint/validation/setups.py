@@ -1,0 +1,116 @@
+"""The registry of set-ups: what each answers, what it assumes, and the function that predicts."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.config.validation import SetupConfig
+from millprint.errors import ConfigError
+from millprint.validation.impacts import predict_alumina_impact, predict_elastic_impact
+from millprint.validation.inputs import PLACE_COLUMNS, Inputs
+from millprint.validation.predictions import check_predictions
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """Something that the source does not say, or that we took from elsewhere."""
+
+    what: str
+    value: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A set-up. The name is that of its section in the configuration.
+
+    number: in the literature list of measured machines; title: in figures and tables; predict: its predictions from its
+    inputs, a table with PREDICTION_COLUMNS; assumptions: beside those that the files of mill and contact sets state.
+    """
+
+    name: str
+    number: str
+    title: str
+    predict: Callable[[Inputs], pd.DataFrame]
+    assumptions: tuple[Assumption, ...] = ()
+
+
+SETUPS = {
+    setup.name: setup
+    for setup in (
+        Setup(
+            name="alumina_impact",
+            number="3",
+            title="Sphere of aluminium oxide on glass",
+            predict=predict_alumina_impact,
+            assumptions=(
+                Assumption("sphere", "5 mm, 3.9 m/s", "Kharaz, Gorham and Salman 2001"),
+                Assumption("plate", "soda-lime glass, 72 GPa, Poisson's ratio 0.23", "Pilkington ATS-129"),
+                Assumption("interval of the restitution", "0.97 to 0.99", "one unit of the last published digit"),
+                Assumption("interval of the friction", "0.087 to 0.097", "5 % of the published value"),
+            ),
+        ),
+        Setup(
+            name="elastic_impact",
+            number="9",
+            title="Elastic sphere on a plate",
+            predict=predict_elastic_impact,
+            assumptions=(
+                Assumption("sphere", "10 um, 5 m/s along the normal; the result has no scale", "Chung and Ooi 2011"),
+            ),
+        ),
+    )
+}
+
+
+def setup_named(name: str) -> Setup:
+    """The record of a set-up. Raises ConfigError for a name that the registry does not have."""
+    if name not in SETUPS:
+        raise ConfigError(f"validation.setups: unknown set-up {name!r}; known: {', '.join(SETUPS)}")
+    return SETUPS[name]
+
+
+def predict(
+    name: str,
+    settings: SetupConfig,
+    mill: MillConfig | None,
+    contacts: dict[str, ContactConfig],
+    dem: DemConfig,
+    cases: dict[str, Case],
+    runs: str | Path,
+    measured: pd.DataFrame,
+) -> pd.DataFrame:
+    """The predictions of a set-up, checked; `measured` are points as of `measured_points`, the others as of `Inputs`.
+
+    A set-up learns where was measured, and not what. Raises ConfigError as `setup_named`.
+    """
+    setup = setup_named(name)
+    places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
+    return check_predictions(setup.predict(Inputs(settings, mill, contacts, dem, cases, Path(runs), places)), name)
+
+
+def assumption_table(
+    name: str, settings: SetupConfig, mill: MillConfig | None, contacts: dict[str, ContactConfig]
+) -> list[dict[str, Any]]:
+    """A row for each thing that a set-up assumes: setup, what, value, source."""
+    setup = setup_named(name)
+    rows = [(each.what, each.value, each.source) for each in setup.assumptions]
+    if mill is not None:
+        rows.append((f"mill {mill.name}", mill.title, mill.source))
+    for contact in contacts.values():
+        values = contact.model_dump(exclude={"name", "source"}, exclude_none=True)
+        role = "predicts" if contact.name == settings.contact else "interval"
+        rows += [
+            (f"{key}, contact set {contact.name} ({role})", f"{value:g}", contact.source)
+            for key, value in values.items()
+        ]
+    return [
+        {"setup": name, "what": what, "value": value, "source": " ".join(source.split())}
+        for what, value, source in rows
+    ]

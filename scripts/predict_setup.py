@@ -1,0 +1,28 @@
+"""The predictions of one measured set-up."""
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.config.validation import ValidationConfig, setup_cases
+from millprint.files import write_table
+from millprint.job import job
+from millprint.validation.measured import measured_points, read_measurements
+from millprint.validation.setups import SETUPS, predict
+
+if "snakemake" in globals():
+    name, given = snakemake.wildcards.setup, snakemake.params
+    with job(snakemake.log[0], f"predict set-up {name}"):
+        # The section of a set-up is of a class of its own.
+        settings = type(getattr(ValidationConfig(), name))(**given.settings)
+        dem = DemConfig(**given.dem)
+        table = predict(
+            name,
+            settings,
+            MillConfig(**given.mill) if given.mill else None,
+            {contact["name"]: ContactConfig(**contact) for contact in given.contacts},
+            dem,
+            setup_cases(settings, dem),
+            given.runs,
+            measured_points(read_measurements(snakemake.input.measured, SETUPS)),
+        )
+        write_table(table, snakemake.output.predictions)

@@ -1,0 +1,130 @@
+"""What others measured, predicted without a fit: set-ups, verdicts, and their page of the report."""
+
+VALIDATION = f"{RESULTS}/validation"
+VALIDATION_CHAPTER = "Validation"
+
+
+wildcard_constraints:
+    setup="|".join(CONFIG.validation.all_setups),
+
+
+def setup_inputs(name: str) -> dict:
+    """Section, mill and contact sets of a set-up, as plain values."""
+    setup = CONFIG.validation.chosen[name]
+    return {
+        "settings": setup.model_dump(mode="json"),
+        "mill": dumped(MILLS[setup.mill_name]) if setup.mill_name else None,
+        "contacts": [CONTACTS[each].model_dump(mode="json") for each in setup.contact_names],
+    }
+
+
+def setup_runs(name: str) -> list[str]:
+    """The files that a set-up reads of its simulations."""
+    files = CONFIG.validation.chosen[name].run_files
+    return [f"{RESULTS}/dem/{path}/{file}" for path in SETUP_CASES[name] for file in files]
+
+
+rule predict_setup:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        measured=CONFIG.validation.measured,
+        runs=lambda wildcards: setup_runs(wildcards.setup),
+    output:
+        predictions=f"{VALIDATION}/{{setup}}/predictions.tsv",
+    log:
+        f"{LOGS}/validation/predict_{{setup}}.log",
+    benchmark:
+        f"{BENCHMARKS}/predict_setup/{{setup}}.tsv"
+    params:
+        settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
+        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
+        dem=settings("dem"),
+        runs=f"{RESULTS}/dem",
+        library=library("predict_setup.py"),
+    message:
+        "Predicting set-up {wildcards.setup}"
+    script:
+        "../../scripts/predict_setup.py"
+
+
+rule plot_setup:
+    input:
+        predictions=rules.predict_setup.output.predictions,
+        measured=CONFIG.validation.measured,
+    output:
+        svg=report(
+            f"{VALIDATION}/{{setup}}/predictions.svg",
+            caption="../report/validation_setup.rst",
+            category="Validation",
+            labels={"figure": "{setup}", "shows": "measured points over the prediction"},
+        ),
+        png=f"{VALIDATION}/{{setup}}/predictions.png",
+    log:
+        f"{LOGS}/validation/plot_{{setup}}.log",
+    localrule: True
+    params:
+        library=library("plot_setup.py"),
+    message:
+        "Drawing set-up {wildcards.setup}"
+    script:
+        "../../scripts/plot_setup.py"
+
+
+rule tabulate_verdicts:
+    input:
+        predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
+        measured=CONFIG.validation.measured,
+        fixed=CONFIG.validation.fixed,
+    output:
+        verdicts=f"{VALIDATION}/verdicts.tsv",
+        counts=f"{VALIDATION}/counts.tsv",
+        assumptions=f"{VALIDATION}/assumptions.tsv",
+    log:
+        f"{LOGS}/validation/tabulate_verdicts.log",
+    localrule: True
+    params:
+        setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
+        dem=settings("dem"),
+        library=library("tabulate_verdicts.py"),
+    message:
+        "Comparing every measured number with its prediction"
+    script:
+        "../../scripts/tabulate_verdicts.py"
+
+
+rule tabulate_validation:
+    input:
+        tables=rules.tabulate_verdicts.output,
+    output:
+        html=report(
+            f"{VALIDATION}/tables.html",
+            caption="../report/validation.rst",
+            category="Validation",
+            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
+        ),
+    log:
+        f"{LOGS}/validation/tabulate_validation.log",
+    localrule: True
+    params:
+        chapter=VALIDATION_CHAPTER,
+        name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.html).parents[1]),
+        library=library("tabulate_chapter.py"),
+    message:
+        "Writing the page of tables of the validation"
+    script:
+        "../../scripts/tabulate_chapter.py"
+
+
+VALIDATION_OUTPUTS = [
+    *expand([*rules.predict_setup.output, *rules.plot_setup.output], setup=CONFIG.validation.chosen),
+    *rules.tabulate_verdicts.output,
+    *rules.tabulate_validation.output,
+]
+
+
+rule validation:
+    input:
+        VALIDATION_OUTPUTS,
+    localrule: True
