@@ -5,7 +5,7 @@ scripts/fix_predictions.py` records their digest and the date. To add a set-up, 
 and a record in millprint/validation/setups.py, of the same name.
 """
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -18,6 +18,9 @@ Angle = Annotated[float, Field(gt=0, lt=90)]
 
 class SetupConfig(Section):
     """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
+
+    # Keys that say where is predicted, such as at which speeds: they change no number, and so no digest.
+    places: ClassVar[tuple[str, ...]] = ()
 
     contact: Name
     """contact set that predicts: a file in config/contacts"""
@@ -69,6 +72,8 @@ class ImpactConfig(SetupConfig):
 class AluminaImpactConfig(ImpactConfig):
     """Set-up 3: a sphere of aluminium oxide on glass, at one speed and many angles (Kharaz, Gorham and Salman 2001)."""
 
+    places = ("angles_deg",)
+
     contact: Name = "alumina_on_glass"
     radius_mm: Positive = 2.5
     restitution: Interval | None = (0.97, 0.99)
@@ -81,6 +86,8 @@ class AluminaImpactConfig(ImpactConfig):
 
 class ElasticImpactConfig(ImpactConfig):
     """Set-up 9: an elastic sphere on a plate of its own material, at one normal speed (Chung and Ooi 2011, test 5)."""
+
+    places = ("slopes",)
 
     contact: Name = "steel_elastic"
     radius_mm: Positive = 0.01

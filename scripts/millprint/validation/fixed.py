@@ -1,8 +1,8 @@
 """When the settings behind each prediction were fixed, and whether they are still the same.
 
 The table of fixed predictions has a row for each set-up: the date, and a digest of every setting that makes the
-prediction (section, mill, contact sets, simulations). The code is no part of it. A digest that no longer agrees shows
-that a number was changed after the date, perhaps with the measured values in sight.
+prediction (section, mill, contact sets, steps of the DEM). The code is no part of it. A digest that no longer agrees
+shows that a number was changed after the date, perhaps with the measured values in sight.
 """
 
 import hashlib
@@ -16,12 +16,12 @@ import pandas as pd
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import SetupConfig, setup_cases
+from millprint.config.validation import SetupConfig
 from millprint.files import write_table
 from millprint.tables import Text, read_measured
 
 COLUMNS = [Text("setup", unique=True), Text("date"), Text("digest")]
-# Settings of `dem` that change the motion of the balls. Times and windows are part of each case.
+# Settings of `dem` that change the motion of the balls; its times are those of the section.
 DEM_KEYS = {"time_step_s", "rayleigh_fraction_max", "skin_m", "overlap_max"}
 # Texts for people.
 TEXTS = {"title", "source"}
@@ -44,14 +44,15 @@ class Fixed:
 def settings_digest(
     settings: SetupConfig, mill: MillConfig | None, contacts: Mapping[str, ContactConfig], dem: DemConfig
 ) -> str:
-    """A digest of every setting that makes the prediction of a set-up."""
-    cases = setup_cases(settings, dem)
+    """A digest of every setting that makes the prediction of a set-up; where is predicted is none of them."""
     content = {
-        "settings": settings.model_dump(mode="json"),
-        "mill": mill and mill.model_dump(mode="json", exclude={*TEXTS, "sweep"}),
-        "contacts": {name: contact.model_dump(mode="json", exclude=TEXTS) for name, contact in contacts.items()},
-        "cases": {path: case.model_dump(mode="json") for path, case in cases.items()},
-        "dem": dem.model_dump(mode="json", include=DEM_KEYS) if cases else {},
+        "settings": settings.model_dump(mode="json", exclude=set(settings.places), exclude_none=True),
+        "mill": mill and mill.model_dump(mode="json", exclude={*TEXTS, "sweep"}, exclude_none=True),
+        "contacts": {
+            name: contact.model_dump(mode="json", exclude=TEXTS, exclude_none=True)
+            for name, contact in contacts.items()
+        },
+        "dem": dem.model_dump(mode="json", include=DEM_KEYS) if settings.sweeps else {},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 

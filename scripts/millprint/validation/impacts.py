@@ -5,11 +5,9 @@ contact set. The step is a fraction of the duration of the elastic normal impact
 """
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from itertools import product
 
-import numpy as np
 import pandas as pd
 
 from millprint.config.contact import ContactConfig
@@ -19,67 +17,16 @@ from millprint.dem.world import World, walls_for
 from millprint.mill.vessel import Vessel, shape_facets
 from millprint.mill.walls import Walls
 from millprint.validation.inputs import Inputs
+from millprint.validation.partial_slip import partial_slip
 from millprint.validation.predictions import CONTACT, prediction
+from millprint.validation.rebound import Rebound, impact_duration
 
 # The run ends after so many durations of the elastic impact; damping makes an impact longer.
 DURATIONS = 4.0
 # The box is so many radii wide; nothing of it but the floor is ever near the sphere.
 WIDTH_RADII = 200.0
-# Speed at which the first touch begins at a distance of one step [-]: the sphere starts with its surface on the plate.
-FORMULA_SLIDING, FORMULA_STICKING = "full sliding (Walton 1993)", "rolling at the end"
-
-
-@dataclass(frozen=True)
-class Rebound:
-    """Velocities of a sphere before and after an impact.
-
-    normal, tangential: of the centre [m/s], the normal one positive towards the plate before and away from it after;
-    spin: about the axis across both, positive for rolling along +x [rad/s]; radius [m].
-    """
-
-    normal_before: float
-    tangential_before: float
-    normal: float
-    tangential: float
-    spin: float
-    radius: float
-
-    @property
-    def restitution(self) -> float:
-        """Normal velocity after over before [-]."""
-        return self.normal / self.normal_before
-
-    @property
-    def tangential_restitution(self) -> float:
-        """Tangential velocity of the centre after over before [-]."""
-        return self.tangential / self.tangential_before
-
-    @property
-    def angle_deg(self) -> float:
-        """Rebound angle of the centre from the normal [deg]."""
-        return math.degrees(math.atan2(self.tangential, self.normal))
-
-    @property
-    def surface_velocity(self) -> float:
-        """Tangential velocity of the surface at the contact point after the impact [m/s]."""
-        return self.tangential - self.radius * self.spin
-
-    @property
-    def surface_angle_deg(self) -> float:
-        """Rebound angle of the contact point from the normal [deg]."""
-        return math.degrees(math.atan2(self.surface_velocity, self.normal))
-
-
-def impact_duration(contact: ContactConfig, radius: float, speed: float) -> float:
-    """Duration of the elastic impact of a sphere on a plate, 2.9432 (m^2 / (k^2 v))^(1/5) [s] (Hertz 1882).
-
-    k = 16/15 sqrt(R) E*: the time is 2.9432 d / v with the largest overlap d = (15 m v^2 / (16 sqrt(R) E*))^(2/5).
-    radius [m], speed along the normal [m/s].
-    """
-    mass = contact.density_kg_m3 * 4 / 3 * math.pi * radius**3
-    effective = contact.young_modulus_gpa * 1e9 / (2 * (1 - contact.poisson_ratio**2))
-    overlap = (15 * mass * speed**2 / (16 * math.sqrt(radius) * effective)) ** 0.4
-    return 2.9432 * overlap / speed
+# Reference lines.
+SLIDING, PARTIAL = "full sliding (Walton 1993)", "partial slip (Maw, Barber and Fawcett 1976)"
 
 
 def pair_modulus(first_gpa: float, second_gpa: float) -> float:
@@ -120,13 +67,16 @@ class Plate:
         return Rebound(normal, tangential, float(vz), float(vx), float(turn), self.radius)
 
 
-def sliding_restitution(friction: float, restitution: float, angle_deg: np.ndarray) -> np.ndarray:
-    """Tangential restitution of a sphere that slides throughout, 1 - mu (1 + e) / tan(theta) [-] (Walton 1993).
+def sliding(contact: ContactConfig, radius: float, normal: float, tangential: float) -> Rebound | None:
+    """Rebound of a sphere, without spin at first, that slides throughout (Walton 1993); None where it would not.
 
-    It slides throughout if tan(theta) > 7/2 mu (1 + e); below, the value is not a number.
+    The impulse along the plate is mu (1 + e) m v, so that the tangential restitution is 1 - mu (1 + e) v / w. It slides
+    throughout if w > 7/2 mu (1 + e) v. radius [m]; normal v, tangential w: speeds before the impact [m/s].
     """
-    slope = np.tan(np.radians(angle_deg))
-    return np.where(slope > 3.5 * friction * (1 + restitution), 1 - friction * (1 + restitution) / slope, np.nan)
+    change = contact.static_friction * (1 + contact.restitution) * normal
+    if tangential < 3.5 * change:
+        return None
+    return Rebound(normal, tangential, contact.restitution * normal, tangential - change, 2.5 * change / radius, radius)
 
 
 def variants(contact: ContactConfig, settings: ImpactConfig) -> list[ContactConfig]:
@@ -140,7 +90,7 @@ def variants(contact: ContactConfig, settings: ImpactConfig) -> list[ContactConf
     return [contact, *(each for each in changed if each != contact)]
 
 
-def _rows(quantity: str, unit: str, ids: dict[float, str], x: float, values: list[float]) -> dict:
+def _row(quantity: str, unit: str, ids: dict[float, str], x: float, values: list[float]) -> dict:
     """A row with the first value as the prediction and the span of all as its interval."""
     varied = len(values) > 1
     return prediction(
@@ -149,45 +99,40 @@ def _rows(quantity: str, unit: str, ids: dict[float, str], x: float, values: lis
     )  # fmt: skip
 
 
-def _ids(inputs: Inputs, quantity: str) -> dict[float, str]:
-    """The ids of the measured points of a quantity by their x."""
-    points = inputs.places[inputs.places["quantity"] == quantity]
-    return dict(zip(points["x"], points["id"], strict=True))
-
-
 def _all_places(given: Iterable[float], places: pd.Series) -> list[float]:
     return sorted({*map(float, given), *places})
+
+
+# Quantity to its unit and how it is read. The spin is counted as in the source: that of rolling on is negative.
+QUANTITIES: dict[str, tuple[str, Callable[[Rebound], float]]] = {
+    "tangential restitution": ("-", lambda hit: hit.tangential_restitution),
+    "spin after the impact": ("rad/s", lambda hit: -hit.spin),
+    "rebound angle of the centre": ("deg", lambda hit: hit.angle_deg),
+    "rebound angle of the contact point": ("deg", lambda hit: hit.surface_angle_deg),
+    "normal restitution": ("-", lambda hit: hit.restitution),
+}
+SURFACE = "tangential over mu times normal velocity after the impact"
 
 
 def predict_alumina_impact(inputs: Inputs) -> pd.DataFrame:
     """Set-up 3: tangential restitution, spin and rebound angles over the angle of incidence, at one speed."""
     settings: AluminaImpactConfig = inputs.settings
     contact, plate = inputs.contact, Plate(settings.radius_mm * 1e-3)
-    # The spin is counted as in the source: rolling along the way of the sphere is negative.
-    quantities = {
-        "tangential restitution": ("-", lambda hit: hit.tangential_restitution),
-        "spin after the impact": ("rad/s", lambda hit: -hit.spin),
-        "rebound angle of the centre": ("deg", lambda hit: hit.angle_deg),
-        "rebound angle of the contact point": ("deg", lambda hit: hit.surface_angle_deg),
-        "normal restitution": ("-", lambda hit: hit.restitution),
-    }
-    ids = {quantity: _ids(inputs, quantity) for quantity in quantities}
-    angles = np.array(_all_places(settings.angles_deg, inputs.places["x"]))
+    ids = {quantity: inputs.ids_of(quantity) for quantity in QUANTITIES}
     rows = []
-    for angle in angles:
-        speeds = settings.speed_m_s * math.cos(math.radians(angle)), settings.speed_m_s * math.sin(math.radians(angle))
-        hits = [plate.hit(each, *speeds, settings.steps_per_impact) for each in variants(contact, settings)]
-        for quantity, (unit, read) in quantities.items():
-            rows.append(_rows(quantity, unit, ids[quantity], float(angle), [read(hit) for hit in hits]))
-    sliding = sliding_restitution(contact.static_friction, contact.restitution, angles)
-    sticking = np.full(len(angles), 5 / 7)
-    for name, values in ((FORMULA_SLIDING, sliding), (FORMULA_STICKING, sticking)):
-        speed = settings.speed_m_s * np.sin(np.radians(angles))
-        spins = -2.5 * (1 - values) * speed / plate.radius
-        for angle, value, spin in zip(angles, values, spins, strict=True):
-            if value == value:
-                rows.append(prediction("tangential restitution", "-", float(value), x=float(angle), model=name))
-                rows.append(prediction("spin after the impact", "rad/s", float(spin), x=float(angle), model=name))
+    for angle in _all_places(settings.angles_deg, inputs.places["x"]):
+        normal = settings.speed_m_s * math.cos(math.radians(angle))
+        tangential = settings.speed_m_s * math.sin(math.radians(angle))
+        hits = [plate.hit(each, normal, tangential, settings.steps_per_impact) for each in variants(contact, settings)]
+        lines = {
+            PARTIAL: partial_slip(contact, plate.radius, normal, tangential),
+            SLIDING: sliding(contact, plate.radius, normal, tangential),
+        }
+        for quantity, (unit, read) in QUANTITIES.items():
+            rows.append(_row(quantity, unit, ids[quantity], angle, [read(hit) for hit in hits]))
+            for model, hit in lines.items():
+                if hit is not None:
+                    rows.append(prediction(quantity, unit, read(hit), x=angle, model=model))
     return pd.DataFrame(rows)
 
 
@@ -195,16 +140,15 @@ def predict_elastic_impact(inputs: Inputs) -> pd.DataFrame:
     """Set-up 9: tangential over mu times normal velocity of the contact point, after against before."""
     settings: ElasticImpactConfig = inputs.settings
     contact, plate = inputs.contact, Plate(settings.radius_mm * 1e-3)
-    quantity, normal = "tangential over mu times normal velocity after the impact", settings.normal_speed_m_s
-    ids, rows = _ids(inputs, quantity), []
+    normal, ids, rows = settings.normal_speed_m_s, inputs.ids_of(SURFACE), []
     for slope in _all_places(settings.slopes, inputs.places["x"]):
         values = []
         for each in variants(contact, settings):
             scale = each.static_friction * normal
             values.append(plate.hit(each, normal, slope * scale, settings.steps_per_impact).surface_velocity / scale)
-        rows.append(_rows(quantity, "-", ids, slope, values))
-        slides = slope - 3.5 * (1 + contact.restitution)
-        if slides >= 0:
-            rows.append(prediction(quantity, "-", slides, x=slope, model=FORMULA_SLIDING))
-        rows.append(prediction(quantity, "-", 0.0, x=slope, model=FORMULA_STICKING))
+        rows.append(_row(SURFACE, "-", ids, slope, values))
+        scale = contact.static_friction * normal
+        for model, solve in ((PARTIAL, partial_slip), (SLIDING, sliding)):
+            if (hit := solve(contact, plate.radius, normal, slope * scale)) is not None:
+                rows.append(prediction(SURFACE, "-", hit.surface_velocity / scale, x=slope, model=model))
     return pd.DataFrame(rows)

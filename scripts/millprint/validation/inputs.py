@@ -43,3 +43,8 @@ class Inputs:
     def places_of(self, quantity: str) -> pd.Series:
         """The measured places of a quantity."""
         return self.places.loc[self.places["quantity"] == quantity, "x"].dropna()
+
+    def ids_of(self, quantity: str) -> dict[float, str]:
+        """The ids of the measured points of a quantity by their x."""
+        points = self.places[self.places["quantity"] == quantity]
+        return dict(zip(points["x"], points["id"], strict=True))

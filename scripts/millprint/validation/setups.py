@@ -88,11 +88,18 @@ def predict(
 ) -> pd.DataFrame:
     """The predictions of a set-up, checked; `measured` are points as of `measured_points`, the others as of `Inputs`.
 
-    A set-up learns where was measured, and not what. Raises ConfigError as `setup_named`.
+    A set-up learns where was measured, and not what. Raises ConfigError as `setup_named`, and for a measured quantity
+    that the set-up does not predict.
     """
     setup = setup_named(name)
     places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
-    return check_predictions(setup.predict(Inputs(settings, mill, contacts, dem, cases, Path(runs), places)), name)
+    table = check_predictions(setup.predict(Inputs(settings, mill, contacts, dem, cases, Path(runs), places)), name)
+    known = dict.fromkeys(table["quantity"])
+    for id, quantity in zip(places["id"], places["quantity"], strict=True):
+        if quantity not in known:
+            place = f"validation.measured: column quantity, id {id} = {quantity!r}"
+            raise ConfigError(f"{place}: set-up {name} predicts {', '.join(known)}")
+    return table
 
 
 def assumption_table(
