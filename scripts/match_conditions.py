@@ -8,19 +8,24 @@ collisions of one ball [1/s], or as a condition of another mill (--like FINGERPR
 can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take precedence over it.
 
 The printed table shows the residuals in per cent, the target descriptors that lie within the interval of the condition
-(met), and the values outside the simulated ranges; --out writes the whole table.
+by the scatter of the simulation (met), and the values outside the simulated ranges; --out writes the whole table. With
+results/uncertainty/MILL/fingerprint.json it also shows by how much, in per cent, contact parameters and the shape of
+the jar may change each descriptor.
 """
 
 import argparse
 from pathlib import Path
+
+import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
+from millprint.fingerprint.bands import FURTHER, interval_columns
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import match_targets
+from millprint.fingerprint.search import match_targets, shared_contact
 
 SHOWN = {
     "rank": "rank",
@@ -38,6 +43,19 @@ SHOWN = {
 }
 FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(("En %", "Et %", "f %"), "{:+.1f}".format)
 SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ball_hz": "f"}
+
+
+def shown(rows: pd.DataFrame) -> pd.DataFrame:
+    """The columns of a ranking that are printed, with short names; intervals as per cent of the value."""
+    found = rows[list(SHOWN)].rename(columns=SHOWN).replace(SHORT, regex=True)
+    for origin in FURTHER:
+        for name, short in SHORT.items():
+            lower, upper = interval_columns(name, origin)
+            if lower in rows:
+                ends = zip(*(100 * (rows[end] / rows[name] - 1) for end in (lower, upper)), strict=True)
+                words = [f"{low:+.0f} to {high:+.0f}" if low == low else "-" for low, high in ends]
+                found.insert(len(found.columns) - 1, f"{short} by {origin} %", words)
+    return found
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -94,11 +112,13 @@ def main(arguments: list[str] | None = None) -> None:
         ranges = [fingerprint.fill_range for fingerprint in fingerprints]
         request = request_of(options, [min(low for low, _ in ranges), max(high for _, high in ranges)])
         table = match_targets(request, fingerprints)
+        notes = shared_contact(request, fingerprints)
         if options.out:
             write_table(table, options.out)
     for name, rows in table.groupby("target", sort=False):
-        shown = rows[list(SHOWN)].rename(columns=SHOWN).replace(SHORT, regex=True)
-        print(f"{name}:\n{shown.to_string(index=False, formatters=FORMATS)}")
+        print(f"{name}:\n{shown(rows).to_string(index=False, formatters=FORMATS)}")
+    for note in notes:
+        print(note)
     if table.empty:
         print("no condition: none of the requested fill ratios was simulated")
 

@@ -4,7 +4,7 @@ from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.files import write_table
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import match_targets
+from millprint.fingerprint.search import match_targets, shared_contact
 from millprint.job import job
 
 
@@ -31,10 +31,13 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "match mills") as logger:
         settings = MatchMillsConfig(**snakemake.params.settings)
         mill = Fingerprint.read(snakemake.input.mill)
-        table = match_targets(request_of(settings, snakemake.input.like, mill), [mill])
+        request = request_of(settings, snakemake.input.like, mill)
+        table = match_targets(request, [mill])
         write_table(table, snakemake.output[0])
         best = table.iloc[0]
         logger.info(
             "nearest: %g mm, fill %.3g, %.4g rpm; off by a factor of %.3g on average; outside: %s",
             best["ball_diameter_mm"], best["fill_ratio"], best["speed_rpm"], 1 + best["distance"], best["outside"],
         )  # fmt: skip
+        for note in shared_contact(request, [mill]):
+            logger.info("%s", note)

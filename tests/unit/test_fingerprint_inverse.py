@@ -12,12 +12,14 @@ from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError
 from millprint.files import read_table
+from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.condition import Condition, descriptors_of, scaled_quantities
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inverse import invert_speed, nearest_speed
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, rank_conditions
 from tests.conftest import PRINTED
+from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, summaries
 
 CURVES = {name: float(PRINTED[f"3.curve.0.10.{name}"]) for name in ("Pn", "Pt", "f")}
@@ -193,3 +195,50 @@ def test_the_command_line_says_what_is_missing(file, capsys):
     with pytest.raises(SystemExit):
         match_conditions.main([file, "--frequency", "400", "--speeds", "300", "600"])
     assert "error: command line: ball_diameters_mm: this key is missing" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def analysed(curves, tmp_path_factory) -> str:
+    """The same fingerprint with the factors of contact parameters, as a file."""
+    further = {"contact": checked_factors(factors_of(), "contact", curves.about, "contact.json")}
+    path = tmp_path_factory.mktemp("analysed") / "fingerprint.json"
+    curves.with_further(further).write(path)
+    return str(path)
+
+
+def test_a_ranking_has_the_intervals_by_contact_parameters_of_those_that_have_them(curves, analysed):
+    request = allowed((300, 1200), (0.04, 0.40), (10,))
+    plain = rank_conditions(TARGET, [curves], request)
+    assert not list(plain.filter(like="_by_"))
+    own = Fingerprint.read(analysed)
+    table = rank_conditions(TARGET, [own], request)
+    # What was there before is as it was.
+    assert table[list(plain)].equals(plain)
+    best = table.iloc[0]
+    band = own.predict(
+        own.condition(speed_hz=best["speed_rpm"] / 60, ball_diameter_m=0.01, fill_ratio=best["fill_ratio"])
+    ).normal_energy_J
+    assert best["normal_energy_J_by_contact_lower"] == pytest.approx(band.contact.lower, rel=1e-9)
+    assert best["normal_energy_J_by_contact_upper"] == pytest.approx(band.contact.upper, rel=1e-9)
+    # One row of two that are alike is kept, here that of the fingerprint without the analysis: its cells are empty.
+    mixed = rank_conditions(TARGET, [curves, own], request)
+    assert len(mixed) == len(plain) and mixed["normal_energy_J_by_contact_lower"].isna().all()
+
+
+def test_a_fill_ratio_that_was_not_analysed_has_no_interval_in_a_ranking(curves, analysed):
+    table = rank_conditions(TARGET, [Fingerprint.read(analysed)], allowed((300, 1200), (0.04, 0.05), (10,)))
+    assert len(table) and table.filter(like="_by_contact_").isna().all(axis=None)
+
+
+def test_the_command_line_shows_intervals_by_contact_parameters_and_what_two_mills_share(
+    analysed, file, tmp_path, capsys
+):
+    options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "2"]
+    match_conditions.main([analysed, "--like", file, "700", "10", "0.12", *options])
+    printed = capsys.readouterr().out
+    heads = printed.splitlines()[1]
+    assert all(f"{short} by contact %" in heads for short in ("En", "Et", "f")) and "by shape" not in heads
+    assert "both mills have the contact set calibrated" in printed
+    match_conditions.main([file, "--like", analysed, "700", "10", "0.12", *options])
+    printed = capsys.readouterr().out
+    assert "by contact" not in printed and "both mills" not in printed

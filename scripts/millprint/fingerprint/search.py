@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig, TargetConfig
 from millprint.errors import ConfigError
+from millprint.fingerprint.bands import FURTHER, Interval, interval_columns
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.inverse import residuals
 from millprint.fingerprint.model import Fingerprint
@@ -26,6 +27,16 @@ RANKED_COLUMNS = [
     *(f"{name}_residual_percent" for name in TARGET_DESCRIPTORS),
     *("power_W", "within_interval", "inside", "outside"),
 ]
+
+
+# The interval of a further origin at a fill ratio where it was not analysed.
+UNKNOWN = Interval(np.nan, np.nan)
+# What the intervals by contact parameters do not say of a match.
+SHARED_CONTACT = (
+    "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
+    "cancels between the mills, so the match is surer than the intervals by contact parameters; by how much is not "
+    "calculated"
+)
 
 
 def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: dict[str, float]) -> np.ndarray:
@@ -76,6 +87,9 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], target: dict, we
     }
     for name, band in bands.items():
         row |= {name: band.value, f"{name}_lower": band.lower, f"{name}_upper": band.upper}
+        for origin in fingerprint.further:
+            interval = band.by(origin) or UNKNOWN
+            row |= dict(zip(interval_columns(name, origin), vars(interval).values(), strict=True))
     held = [name for name in target if bands[name].lower <= target[name] <= bands[name].upper]
     return row | {
         **residuals(found, target),
@@ -86,13 +100,23 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], target: dict, we
     }
 
 
+def ranked_columns(fingerprints: list[Fingerprint]) -> list[str]:
+    """The columns of a ranking: RANKED_COLUMNS, and those of the origins of intervals that a fingerprint has."""
+    origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
+    return [
+        *RANKED_COLUMNS,
+        *(column for origin in origins for name in TARGET_DESCRIPTORS for column in interval_columns(name, origin)),
+    ]
+
+
 def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
     """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
 
     target: some or all of TARGET_DESCRIPTORS. For each fingerprint, ball size and density, every fill ratio and speed
     that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
-    descriptors whose target is in the interval of the condition; `outside` names the variables beyond the simulated
-    range. Fill ratios that were not simulated are left out.
+    descriptors whose target is in the condition's interval by scatter; `outside` names the variables beyond the
+    simulated range. Fill ratios that were not simulated are left out. Descriptors have columns NAME_by_ORIGIN_lower
+    and _upper for each further origin of intervals that any of the fingerprints has.
     """
     weights, speeds = request.weights.model_dump(), tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []
@@ -108,7 +132,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
             )
             for condition in _local_minima(fingerprint, balls, target, weights, fills, speeds):
                 rows.append(_row(fingerprint, condition, target, weights))
-    table = pd.DataFrame(rows, columns=RANKED_COLUMNS).sort_values("distance", ignore_index=True)
+    table = pd.DataFrame(rows, columns=ranked_columns(fingerprints)).sort_values("distance", ignore_index=True)
     # Two starts of the search can lead to the same condition.
     places = table[[*PLACE, *DECIMALS]].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
     table = table[~places.duplicated()].head(request.ranked).reset_index(drop=True)
@@ -150,3 +174,11 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
         table.insert(0, "target", target.name)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
+
+
+def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:
+    """SHARED_CONTACT, for each contact set that a mill of a target and a fingerprint with such intervals both have."""
+    known = {each.about["contact"] for each in fingerprints if "contact" in each.further}
+    likes = [target.like for target in request.targets if target.like]
+    asked = {Fingerprint.read(like.fingerprint).about["contact"] for like in likes} if known else set()
+    return [SHARED_CONTACT.format(contact=contact) for contact in sorted(known & asked)]
