@@ -18,10 +18,11 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.figures import mills as figures
 from millprint.files import read_table, write_json
+from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.cases import RUN_WAY, enlarged, large_case, mill_cases, settings_of, sweep_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
-from millprint.fingerprint.mill_sheet import SHEET, tabulate_sheet
+from millprint.fingerprint.mill_sheet import SHEET, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
 from millprint.fingerprint.zones import find_zones
@@ -30,6 +31,7 @@ from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel, check_volume
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
+from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import descriptors, fingerprint, summaries, summary, true_curves
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -232,6 +234,44 @@ def test_the_sheet_has_every_part_and_only_its_own_columns():
     described = sheet[sheet["section"] == "descriptors"]
     assert ((described["lower"] < described["value"]) & (described["value"] < described["upper"])).all()
     assert "10 Hz" in sheet["text"].tolist()
+
+
+@pytest.fixture(scope="module")
+def analysed() -> Fingerprint:
+    """A fingerprint with the intervals by contact parameters."""
+    plain = fingerprint()
+    return plain.with_further({"contact": checked_factors(factors_of(), "contact", plain.about, "contact.json")})
+
+
+def sheet_of(own: Fingerprint) -> pd.DataFrame:
+    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+    return tabulate_sheet(mill("spex"), own, table, find_zones(own), 1e-4)
+
+
+def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
+    plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
+    assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
+    described = sheet[sheet["section"] == "descriptors"]
+    factor = analysed.further["contact"].at(np.array([sheet_condition(analysed).fill_ratio]))["En"]
+    lower, upper = described[by_columns("contact")].iloc[0]
+    assert (lower, upper) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
+    assert described[by_columns("shape")].isna().all(axis=None)
+    said = sheet[sheet["section"] == "intervals"].set_index("quantity")["text"]
+    assert list(said.index) == ["scatter of the simulation", "contact parameters", "shape of the jar"]
+    assert said["shape of the jar"] == "not analysed" and "frictions" in said["contact parameters"]
+
+
+def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(analysed):
+    curves = analysed.further_curve(analysed.curve(np.geomspace(0.04, 0.4, 20)))
+    page = figures.plot_sheet(picture_mill(mill("spex")), sheet_of(analysed), descriptors(), curves)
+    assert page.get_size_inches() == pytest.approx([8.27, 11.69])
+    (table,) = [table for axis in page.axes for table in axis.tables]
+    heads = [table[0, column].get_text().get_text() for column in range(2, 5)]
+    assert heads == ["scatter of the simulation", "contact parameters", "shape of the jar"]
+    cells = [table[1, column].get_text().get_text() for column in range(2, 5)]
+    assert " to " in cells[0] and " to " in cells[1] and cells[0] != cells[1] and cells[2] == "-"
+    labels = {line.get_label() for axis in page.axes for line in axis.lines}
+    assert "by contact parameters" in labels and "by shape of the jar" not in labels
 
 
 def test_an_enlarged_mill_is_similar_in_shape_and_motion():

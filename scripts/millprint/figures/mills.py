@@ -5,16 +5,21 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from millprint.figures.chapter3 import FILL_LABEL, draw_curve
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, legend_below, plt
+from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import PANELS
+from millprint.fingerprint.mill_sheet import by_columns
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
 # A4, the sheet of one page [inch].
 SHEET_IN = (8.27, 11.69)
+# Lines of the ends of an interval in a figure, an origin of FURTHER each.
+FURTHER_LINES = ("--", ":")
 
 
 def _draw(axes: Axes, look: Look, limits: np.ndarray, linewidth: float = 0.7) -> None:
@@ -71,8 +76,12 @@ def plot_motion(picture: MillPicture) -> Figure:
 
 
 def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curves: pd.DataFrame) -> None:
-    """One master curve with its band, and the conditions that it was made of, a marker a speed and ball size."""
+    """One master curve with its intervals, and the conditions that it was made of, a marker a speed and ball size."""
     draw_curve(axis, curves, quantity, "master curve")
+    for (origin, (title, _)), style in zip(FURTHER.items(), FURTHER_LINES, strict=True):
+        ends = [name for name in interval_columns(quantity, origin) if name in curves]
+        for end, label in zip(ends, (f"by {title}", None), strict=False):
+            axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
     for number, ((diameter, speed), line) in enumerate(descriptors.groupby(["ball_diameter_mm", "speed_rpm"])):
         axis.plot(
             line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
@@ -101,7 +110,9 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         if row.quantity != "name":
             left.append(f"{row.quantity}: {given}")
     left.append("")
-    for row in sheet[sheet["section"] == "descriptors"].itertuples():
+    # With several intervals they are a table of their own.
+    described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]
+    for row in described.itertuples():
         left.append(
             f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}){_unit(row.unit)}"
         )
@@ -121,14 +132,48 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     return "\n".join(left), "\n".join(right)
 
 
+def _has_intervals(sheet: pd.DataFrame) -> bool:
+    """Whether a sheet tells intervals by origin."""
+    return bool((sheet["section"] == "intervals").any())
+
+
+def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
+    """Descriptors with a column for each origin of intervals, and a line that explains each."""
+    axis.axis("off")
+
+    def between(row: pd.Series, lower: str, upper: str) -> str:
+        return "-" if np.isnan(row[lower]) else f"{_number(row[lower])} to {_number(row[upper])}"
+
+    columns = {SCATTER.title: ["lower", "upper"]}
+    columns |= {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
+    cells = [
+        [row["quantity"], f"{_number(row['value'])}{_unit(row['unit'])}", *(between(row, *c) for c in columns.values())]
+        for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
+    ]
+    table = axis.table(
+        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.28, 0.15, 0.19, 0.19, 0.19],
+        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.45, 1, 0.55),
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(6.5)
+    said = sheet[sheet["section"] == "intervals"]
+    lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
+    lines.append("the intervals are not added up: each is that of its own origin, all else as simulated")
+    axis.text(0, 0.36, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+
+
 def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFrame, curves: pd.DataFrame) -> Figure:
     """The fingerprint of a mill on one page: picture, motion, descriptors, master curves, exponents, range.
 
-    sheet: as of tabulate_sheet; descriptors: those of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper.
+    sheet: as of tabulate_sheet; descriptors: those of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper, and
+    the columns of further intervals if there are any.
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    top, middle, bottom = figure.subfigures(3, 1, squeeze=False, height_ratios=[0.85, 1.0, 1.35]).flat
+    heights = [0.85, 1.0, 0.55, 1.35] if _has_intervals(sheet) else [0.85, 1.0, 1.35]
+    top, middle, *between, bottom = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights).flat
+    for part in between:
+        _draw_intervals(part.subplots(), sheet)
     views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
     draw_views(list(views.subplots(1, 2)), picture)
     draw_strip(list(strip.subplots(2, 4).flat), picture)

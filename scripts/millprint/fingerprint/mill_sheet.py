@@ -5,9 +5,10 @@ from typing import NamedTuple
 import pandas as pd
 
 from millprint.config.mill import MillConfig
+from millprint.fingerprint.bands import ENDS, FURTHER, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import Fingerprint, Prediction
 
 
 class Row(NamedTuple):
@@ -54,7 +55,8 @@ def tabulate_sheet(
 ) -> pd.DataFrame:
     """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents and collapse, zones, validity.
 
-    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-].
+    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-]. A
+    fingerprint with further origins of intervals also has their columns, and a line that explains each.
     """
     about, condition = fingerprint.about, sheet_condition(fingerprint)
     prediction, speed = fingerprint.predict(condition), condition.speed_hz
@@ -92,4 +94,26 @@ def tabulate_sheet(
             unit, factor = "Hz", 1.0
         rows.append(Row("validity", title, None, low * factor, high * factor, unit))
     rows.append(Row("validity", "largest error of an energy balance", closure, unit="-"))
-    return pd.DataFrame(rows, columns=SHEET)
+    table = pd.DataFrame(rows, columns=SHEET)
+    return _with_intervals(table, fingerprint, prediction) if fingerprint.further else table
+
+
+def by_columns(origin: str) -> list[str]:
+    """The columns of a sheet for the interval by an origin of FURTHER."""
+    return [f"by_{origin}_{end}" for end in ENDS]
+
+
+def _with_intervals(sheet: pd.DataFrame, fingerprint: Fingerprint, prediction: Prediction) -> pd.DataFrame:
+    """The sheet with `by_columns` of every origin, empty where it is not known, and the section `intervals`."""
+    bands = [getattr(prediction, name) for name in DESCRIBED]
+    places = sheet.index[sheet["section"] == "descriptors"]
+    probability = 100 * fingerprint.about["probability"]
+    lines = [Row("intervals", SCATTER.title, text=f"{SCATTER.meaning} ({probability:g} %)")]
+    for origin, (title, meaning) in FURTHER.items():
+        for column, end in zip(by_columns(origin), ENDS, strict=True):
+            ends = [getattr(band.by(origin), end, None) for band in bands]
+            sheet.loc[places, column] = pd.Series(ends, index=places, dtype=float)
+        factors = fingerprint.further.get(origin)
+        said = f"{meaning} ({100 * factors.probability:g} %)" if factors else ""
+        lines.append(Row("intervals", title, text=prediction.missing.get(origin, said)))
+    return pd.concat([sheet, pd.DataFrame(lines, columns=SHEET)], ignore_index=True)
