@@ -10,6 +10,7 @@ from millprint.dem.store import put_geometry
 from millprint.mill.vessel import Facet, Vessel
 
 RADIUS, BALLS, INTERVAL = 0.005, 5, 2e-3
+RADII = np.array([0.002, 0.005, 0.003, 0.005, 0.006])
 MM = 1e-3
 
 # An L seen from above [mm]: the inward corner makes a convex edge from floor to lid.
@@ -31,8 +32,13 @@ def turn(angle: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.array([[c, -s, o], [s, c, o], [o, o, i]]), -1, 0)
 
 
-def write_sample(path: Path, steps: int = 60, turning: float = 0.0, seed: int = 0, kind: str = "circle") -> None:
-    """A run at 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact, 0 one."""
+def write_sample(
+    path: Path, steps: int = 60, turning: float = 0.0, seed: int = 0, kind: str = "circle", mixed: bool = False
+) -> None:
+    """A run at 600 rpm; `turning` is the jar's spin about z [rad/s]. Snapshot 3 has no contact, 0 one.
+
+    mixed: balls of RADII, otherwise all of RADIUS.
+    """
     random = np.random.default_rng(seed)
     vessel, time_s = ell(), 0.5 + INTERVAL * np.arange(steps)
     phase = 2 * np.pi * 10 * time_s
@@ -46,10 +52,11 @@ def write_sample(path: Path, steps: int = 60, turning: float = 0.0, seed: int = 
     second = np.where(random.random(len(first)) < 0.5, first + 1, -1 - random.integers(0, features, len(first)))
     config = {
         "mill": {"title": "box with a ridge", "motion": {"kind": kind}},
-        "case": {"speed_rpm": 600, "ball_diameter_mm": 10},
+        "case": {"speed_rpm": 600, "ball_diameter_mm": 10, "mixture": {"name": "three"} if mixed else None},
     }
     with h5py.File(path, "w") as file:
         file.attrs["config"], file.attrs["ball_radius_m"] = json.dumps(config), RADIUS
+        file["balls/radius_m"] = RADII if mixed else np.full(BALLS, RADIUS)
         put_geometry(file.create_group("geometry"), vessel)
         group = file.create_group("snapshots")
         group["time_s"], group["body_position_m"], group["body_velocity_m_s"] = time_s, body, velocity

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
@@ -10,6 +11,8 @@ from scipy.spatial.distance import pdist, squareform
 from millprint.config.mixture import BallMixture
 from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
 from millprint.dem.packing import inside, pack_mixture
+from millprint.dem.run import balls_in_words
+from millprint.dem.summary import largest_overlap
 from millprint.errors import SimulationError
 from tests.unit.test_mill_lifters import drum
 
@@ -82,3 +85,16 @@ def test_balls_of_several_sizes_that_do_not_fit_are_refused():
     _, vessel = drum()
     with pytest.raises(SimulationError, match=r"do not fit into the vessel"):
         pack_mixture(vessel, np.array([0.022, 0.020]), [300, 300], seed=0)
+
+
+def test_an_overlap_counts_by_the_smaller_ball():
+    radius = np.array([0.010, 0.002, 0.010])
+    contacts = pd.DataFrame({"first": [0, 0, 2], "second": [2, 1, -7], "peak_overlap_m": [2e-4, 1e-4, 3e-4]})
+    assert largest_overlap(contacts, radius) == pytest.approx(0.05)
+    assert largest_overlap(contacts.iloc[[0, 2]], radius) == pytest.approx(0.03)
+    assert largest_overlap(contacts.iloc[:0], radius) == 0
+
+
+def test_a_log_names_every_size():
+    assert balls_in_words([3, 5], [36.83, 15.49]) == "8 balls: 3 of 36.83 mm, 5 of 15.49 mm"
+    assert balls_in_words([8], [10]) == "8 balls of 10 mm"

@@ -18,7 +18,7 @@ from millprint.errors import ConfigError
 from millprint.figures.animation import SPEEDS, Animation, save_animation
 from millprint.preflight import check_movie
 from millprint.view.frames import Movie, read_movie
-from tests.unit.run_samples import OUTLINE, turn, write_sample
+from tests.unit.run_samples import OUTLINE, RADII, turn, write_sample
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -29,7 +29,7 @@ def movie_of_one_ball(run: Path, speed_m_s: float, place_mm: tuple[float, float]
     """One frame with one ball at the same place of both panels."""
     movie = read_movie(run, SETTINGS)
     pictures = tuple(
-        replace(picture, centre_mm=np.array([place_mm]), speed_m_s=np.array([speed_m_s]))
+        replace(picture, centre_mm=np.array([place_mm]), radius_mm=np.array([5.0]), speed_m_s=np.array([speed_m_s]))
         for picture in movie.frames[0].pictures
     )
     return replace(movie, frames=(replace(movie.frames[0], pictures=pictures),), speed_max_m_s=2.0)
@@ -74,6 +74,30 @@ def test_balls_are_drawn_from_the_back_to_the_front_at_their_place(run):
     np.testing.assert_allclose(side.speed_m_s, relative[towards], rtol=1e-6)
     np.testing.assert_allclose(above.jar_mm, body[:2])
     assert movie.speed_max_m_s == pytest.approx(max(frame.pictures[0].speed_m_s.max() for frame in movie.frames))
+
+
+def test_balls_of_several_sizes_have_their_own_sizes(tmp_path):
+    write_sample(tmp_path / "run.h5", mixed=True)
+    movie = read_movie(tmp_path / "run.h5", SETTINGS)
+    assert "5 balls of three, 4 to 12 mm" in movie.heading
+    with h5py.File(tmp_path / "run.h5") as file:
+        position = file["snapshots/position_m"][8]
+    above, side = movie.frames[4].pictures
+    np.testing.assert_allclose(above.radius_mm, 1e3 * RADII[np.argsort(position[:, 2])])
+    np.testing.assert_allclose(side.radius_mm, 1e3 * RADII[np.argsort(-position[:, 1])])
+    # The nearest ball, whose place no other covers, as it changes from frame to frame.
+    animation = Animation(movie)
+    drawn = np.asarray(animation.draw(replace(movie.frames[4], pictures=(above, above))))
+    centre, radius = above.centre_mm[-1], above.radius_mm[-1]
+    inside = pixel(animation, drawn, 0, centre - np.array([0, 0.85 * radius]))
+    colour = np.array(SPEEDS(above.speed_m_s[-1] / movie.speed_max_m_s)[:3])
+    assert inside == pytest.approx(colour, abs=0.02)
+
+
+def test_a_run_of_an_earlier_version_has_balls_of_one_size(run):
+    with h5py.File(run, "a") as file:
+        del file["balls"]
+    assert read_movie(run, SETTINGS).frames[0].pictures[0].radius_mm.tolist() == [5.0] * 5
 
 
 @pytest.mark.parametrize("turning", [0.0, 7.0])

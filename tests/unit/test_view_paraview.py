@@ -14,7 +14,8 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
-from millprint.config.sweep import Case, DemConfig
+from millprint.config.mixture import BallMixture
+from millprint.config.sweep import Case, DemConfig, balls_of
 from millprint.dem.run import run_case
 from millprint.errors import ConfigError
 from millprint.view import snapshots as snapshots_module
@@ -167,17 +168,25 @@ def test_feet_lie_on_facets_edges_and_corners(tmp_path):
     assert foot == pytest.approx(vessel.corners[0].point)
 
 
-def test_every_contact_of_a_simulation_overlaps(tmp_path):
+THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
+
+
+@pytest.mark.parametrize("mixture", [None, THREE], ids=["one size", "three sizes"])
+def test_every_contact_of_a_simulation_overlaps(tmp_path, mixture):
     """The features of run.h5's geometry are numbered as the simulation numbers them, post and its edges included."""
     case = Case(
-        mill="emax_post", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=300, seed=0,
+        mill="emax_post", contact="calibrated", fill_ratio=0.1, speed_rpm=300, seed=0, **balls_of(mixture or 10.0),
         settle_s=0.05, discard_s=0.0, window_s=0.2, snapshot_interval_s=1e-3,
     )  # fmt: skip
     dem = DemConfig(time_step_s=4e-6, settle_s=0.1, discard_s=0.1, window_s=0.1)
     mill = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
     contact = load_named(ROOT / "config/contacts", "calibrated", ContactConfig, "contact set")
-    run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")
-    *_, contacts = export(tmp_path / "run.h5", 5)
+    summary = run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")
+    balls, _, contacts = export(tmp_path / "run.h5", 5)
+    sizes = zip(summary["ball_sizes_m"], summary["ball_counts"], strict=True)
+    charge = np.concatenate([np.full(count, size / 2) for size, count in sizes])
+    np.testing.assert_allclose(np.sort(read(balls, 0)[2]["radius_m"]), np.sort(charge))
+    assert 0 < summary["max_overlap_fraction"] < 0.15
     arrays = [read(contacts, step)[2] for step in range(steps_of(contacts))]
     overlap = np.concatenate([array["overlap_m"] for array in arrays if "overlap_m" in array])
     partner = np.concatenate([array["partner"] for array in arrays if "partner" in array])

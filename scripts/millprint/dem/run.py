@@ -1,7 +1,7 @@
 """One case from its description to its files."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -33,6 +33,14 @@ def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
     return lambda recording: is_certain(ledger_series(np.concatenate(recording.samples)), samples, largest)
 
 
+def balls_in_words(counts: Sequence[int], sizes_mm: Sequence[float]) -> str:
+    """The charge for a log: "285 balls: 43 of 36.83 mm, ...", or "80 balls of 10 mm"."""
+    if len(sizes_mm) == 1:
+        return f"{counts[0]} balls of {sizes_mm[0]:g} mm"
+    parts = (f"{count} of {size:g} mm" for count, size in zip(counts, sizes_mm, strict=True))
+    return f"{sum(counts)} balls: {', '.join(parts)}"
+
+
 def run_case(
     case: Case,
     mill: MillConfig,
@@ -53,9 +61,8 @@ def run_case(
     """
     simulation = Simulation(case, mill, contact, dem)
     logger.info(
-        "%d balls of %g mm, step %.4g s (%.3g of the Rayleigh time), %d facets",
-        simulation.count,
-        case.ball_diameter_mm,
+        "%s, step %.4g s (%.3g of the Rayleigh time), %d facets",
+        balls_in_words(simulation.ball_counts, case.sizes_mm),
         simulation.step,
         simulation.step / simulation.rayleigh_s,
         sum(len(body.vessel.facets) for body in simulation.bodies),

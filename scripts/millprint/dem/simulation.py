@@ -101,6 +101,11 @@ class Simulation:
         return self.bodies[0].motion
 
     @property
+    def ball_counts(self) -> list[int]:
+        """The number of balls of each size, in the order of the case's sizes."""
+        return np.bincount(self.balls.species, minlength=len(self.radii)).tolist()
+
+    @property
     def frequency_hz(self) -> float:
         """Turns of the mill in a second: of the vessel, or of what turns in it; 0 for a mill at rest."""
         return max(body.motion.frequency_hz for body in self.bodies)

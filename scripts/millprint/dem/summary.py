@@ -59,6 +59,16 @@ def is_certain(series: pd.DataFrame, samples: int, largest: float) -> bool:
     return all(relative_error(energies[name]) <= largest for name in ("normal_J", "tangential_J"))
 
 
+def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
+    """The largest overlap of a contact over the radius of its smaller ball [-]; radius_m: of every ball (balls,)."""
+    if not len(table):
+        return 0.0
+    # Of a contact with a wall, `second` is under 0.
+    partner = np.append(radius_m, np.inf)[np.maximum(table["second"].to_numpy(), -1)]
+    smaller = np.minimum(radius_m[table["first"].to_numpy()], partner)
+    return float((table["peak_overlap_m"].to_numpy() / smaller).max())
+
+
 def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, height_m: float) -> dict:
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
@@ -81,6 +91,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "contact": case.contact,
         "balls": simulation.count,
         "ball_diameter_m": simulation.diameter,
+        "ball_sizes_m": (2 * simulation.radii).tolist(),
+        "ball_counts": simulation.ball_counts,
         "ball_mass_kg": float(np.bincount(simulation.balls.species) / simulation.count @ simulation.balls.mass),
         "density_kg_m3": contact.density_kg_m3,
         "restitution": contact.restitution,
@@ -113,7 +125,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "collisions": collision_statistics(table, dem.counting_rules, simulation.begin_s, window, simulation.count),
         "median_contact_duration_s": float(table["duration_s"].median()) if len(table) else None,
         "mean_ball_height_m": height_m,
-        "max_overlap_fraction": float(table["peak_overlap_m"].max() / simulation.radius) if len(table) else 0.0,
+        "max_overlap_fraction": largest_overlap(table, simulation.balls.radius[simulation.balls.species]),
         "wall_clock_s": simulation.wall_clock_s,
         "processor_s": simulation.processor_s,
         "steps": steps,

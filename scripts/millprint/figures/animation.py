@@ -29,14 +29,13 @@ LEFT, RIGHT, TOP, BETWEEN, BOTTOM = 0.46, 0.62, 0.66, 0.42, 0.38
 class _View:
     """The artists of one panel, made once and given new arrays for each frame."""
 
-    def __init__(self, axes: Axes, panel: Panel, radius_mm: float, balls: int) -> None:
+    def __init__(self, axes: Axes, panel: Panel, balls: int) -> None:
         self._axes = axes
         (self._path,) = axes.plot(*panel.path_mm.T, color=INK, linewidth=0.5, linestyle=(0, (3, 3)))
         self._wall = PolyCollection([], linewidths=0.3)
         self._outline = LineCollection([], colors=INK, linewidths=0.7)
         # A ball and its glint follow each other, so that a nearer ball covers both.
-        size = np.tile([2.0, 0.7], balls) * radius_mm
-        self._glint = radius_mm * np.array([-0.35, 0.35])
+        size = np.zeros(2 * balls)
         self._balls = EllipseCollection(
             size, size, np.zeros(2 * balls), units="xy", offsets=np.zeros((2 * balls, 2)), transOffset=axes.transData
         )
@@ -57,7 +56,11 @@ class _View:
         self._wall.set(verts=picture.wall_mm, facecolor=shades, edgecolor=shades)
         self._outline.set(segments=picture.outline_mm)
         self._inserts.set(segments=picture.insert_mm)
-        self._balls.set_offsets(np.stack([picture.centre_mm, picture.centre_mm + self._glint], axis=1).reshape(-1, 2))
+        # In another frame another ball may be the nearest.
+        size = np.outer(picture.radius_mm, [2.0, 0.7]).ravel()
+        self._balls.set(widths=size, heights=size)
+        glint = picture.centre_mm + np.outer(picture.radius_mm, [-0.35, 0.35])
+        self._balls.set_offsets(np.stack([picture.centre_mm, glint], axis=1).reshape(-1, 2))
         colours = SPEEDS(speeds(picture.speed_m_s))
         self._balls.set(facecolor=np.stack([colours, _glint(colours)], axis=1).reshape(-1, 4))
         self._jar.set_data(picture.jar_mm[:1], picture.jar_mm[1:])
@@ -86,7 +89,7 @@ class Animation:
             bottom = height - TOP - sum(rows[: row + 1]) - BETWEEN * row
             left = LEFT + column * (room + LEFT)
             axes = self._axes(panel, left, bottom, scale * size[0], rows[row], height)
-            self._views.append(_View(axes, panel, movie.radius_mm, balls))
+            self._views.append(_View(axes, panel, balls))
             if row == len(rows) - 1:
                 axes.set_xlabel(panel.labels[0])
         self._colour_bar(height)

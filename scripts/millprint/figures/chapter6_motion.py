@@ -30,7 +30,7 @@ def plot_motion(movie: Movie, moments: list[int]) -> Figure:
         frame = movie.frames[moment]
         panels[0, column].set_title(f"{1e3 * (frame.time_s - start_s):.0f} ms", fontsize=8)
         for axes, panel, picture in zip(panels[:, column], movie.panels, frame.pictures, strict=True):
-            _draw(axes, picture, movie.radius_mm, speeds)
+            _draw(axes, picture, speeds)
             axes.set(xlim=panel.limits_mm[:, 0], ylim=panel.limits_mm[:, 1], aspect="equal")
             axes.tick_params(labelsize=6, length=2, labelbottom=axes in panels[-1], labelleft=column == 0)
     for axes, panel in zip(panels[:, 0], movie.panels, strict=True):
@@ -44,14 +44,14 @@ def plot_motion(movie: Movie, moments: list[int]) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, picture: Picture, radius_mm: float, speeds: Normalize) -> None:
+def _draw(axes: Axes, picture: Picture, speeds: Normalize) -> None:
     grey = WALL_DARK + (WALL_LIGHT - WALL_DARK) * picture.wall_shade
     shades = np.repeat(grey[:, None], 3, axis=1)
     # Hundreds of triangles in shades of grey: as pixels also in a drawing of lines.
     walls = PolyCollection(list(picture.wall_mm), facecolors=shades, edgecolors=shades, linewidths=0.3, rasterized=True)
     axes.add_collection(walls)
     axes.add_collection(LineCollection(list(picture.outline_mm), colors=INK, linewidths=0.5))
-    size = np.full(len(picture.centre_mm), 2 * radius_mm)
+    size = 2 * picture.radius_mm
     axes.add_collection(
         EllipseCollection(
             size,

@@ -68,9 +68,13 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Picture(Drawing):
-    """The bodies and the balls in one view: centre_mm (balls, 2), speed_m_s (balls,), jar_mm (2,) the jar's middle."""
+    """The bodies and the balls in one view, the balls from the back to the front.
+
+    centre_mm (balls, 2), radius_mm (balls,), speed_m_s (balls,), jar_mm (2,) the jar's middle.
+    """
 
     centre_mm: np.ndarray
+    radius_mm: np.ndarray
     speed_m_s: np.ndarray
     jar_mm: np.ndarray
 
@@ -89,7 +93,6 @@ class Movie:
     """Everything that an animation draws, panels row by row. Speeds are relative to the wall, which moves."""
 
     heading: str
-    radius_mm: float
     speed_max_m_s: float
     delay_ms: int
     slow_motion: float
@@ -136,7 +139,8 @@ class Stage:
         for k, time_s in enumerate(times_s):
             turns = [pose.rotation[k] for pose in block.body_poses]
             places = [pose.position_m[k] for pose in block.body_poses]
-            pictures = tuple(_picture(view, self._shapes, turns, places, position[k], speed[k]) for view in VIEWS)
+            balls = position[k], self.snapshots.radius_m, speed[k]
+            pictures = tuple(_picture(view, self._shapes, turns, places, *balls) for view in VIEWS)
             revolution = time_s * self._frequency_hz if self._frequency_hz else None
             frames.append(Frame(float(time_s), revolution, pictures))
         return frames
@@ -169,12 +173,11 @@ class Stage:
     ) -> Movie:
         """A movie of frames that are interval_s apart; the first picture of each frame sets the scale of speeds."""
         mill, case = self.snapshots.config["mill"], self.snapshots.config["case"]
-        balls = f"{self.snapshots.balls} balls of {case['ball_diameter_mm']:g} mm"
+        balls = balls_in_words(self.snapshots.radius_m, case.get("mixture"))
         # The delays of a GIF are hundredths of a second.
         delay_ms = 10 * round(100 / frames_per_second)
         return Movie(
             heading=f"{mill['title']}\n{balls}, {case['speed_rpm']:g} rpm",
-            radius_mm=self.snapshots.radius_m * MM,
             speed_max_m_s=max(float(frame.pictures[0].speed_m_s.max()) for frame in frames),
             delay_ms=delay_ms,
             slow_motion=delay_ms / 1e3 / interval_s if interval_s else 1.0,
@@ -200,6 +203,13 @@ def read_movie(run: str | Path, settings: ViewConfig, start_s: float | None = No
     panels = [stage.panel(view, view.title, settings.frames_per_revolution + 1) for view in VIEWS]
     interval_s = float(time_s[-1] - time_s[0]) / max(1, len(time_s) - 1)
     return stage.movie(frames, panels, interval_s, settings.frames_per_second)
+
+
+def balls_in_words(radius_m: np.ndarray, mixture: dict | None) -> str:
+    """The balls of a run for a heading: their number and size or, of a mixture, its name and from where to where."""
+    smallest, largest = 2 * MM * radius_m.min(), 2 * MM * radius_m.max()
+    sizes = f"{smallest:g} mm" if mixture is None else f"{mixture['name']}, {smallest:g} to {largest:g} mm"
+    return f"{len(radius_m)} balls of {sizes}"
 
 
 def frequency_of(config: dict) -> float:
@@ -243,13 +253,18 @@ def _picture(
     turns: list[np.ndarray],
     places: list[np.ndarray],
     position: np.ndarray,
+    radius: np.ndarray,
     speed: np.ndarray,
 ) -> Picture:
-    """One view of the bodies, the vessel first, with balls at (balls, 3) [m] of speeds (balls,) [m/s]."""
+    """One view of bodies, the vessel first, and balls: position (balls, 3) [m], radius [m], speed [m/s] (balls,)."""
     vertices = [shape.vertices_m @ turn.T + place for shape, turn, place in zip(shapes, turns, places, strict=True)]
     middle = turns[0] @ shapes[0].middle_m + places[0]
     order = np.argsort(view.nearness(position))
     drawing = draw_bodies(view, shapes, vertices, turns)
     return Picture(
-        **vars(drawing), centre_mm=view.flat(position[order]), speed_m_s=speed[order], jar_mm=view.flat(middle)
+        **vars(drawing),
+        centre_mm=view.flat(position[order]),
+        radius_mm=radius[order] * MM,
+        speed_m_s=speed[order],
+        jar_mm=view.flat(middle),
     )

@@ -35,7 +35,7 @@ def export_run(run: str | Path, balls: str | Path, walls: str | Path, contacts: 
                 (contacts, {"kind": "Lines", "corners": 2, "points": 2 * lines, "cells": lines}),
             )
         )
-        ball_file.put_constant("PointData", "radius_m", np.full(snapshots.balls, snapshots.radius_m))
+        ball_file.put_constant("PointData", "radius_m", snapshots.radius_m)
         ball_file.put_constant("PointData", "ball", np.arange(snapshots.balls, dtype=np.int32))
         wall_file.put_constant("CellData", "body", owner)
         with progress(count, "exporting", "snapshot") as bar:
@@ -105,7 +105,9 @@ def _append_contacts(file: TransientPolyData, snapshots: Snapshots, block: Block
     is_pair = block.second >= 0
     end[is_pair] = position[step[is_pair], block.second[is_pair]]
     end[~is_pair] = _feet(snapshots, block, start[~is_pair], -1 - block.second[~is_pair], step[~is_pair])
-    reach = snapshots.radius_m * np.where(is_pair, 2, 1)
+    # A wall adds nothing to the ball's radius.
+    radius = np.append(snapshots.radius_m, 0.0)
+    reach = radius[block.first] + radius[np.where(is_pair, block.second, -1)]
     file.append("", "Points", np.stack([start, end], axis=1).reshape(-1, 3))
     file.append("CellData", "partner", np.where(is_pair, BALL, WALL).astype(np.int32))
     file.append("CellData", "first", block.first.astype(np.int32))

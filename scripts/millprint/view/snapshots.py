@@ -116,7 +116,8 @@ class Snapshots:
     """One snapshot in `every` of an open run.h5, from row `first` up to but not `last`.
 
     time_s (n,); normal_J and tangential_J (n,) dissipated since the previous chosen snapshot, 0 for the first;
-    contact_count (n,). Raises ConfigError for a run without snapshots or with a data set missing.
+    contact_count (n,); radius_m (balls,) of every ball. Raises ConfigError for a run without snapshots or with a data
+    set missing.
     """
 
     def __init__(self, file: h5py.File, every: int = 1, first: int = 0, last: int | None = None) -> None:
@@ -133,11 +134,13 @@ class Snapshots:
             what = f"snapshots/{missing[0]}" if missing else "the geometry"
             raise ConfigError(f"{path}: {what} is missing: written by another version; simulate this case again")
         self.config = json.loads(file.attrs["config"])
-        self.radius_m = float(file.attrs["ball_radius_m"])
         self.inserts = [insert["name"] for insert in self.config["mill"].get("inserts", [])]
         groups = ["geometry", *(f"geometry/inserts/{name}" for name in self.inserts)]
         self.bodies = tuple(Geometry(**{name: file[group][name][:] for name in GEOMETRY}) for group in groups)
         self.balls = self._group["position_m"].shape[1]
+        # Runs of earlier versions have balls of one size only.
+        one_size = np.full(self.balls, float(file.attrs["ball_radius_m"]))
+        self.radius_m = file["balls/radius_m"][:] if "balls" in file else one_size
         self._rows = slice(first, len(self._group["time_s"]) if last is None else last, every)
         self.time_s = self._group["time_s"][self._rows]
         if not len(self.time_s):
