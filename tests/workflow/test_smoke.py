@@ -79,6 +79,17 @@ def test_every_job_left_a_log(smoke_project):
     assert not empty
 
 
+def test_the_quick_validation_judges_the_impacts(smoke_project):
+    verdicts = read_table(smoke_project / "results/validation/verdicts.tsv", text=["id", "verdict", "settings"])
+    restitution = verdicts[(verdicts["id"] == "3a") & (verdicts["x"] > 30)]
+    assert len(restitution) == 6
+    assert set(restitution["verdict"]) <= {"within both intervals", "within 10 %"}
+    # The smoke run has larger steps than those that were fixed, and says so.
+    assert restitution["settings"].str.startswith("settings changed since they were fixed on 20").all()
+    assert (smoke_project / "results/validation/alumina_impact/predictions.svg").exists()
+    assert "Validation" in (smoke_project / "results/report/report.html").read_text()
+
+
 def test_a_second_run_has_nothing_to_do(smoke_project):
     again = run_snakemake(smoke_project, *SMOKE)
     assert "Nothing to be done" in again.stdout
@@ -108,6 +119,10 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
         (
             "yields={honest: {level: 0.9}}",
             {"evaluate_yield_models", "search_retrospectively", "plot_yield_models", "plot_yield_trust"},
+        ),
+        (
+            "validation={alumina_impact: {speed_m_s: 3.8}}",
+            {"predict_setup", "plot_setup", "tabulate_verdicts", "tabulate_validation"},
         ),
         ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_drop_test"}),
     ],

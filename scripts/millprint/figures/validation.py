@@ -1,6 +1,7 @@
 """Figures of the validation: measured points over predicted curves with their intervals. They compute nothing."""
 
 import math
+from textwrap import fill
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -10,7 +11,9 @@ from matplotlib.typing import LineStyleType
 
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, LineLook, legend_below, letter_panels
 
-ROW_IN = 2.4
+ROW_IN, LEGEND_COLUMNS = 2.4, 3
+# Letters in a line of the label of an axis.
+LABEL_LETTERS = 32
 # The model of the predictions; all others are reference lines.
 DEM = "DEM"
 LINES: tuple[LineStyleType, ...] = ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
@@ -32,9 +35,11 @@ def _draw_models(axis: Axes, lines: pd.DataFrame, models: list[str]) -> None:
             spread = [(line["predicted"] - line["lower"]).fillna(0), (line["upper"] - line["predicted"]).fillna(0)]
             axis.errorbar(x, line["predicted"], yerr=spread, fmt="s", color=COLOURS[0], capsize=3, label="predicted")
         else:
-            axis.fill_between(
-                line["x"], line["lower"], line["upper"], color=COLOURS[0], alpha=0.2, linewidth=0, label="its interval"
-            )
+            if line["lower"].notna().any():
+                axis.fill_between(
+                    line["x"], line["lower"], line["upper"], color=COLOURS[0], alpha=0.2, linewidth=0,
+                    label="interval of the prediction",
+                )  # fmt: skip
             axis.plot(line["x"], line["predicted"], "-", marker=".", color=COLOURS[0], label="predicted")
 
 
@@ -73,10 +78,10 @@ def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> F
             axis.set_xticks([])
             axis.set_xlim(-1, 1)
         axis.set(xlabel="" if lines["x"].isna().all() else names.get(quantity, shared))
-        axis.set_ylabel(f"{quantity} [{lines['unit'].iloc[0]}]", wrap=True)
+        axis.set_ylabel(fill(f"{quantity} [{lines['unit'].iloc[0]}]", LABEL_LETTERS))
     for axis in axes[len(quantities) :]:
         axis.set_visible(False)
     letter_panels(axes[: len(quantities)])
-    legend_below(figure, axes, 4)
+    legend_below(figure, axes, LEGEND_COLUMNS)
     figure.suptitle(title, fontsize=9)
     return figure

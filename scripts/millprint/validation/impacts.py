@@ -109,7 +109,6 @@ QUANTITIES: dict[str, tuple[str, Callable[[Rebound], float]]] = {
     "spin after the impact": ("rad/s", lambda hit: -hit.spin),
     "rebound angle of the centre": ("deg", lambda hit: hit.angle_deg),
     "rebound angle of the contact point": ("deg", lambda hit: hit.surface_angle_deg),
-    "normal restitution": ("-", lambda hit: hit.restitution),
 }
 SURFACE = "tangential over mu times normal velocity after the impact"
 

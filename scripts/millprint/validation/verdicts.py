@@ -49,7 +49,9 @@ class Explanation:
 
 
 EXPLANATIONS = [
-    Explanation(**each) for each in yaml.safe_load(Path(__file__).with_name("explanations.yaml").read_text())
+    # YAML reads an id such as 9 as a number.
+    Explanation(**{**each, "id": str(each["id"])})
+    for each in yaml.safe_load(Path(__file__).with_name("explanations.yaml").read_text())
 ]
 
 

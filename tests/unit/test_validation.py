@@ -1,0 +1,371 @@
+"""The validation: the measured table, the registry, the verdicts, and the dates of the settings."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import fix_predictions
+from millprint.config.load import check_model
+from millprint.config.sweep import DemConfig
+from millprint.config.validation import SetupConfig, ValidationConfig
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.figures.validation import plot_setup
+from millprint.files import read_table
+from millprint.validation import verdicts as judged
+from millprint.validation.fixed import Fixed, fix, read_fixed, settings_digest, status_of
+from millprint.validation.measured import UNKNOWN, measured_points, parse_value, read_measurements
+from millprint.validation.predictions import CONTACT, PREDICTION_COLUMNS, check_predictions, prediction
+from millprint.validation.setups import SETUPS, assumption_table, predict, setup_named
+from millprint.validation.verdicts import EXPLANATIONS, Explanation, count_verdicts, give_verdicts
+from tests.physics.test_impacts import ALUMINA, contact_set
+from tests.workflow.conftest import ROOT
+
+MEASURED = ROOT / "config/data/measured.tsv"
+HEAD = "id\tsetup\tmill\tdescription\tquantity\tx\tvalue\tunit\tuncertainty\tuncertainty_unit\tclass\tsource\tnote"
+ROW = {
+    "id": "t1", "setup": "alumina_impact", "mill": "plate", "description": "a test", "quantity": "power",
+    "x": "speed [rpm]", "value": "10:5;20:-1", "unit": "W", "uncertainty": "0.5", "uncertainty_unit": "W",
+    "class": "measured", "source": "nowhere", "note": "",
+}  # fmt: skip
+
+
+def table_with(tmp_path, *changes: dict):
+    path = tmp_path / "measured.tsv"
+    lines = ["\t".join({**ROW, "id": f"t{place}", **change}.values()) for place, change in enumerate(changes, start=1)]
+    path.write_text("\n".join([HEAD, *lines]) + "\n")
+    return path
+
+
+def points_of(tmp_path, *changes: dict) -> pd.DataFrame:
+    return measured_points(read_measurements(table_with(tmp_path, *changes), SETUPS))
+
+
+# ---- The measured table ----
+
+
+def test_the_measured_table_is_whole():
+    rows = read_measurements(MEASURED, SETUPS)
+    given = {
+        "1a",
+        "1c",
+        "1d",
+        "2a",
+        "2c",
+        "3a",
+        "3b",
+        "4a",
+        "4b",
+        "4c",
+        "5a",
+        "5b",
+        "5c",
+        "7",
+        *("8a", "8b", "8c", "8d"),
+        "9",
+    }
+    assert set(rows["id"]) >= given
+    assert (rows["source"] != "").all()
+    points = measured_points(rows)
+    assert len(points[points["id"] == "3a"]) == 10
+    # 5 to 8 % of 134.9 rad/s; the larger is taken.
+    first = points[points["id"] == "3b"].iloc[0]
+    assert first["measured_upper"] - first["measured"] == pytest.approx(0.08 * 134.9)
+
+
+def test_rows_without_a_known_setup_stay_in_the_table():
+    rows = read_measurements(MEASURED, SETUPS).set_index("id")
+    assert (rows.loc[["8a", "8b", "8c", "8d"], "setup"] == UNKNOWN).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"unit": "horsepower"}, ("column unit, row 1 = 'horsepower'", "must be W or")),
+        ({"setup": "alumina"}, ("column setup, row 1 = 'alumina'", "unknown set-up; known: alumina_impact")),
+        ({"value": "10:5;20"}, ("column value, row 1 = '10:5;20'", "must be a number, a series")),
+        ({"value": "3 to 1"}, ("column value, row 1 = '3 to 1'", "must be")),
+        ({"value": ""}, ("column value, row 1 = ''", "must be")),
+        ({"x": ""}, ("column x, row 1 = ''", "must say what the x of a series is")),
+        ({"uncertainty_unit": "kW"}, ("column uncertainty_unit, row 1 = 'kW'", "must be W or %")),
+        ({"uncertainty_unit": ""}, ("column uncertainty_unit, row 1 = ''", "must be W or %")),
+        ({"uncertainty": ""}, ("column uncertainty_unit, row 1 = 'W'", "empty where there is none")),
+        ({"uncertainty": "-1"}, ("column uncertainty, row 1 = -1", "above 0")),
+        ({"uncertainty": "5 to 8 %"}, ("column uncertainty", "5 to 8 %", "finite number")),
+    ],
+)  # fmt: skip
+def test_a_measured_table_is_refused_in_one_line(tmp_path, change, words):
+    path = table_with(tmp_path, change)
+    with pytest.raises(ConfigError) as refused:
+        read_measurements(path, SETUPS)
+    line = str(refused.value)
+    assert "\n" not in line and str(path) in line
+    for word in words:
+        assert word in line
+
+
+def test_two_rows_of_one_id_are_refused(tmp_path):
+    with pytest.raises(ConfigError, match="column id = a appears twice"):
+        read_measurements(table_with(tmp_path, {"id": "a"}, {"id": "a"}), SETUPS)
+
+
+def test_values_are_numbers_series_ranges_and_bounds():
+    assert [(each.x, each.value) for each in parse_value("10:5; 20:-1.5e2")] == [(10, 5), (20, -150)]
+    (single,) = parse_value("27")
+    assert single.value == 27 and np.isnan(single.x) and np.isnan(single.lower)
+    (spread,) = parse_value("1.8 to 3.3")
+    assert (spread.lower, spread.value, spread.upper) == (1.8, pytest.approx(2.55), 3.3)
+    (low,), (high,) = parse_value("below 100"), parse_value("above 200")
+    assert (low.lower, low.upper) == (-np.inf, 100) and (high.lower, high.upper) == (200, np.inf)
+
+
+def test_an_uncertainty_in_per_cent_is_of_the_size_of_the_value(tmp_path):
+    points = points_of(
+        tmp_path, {"uncertainty": "10", "uncertainty_unit": "%"}, {"uncertainty": "", "uncertainty_unit": ""}
+    )
+    first = points[points["id"] == "t1"]
+    assert first["measured_lower"].tolist() == pytest.approx([4.5, -1.1])
+    assert first["measured_upper"].tolist() == pytest.approx([5.5, -0.9])
+    assert points.loc[points["id"] == "t2", ["measured_lower", "measured_upper"]].isna().all(axis=None)
+
+
+# ---- Verdicts ----
+
+
+def predictions_of(*values: tuple, id: str = "t1", unit: str = "W", **bounds) -> pd.DataFrame:
+    return pd.DataFrame([prediction("power", unit, value, id=id, x=x, **bounds) for x, value in values])
+
+
+def judge(points, predictions, **options) -> pd.DataFrame:
+    return give_verdicts(points, predictions, {"alumina_impact": "settings fixed"}, **options)
+
+
+@pytest.mark.parametrize(
+    ("predicted", "lower", "upper", "verdict"),
+    [
+        (100.4, np.nan, np.nan, "within both intervals"),  # the prediction within the measured interval
+        (104.0, 99.0, 106.0, "within both intervals"),  # the measured value within the predicted interval
+        (101.0, 100.4, 101.5, "within 10 %"),  # the ends overlap, but no number lies within both
+        (109.9, 109.0, 110.5, "within 10 %"),
+        (110.1, 109.0, 110.5, "off"),
+        (89.9, np.nan, np.nan, "off"),
+    ],
+)  # fmt: skip
+def test_the_rules_of_a_verdict(tmp_path, predicted, lower, upper, verdict):
+    points = points_of(tmp_path, {"value": "10:100"})
+    bounds = {"lower": lower, "upper": upper, "interval": CONTACT}
+    row = judge(points, predictions_of((10, predicted), **bounds)).iloc[0]
+    assert row["verdict"] == verdict
+    assert row["ratio"] == pytest.approx(predicted / 100)
+    assert row["explanation"] == ("unexplained" if verdict == "off" else "")
+
+
+@pytest.mark.parametrize(
+    ("unit", "tolerance"), [("deg", 3.0), ("m", 0.003), ("rings", 0.5), ("W", 2.7), ("rad/s", 2.7)]
+)
+def test_angles_places_and_counts_have_a_tolerance_of_their_own(tmp_path, unit, tolerance):
+    points = points_of(tmp_path, {"value": "27", "x": "", "unit": unit, "uncertainty": "", "uncertainty_unit": ""})
+    for shift, verdict in ((0.99, "within 10 %"), (1.01, "off")):
+        row = judge(points, predictions_of((np.nan, 27 - shift * tolerance), unit=unit)).iloc[0]
+        assert row["tolerance"] == pytest.approx(tolerance)
+        assert row["verdict"] == verdict
+
+
+def test_a_series_that_changes_its_sign_is_not_judged_by_ratios_near_zero(tmp_path):
+    points = points_of(tmp_path, {"value": "1:-1;2:0.01;3:2", "uncertainty": "", "uncertainty_unit": ""})
+    rows = judge(points, predictions_of((1, -1.0), (2, 0.1), (3, 2.3)))
+    assert rows["tolerance"].tolist() == pytest.approx([0.10033, 0.10033, 0.2], rel=1e-3)
+    assert rows["verdict"].tolist() == ["within 10 %", "within 10 %", "off"]
+
+
+def test_a_miss_has_the_explanation_of_its_row_and_place(tmp_path):
+    points = points_of(tmp_path, {"value": "10:100;20:100"})
+    because = [Explanation("t1", "It slips.", high=15), Explanation("t2", "Not this row.")]
+    rows = judge(points, predictions_of((10, 50), (20, 50)), explanations=because)
+    assert rows["explanation"].tolist() == ["It slips.", "unexplained"]
+    hit = judge(points, predictions_of((10, 100), (20, 100)), explanations=because)
+    assert hit["explanation"].tolist() == ["", ""]
+
+
+def test_an_unknown_setup_is_shown_and_never_judged(tmp_path):
+    points = points_of(
+        tmp_path, {"setup": UNKNOWN, "value": "below 100", "x": "", "uncertainty": "", "uncertainty_unit": ""}
+    )
+    row = judge(points, predictions_of((np.nan, 50))).iloc[0]
+    assert row["verdict"] == "set-up unknown"
+
+
+def test_what_was_not_predicted_is_not_run(tmp_path):
+    points = points_of(tmp_path, {"value": "10:100;20:100"})
+    rows = judge(points, predictions_of((10, 100)))
+    assert rows["verdict"].tolist() == ["within both intervals", "not run"]
+    counts = count_verdicts(rows).iloc[0]
+    assert counts[["within both intervals", "not run", "off"]].tolist() == [1, 1, 0]
+
+
+def test_a_reference_line_is_no_prediction(tmp_path):
+    points = points_of(tmp_path, {"value": "10:100"})
+    assert judge(points, predictions_of((10, 100), model="a formula"))["verdict"].tolist() == ["not run"]
+
+
+def test_a_prediction_in_another_unit_stops(tmp_path):
+    with pytest.raises(ValueError, match="predicted in J/rev, measured in W"):
+        judge(points_of(tmp_path, {"value": "10:100"}), predictions_of((10, 100), unit="J/rev"))
+
+
+def test_every_explanation_is_about_a_measured_row():
+    assert {each.id for each in EXPLANATIONS} <= set(read_measurements(MEASURED, SETUPS)["id"])
+    assert set(judged.VERDICTS) >= {"within both intervals", "within 10 %", "off", "set-up unknown"}
+
+
+# ---- The registry ----
+
+
+def test_every_section_has_a_record_and_every_record_a_section():
+    sections = ValidationConfig().all_setups
+    assert set(sections) == set(SETUPS)
+    assert all(name == setup.name for name, setup in SETUPS.items())
+    for section in sections.values():
+        assert set(section.places) <= set(type(section).model_fields)
+
+
+def test_every_setup_answers_a_measured_row():
+    assert set(read_measurements(MEASURED, SETUPS)["setup"]) - {UNKNOWN} == set(SETUPS)
+
+
+def test_what_is_not_in_the_registry_raises():
+    with pytest.raises(ConfigError, match=r"unknown set-up 'cannon'; known: "):
+        setup_named("cannon")
+    with pytest.raises(ConfigError, match=r"validation: setups: unknown set-up 'cannon'; known: "):
+        check_model({"validation": {"setups": ["cannon"]}, "mill": "emax"}, WorkflowConfig, "own.yaml")
+
+
+@pytest.mark.parametrize("interval", [[0.9, 0.8], [0.0, 0.5], [0.9, 1.1]])
+def test_an_interval_of_restitution_that_cannot_be_is_refused(interval):
+    with pytest.raises(ConfigError, match="restitution = "):
+        check_model(
+            {"validation": {"alumina_impact": {"restitution": interval}}, "mill": "emax"}, WorkflowConfig, "own.yaml"
+        )
+
+
+def test_a_table_of_predictions_is_checked():
+    good = predictions_of((1, 2.0), lower=1.0, upper=3.0, interval=CONTACT)
+    assert list(check_predictions(good, "t").columns) == list(PREDICTION_COLUMNS)
+    for wrong, words in (
+        (good.drop(columns="unit"), "columns"),
+        (good.assign(interval="luck"), "interval by 'luck'"),
+        (good.assign(lower=2.5), "outside its own interval"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            check_predictions(wrong, "t")
+
+
+def small_impact(**changes) -> SetupConfig:
+    return ValidationConfig().alumina_impact.model_copy(
+        update={"angles_deg": [60.0], "steps_per_impact": 500, **changes}
+    )
+
+
+def predict_impact(measured: pd.DataFrame, **changes) -> pd.DataFrame:
+    return predict(
+        "alumina_impact", small_impact(**changes), None, {ALUMINA.name: ALUMINA}, DemConfig(), {}, "", measured
+    )
+
+
+def test_an_impact_is_predicted_at_the_measured_places_too(tmp_path):
+    measured = points_of(
+        tmp_path,
+        {
+            "quantity": "tangential restitution",
+            "unit": "-",
+            "value": "50:0.8",
+            "uncertainty": "",
+            "uncertainty_unit": "",
+        },
+    )
+    table = predict_impact(measured)
+    dem = table[(table["model"] == "DEM") & (table["quantity"] == "tangential restitution")]
+    assert dem["x"].tolist() == [50, 60] and dem["id"].tolist() == ["t1", ""]
+    assert (dem["lower"] < dem["predicted"]).all() and (dem["predicted"] < dem["upper"]).all()
+    assert set(dem["interval"]) == {CONTACT}
+    assert dem["predicted"].iloc[0] == pytest.approx(1 - 0.092 * 1.98 / np.tan(np.radians(50)), rel=2e-3)
+
+
+def test_a_setup_does_not_learn_the_measured_values(tmp_path):
+    row = {"quantity": "tangential restitution", "unit": "-", "uncertainty": "", "uncertainty_unit": ""}
+    tables = [predict_impact(points_of(tmp_path, {**row, "value": value})) for value in ("50:0.8", "50:0.1")]
+    pd.testing.assert_frame_equal(*tables)
+
+
+def test_a_measured_quantity_that_a_setup_does_not_predict_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="quantity, id t1 = 'power': set-up alumina_impact predicts tangential rest"):
+        predict_impact(points_of(tmp_path, {"value": "50:1"}))
+
+
+def test_assumptions_name_every_coefficient_and_its_source():
+    rows = pd.DataFrame(assumption_table("alumina_impact", small_impact(), None, {ALUMINA.name: ALUMINA}))
+    (friction,) = rows[rows["what"].str.startswith("static_friction")].to_dict("records")
+    assert friction["value"] == "0.092" and "Kharaz" in friction["source"]
+    assert (rows["source"] != "").all()
+
+
+def test_the_figure_shows_every_quantity_and_the_measured_points(tmp_path):
+    measured = points_of(
+        tmp_path,
+        {
+            "quantity": "tangential restitution",
+            "unit": "-",
+            "value": "50:0.8",
+            "uncertainty": "",
+            "uncertainty_unit": "",
+        },
+    )
+    figure = plot_setup(predict_impact(measured), measured, "a title")
+    labels = [axis.get_ylabel().replace("\n", " ") for axis in figure.axes if axis.get_visible()]
+    assert "tangential restitution [-]" in labels and "rebound angle of the centre [deg]" in labels
+    drawn = [each.get_label() for each in figure.axes[0].containers]
+    assert "measured" in drawn
+
+
+# ---- When the settings were fixed ----
+
+
+def test_a_digest_changes_with_every_setting_and_with_nothing_else():
+    def digest(setup=None, contact=ALUMINA, dem=None) -> str:
+        return settings_digest(setup or small_impact(), None, {contact.name: contact}, dem or DemConfig())
+
+    first = digest()
+    assert digest(small_impact(angles_deg=[10.0])) == first
+    assert digest(contact=contact_set("alumina_on_glass", source="another text")) == first
+    # A set-up that simulates on its own does not use the settings of the sweeps.
+    assert digest(dem=DemConfig(time_step_s=1e-6)) == first
+    assert digest(small_impact(speed_m_s=4.0)) != first
+    assert digest(small_impact(static_friction=None)) != first
+    assert digest(contact=contact_set("alumina_on_glass", static_friction=0.1)) != first
+
+
+def test_a_changed_setting_is_told_with_the_date_and_a_new_date_is_recorded(tmp_path):
+    path = tmp_path / "fixed.tsv"
+    assert fix(path, {"a": "1", "b": "2"}, "2026-01-02") == ["a", "b"]
+    assert fix(path, {"a": "1", "b": "3"}, "2026-03-04") == ["b"]
+    fixed = read_fixed(path)
+    assert fixed == {"a": Fixed("2026-01-02", "1"), "b": Fixed("2026-03-04", "3")}
+    assert status_of("a", "1", fixed) == "settings fixed on 2026-01-02"
+    assert status_of("a", "9", fixed) == "settings changed since they were fixed on 2026-01-02"
+    assert status_of("c", "1", fixed) == "settings not fixed"
+
+
+def test_the_settings_in_the_repository_are_those_that_were_fixed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    lines = fix_predictions.main([], "config/config.yaml")
+    assert [line for line in lines if not line.endswith("unchanged")] == []
+    assert read_table("config/data/fixed_predictions.tsv", text=["setup"])["setup"].tolist() == sorted(SETUPS)
+
+
+def test_an_unknown_setup_cannot_be_fixed(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    with pytest.raises(ConfigError, match="unknown set-up 'cannon'"):
+        fix_predictions.main(["cannon"], "config/config.yaml")
