@@ -29,6 +29,7 @@ STAGE_OUTPUTS = [
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
     *SURROGATE_OUTPUTS,
+    *UNCERTAINTY_OUTPUTS,
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),

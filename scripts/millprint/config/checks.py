@@ -57,9 +57,8 @@ def load_workflow(
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
-    return list(
-        dict.fromkeys([config.mill, *named, *filter(None, tracked), *config.mills.named, *config.validation.mills])
-    )
+    further = [*config.mills.named, *config.validation.mills, *config.uncertainty.mills]
+    return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *further]))
 
 
 def _contact_names(config: WorkflowConfig) -> list[str]:

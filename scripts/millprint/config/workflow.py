@@ -14,6 +14,7 @@ from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
 from millprint.config.validation import ValidationConfig
+from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
@@ -82,6 +83,8 @@ class WorkflowConfig(Section):
     """fingerprints of any mills, a match, a large mill"""
     validation: ValidationConfig = ValidationConfig()
     """what others measured, predicted without a fit"""
+    uncertainty: UncertaintyConfig = UncertaintyConfig()
+    """how much a fingerprint depends on contact parameters that are not known"""
     fit: FitConfig | None = None
     """fit to published values; none if left out"""
     partition: PartitionConfig | None = None

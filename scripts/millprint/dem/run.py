@@ -84,3 +84,11 @@ def run_case(
     write_json(summary, summary_path)
     restart.unlink(missing_ok=True)
     return summary
+
+
+def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, title: str | None = None) -> dict:
+    """The summary of one case, without any file; title: of a progress bar. Raises SimulationError as `run_case`."""
+    simulation = Simulation(case, mill, contact, dem)
+    recording = simulation.run(title)
+    series = ledger_series(np.concatenate(recording.samples))
+    return summarise(simulation, series, collision_table(recording.table), recording.height_m)

@@ -10,10 +10,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.fit import StageConfig, TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.dem.collisions import collision_table
-from millprint.dem.ledger import ledger_series
-from millprint.dem.simulation import Simulation
-from millprint.dem.summary import summarise
+from millprint.dem.run import simulate
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.published import read_published
@@ -40,14 +37,6 @@ def trial_cases(mill: str, values: pd.DataFrame, settings: TrialConfig, stage: S
     return cases
 
 
-def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> dict:
-    """The summary of one case, without writing a file. Raises SimulationError as any run does."""
-    simulation = Simulation(case, mill, contact, dem)
-    recording = simulation.run(case.path)
-    series = ledger_series(np.concatenate(recording.samples))
-    return summarise(simulation, series, collision_table(recording.table), recording.height_m)
-
-
 def trial_of(
     mill: MillConfig, contact: ContactConfig, dem: DemConfig, settings: TrialConfig, published_paths: list[str]
 ) -> Callable[[dict[str, float], StageConfig], pd.DataFrame]:
@@ -61,7 +50,7 @@ def trial_of(
     def trial(parameters: dict[str, float], stage: StageConfig) -> pd.DataFrame:
         jar = shaped(mill, parameters)
         cases = trial_cases(mill.name, values, settings, stage)
-        summaries = [simulate(case, jar, contact, dem) for case in cases]
+        summaries = [simulate(case, jar, contact, dem, title=case.path) for case in cases]
         return choose_rule(summaries, values, settings.counting_rules, mill.name, settings.contact)
 
     return trial

@@ -1,0 +1,98 @@
+"""An emulator: a Gaussian process that stands in for the simulation between the points of a design.
+
+The logarithm y of a quantity is m + g(x) + noise, g a Matern 5/2 process with a length for each variable, the noise the
+scatter of a simulation with other starting positions. Draws of g show what the design leaves open.
+"""
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, cholesky
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+# In places between 0 and 1, and in variances of the logarithm over that of the design.
+LENGTHS, VARIANCES, LEAST_NOISE, MOST_NOISE = (0.1, 30.0), (1e-2, 1e2), 1e-6, 1.0
+# Of starts of the search for the parameters of largest likelihood.
+RESTARTS = 2
+JITTER = 1e-8
+
+
+@dataclass(frozen=True)
+class Emulator:
+    """A fitted emulator: places (n, k), logarithms (n,), their mean and spread, and scikit-learn's regressor."""
+
+    places: np.ndarray
+    logs: np.ndarray
+    centre: float
+    scale: float
+    regressor: GaussianProcessRegressor
+
+    @classmethod
+    def fit(cls, places: np.ndarray, logs: np.ndarray, run_error: float = 0.0, seed: int = 0) -> "Emulator":
+        """The emulator of largest marginal likelihood.
+
+        places: (n, k) between 0 and 1; logs: (n,) logarithms; run_error: standard error of a logarithm that the runs
+        themselves state, which the noise is not below [-].
+        """
+        centre, scale = float(logs.mean()), float(logs.std()) or 1.0
+        kernel = ConstantKernel(1.0, VARIANCES) * Matern(np.ones(places.shape[1]), LENGTHS, nu=2.5)
+        least = float(np.clip((run_error / scale) ** 2, LEAST_NOISE, 0.5 * MOST_NOISE))
+        kernel += WhiteKernel(max(0.01, least), (least, MOST_NOISE))
+        regressor = GaussianProcessRegressor(
+            kernel, alpha=JITTER, n_restarts_optimizer=RESTARTS, random_state=np.random.RandomState(seed)
+        )
+        with warnings.catch_warnings():
+            # A variable without any effect has a length at its bound.
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            regressor.fit(places, (logs - centre) / scale)
+        return cls(places, logs, centre, scale, regressor)
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise of a logarithm: the scatter of one simulation."""
+        return self.scale * float(np.sqrt(self.regressor.kernel_.k2.noise_level))
+
+    def predict(self, places: np.ndarray) -> np.ndarray:
+        """Logarithms (m,) at places (m, k), without noise."""
+        return self.centre + self.scale * self.regressor.predict(places)
+
+    def draws(self, places: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Functions (count, m) that agree with the design, at places (m, k), without noise."""
+        mean, covariance = self.regressor.predict(places, return_cov=True)
+        # scikit-learn's covariance is that of a new simulation: noise on the diagonal, which no draw has.
+        covariance[np.diag_indices_from(covariance)] += JITTER - self.regressor.kernel_.k2.noise_level
+        # Rounding may leave a covariance of some thousand places without a root.
+        spread = JITTER
+        while True:
+            try:
+                root = cholesky(covariance, lower=True)
+                break
+            except np.linalg.LinAlgError:
+                spread *= 10
+                covariance[np.diag_indices_from(covariance)] += spread
+        return self.centre + self.scale * (mean + rng.standard_normal((count, len(mean))) @ root.T)
+
+    @cached_property
+    def left_out(self) -> np.ndarray:
+        """Logarithms (n,) of the design, each predicted without it.
+
+        y_i - (K^-1 y)_i / (K^-1)_ii with the parameters of the whole (Rasmussen and Williams 2006, Eq. 5.12).
+        """
+        kernel = self.regressor.kernel_(self.places)
+        kernel[np.diag_indices_from(kernel)] += JITTER
+        inverse = cho_solve(cho_factor(kernel, lower=True), np.eye(len(kernel)))
+        scaled = (self.logs - self.centre) / self.scale
+        return self.centre + self.scale * (scaled - inverse @ scaled / np.diag(inverse))
+
+
+def quality(logs: np.ndarray, left_out: np.ndarray) -> dict[str, float]:
+    """Q2 = 1 - sum (y - y_left_out)^2 / sum (y - mean)^2 [-], and the root mean square of y - y_left_out [-]."""
+    residual = logs - left_out
+    return {
+        "q2": float(1.0 - (residual**2).sum() / ((logs - logs.mean()) ** 2).sum()),
+        "leave_one_out_error": float(np.sqrt((residual**2).mean())),
+    }

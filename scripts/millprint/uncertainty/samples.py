@@ -1,0 +1,63 @@
+"""The simulations behind the intervals of a mill: which case is varied, and how, and which contact set is compared."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.sweep import Case
+from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.cases import mill_cases, sweep_of
+from millprint.uncertainty.space import Space, contact_space, with_fill
+
+
+def with_sweep(mill: dict, sweep: dict | None, derived: str | Path | None) -> MillConfig:
+    """A mill from plain values, with its own sweep, or with that of the file that was derived from it."""
+    content = json.loads(Path(derived).read_text()) if derived else sweep
+    return MillConfig(**mill).model_copy(update={"sweep": content and MillSweepConfig(**content)})
+
+
+def contact_values(contact: ContactConfig) -> dict[str, float]:
+    """The varied parameters of a contact set; friction on the wall is that on balls where the set gives no other."""
+    found = {name: getattr(contact, name, None) for name in PARAMETERS}
+    return {name: contact.static_friction if value is None else value for name, value in found.items()}
+
+
+def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
+    """The case that is varied: the first ball size and the first speed of the mill's sweep."""
+    first = mill_cases(mill, settings)[0]
+    own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": uncertainty.closure_max}
+    return first.model_copy(update=own)
+
+
+def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
+    """The fill ratios at which intervals are given: those of the section, or of the mill's sweep."""
+    return uncertainty.fill_ratios or sorted(sweep_of(mill).fill_ratios)
+
+
+def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:
+    """Contact parameters and fill ratio. Raises ConfigError for a distribution without possible values."""
+    return with_fill(contact_space(uncertainty.parameters), fill_ratios_of(mill, uncertainty))
+
+
+def check_contact(space: Space, contact: ContactConfig) -> None:
+    """Raise ConfigError, in one line, where the contact set of the predictions lies outside the distributions."""
+    values = contact_values(contact)
+    for variable in space.variables:
+        low, high = variable.ends
+        if variable.name in values and not low <= values[variable.name] <= high:
+            raise ConfigError(
+                f"uncertainty.parameters.{variable.name}: {low:g} to {high:g} leaves out {values[variable.name]:g} of "
+                f"contact set {contact.name}, whose predictions get the intervals; widen the distribution, or set "
+                "mills.contact to a set of your own values"
+            )
+
+
+def design_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> pd.DataFrame:
+    """The samples of a mill: contact parameters, fill ratio, and a seed of the starting positions for each."""
+    design = space_of(mill, uncertainty).design(uncertainty.samples, uncertainty.seed)
+    return design.assign(seed=range(len(design)))

@@ -1,0 +1,345 @@
+"""Design, emulator, Sobol indices and intervals recover what is known in closed form; what was done is kept."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pydantic import ValidationError
+
+from millprint.config.contact import ContactConfig
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.config.sweep import DemConfig
+from millprint.config.uncertainty import (
+    DISTRIBUTIONS,
+    PARAMETERS,
+    MeasuredSection,
+    NormalSection,
+    ParametersSection,
+    UncertaintyConfig,
+)
+from millprint.dem.run import simulate
+from millprint.errors import ConfigError, SimulationError
+from millprint.files import write_json
+from millprint.fingerprint.bands import read_factors
+from millprint.fingerprint.curves import CURVES
+from millprint.uncertainty import sampler
+from millprint.uncertainty.emulator import Emulator, quality
+from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_indices
+from millprint.uncertainty.intervals import measure
+from millprint.uncertainty.sampler import run_samples
+from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of, varied_case
+from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
+
+EMAX = load_named("config/mills", "emax", MillConfig, "mill")
+CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
+CALIBRATED = CONTACTS["calibrated"]
+MILLS = MillsConfig(contact="calibrated")
+RULE = "gap_2ms"
+
+# Ishigami's function with a = 7, b = 0.1, and its indices in closed form (Sobol and Levitan 1999).
+A, B = 7.0, 0.1
+ISHIGAMI_VARIANCE = A**2 / 8 + B * np.pi**4 / 5 + B**2 * np.pi**8 / 18 + 0.5
+FIRST = np.array([0.5 * (1 + B * np.pi**4 / 5) ** 2, A**2 / 8, 0.0]) / ISHIGAMI_VARIANCE
+TOTAL = FIRST + np.array([1.0, 0.0, 1.0]) * 8 * B**2 * np.pi**8 / 225 / ISHIGAMI_VARIANCE
+
+
+def ishigami(x: np.ndarray) -> np.ndarray:
+    return np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def uniform_space(names: list[str], low: float, high: float) -> Space:
+    section = DISTRIBUTIONS["uniform"](kind="uniform", low=low, high=high, source="a test")
+    return Space(tuple(variable_of(name, section, PARAMETERS["restitution"]) for name in names))
+
+
+def test_salib_gives_the_indices_of_ishigamis_function():
+    names = ["x", "y", "z"]
+    space = uniform_space(names, -np.pi, np.pi)
+    values = ishigami(space.values(saltelli_shares(names, 4096, seed=0)).to_numpy())
+    table = sobol_indices(Draws(names, values[None], values[:1]), 0.95, seed=0)
+    assert table["first"].to_numpy() == pytest.approx(FIRST, abs=0.02)
+    assert table["total"].to_numpy() == pytest.approx(TOTAL, abs=0.02)
+
+
+def test_design_emulator_and_indices_give_those_of_ishigamis_function():
+    names = ["x", "y", "z"]
+    space = uniform_space(names, -np.pi, np.pi)
+    design = space.design(256, seed=1)
+    emulator = Emulator.fit(space.places(design), ishigami(design.to_numpy()))
+    places = space.places(space.values(saltelli_shares(names, 512, seed=1)))
+    table = sobol_indices(draw(emulator, names, places, places[0], count=4, seed=1), 0.95, seed=1)
+    assert quality(emulator.logs, emulator.left_out)["q2"] > 0.95
+    for order, known in (("first", FIRST), ("total", TOTAL)):
+        assert table[order].to_numpy() == pytest.approx(known, abs=0.06)
+        assert ((table[f"{order}_lower"] <= known + 0.02) & (known - 0.02 <= table[f"{order}_upper"])).all()
+
+
+def test_interval_and_indices_of_a_linear_function_of_normal_variables():
+    """log y = sum a_i x_i: the factor is log-normal, and each index is its share of the variance."""
+    slopes, deviations = np.array([1.0, 2.0, -0.5]), np.array([0.03, 0.02, 0.04])
+    names = ["x", "y", "z"]
+    sections = [MeasuredSection(kind="measured", value=0.5, standard_error=s, source="a test") for s in deviations]
+    variables = [variable_of(n, s, PARAMETERS["restitution"]) for n, s in zip(names, sections, strict=True)]
+    space = Space(tuple(variables))
+    design = space.design(64, seed=0)
+    emulator = Emulator.fit(space.places(design), design.to_numpy() @ slopes)
+    places = space.places(space.values(saltelli_shares(names, 256, seed=0)))
+    reference = space.places(pd.DataFrame([dict.fromkeys(names, 0.5)]))[0]
+    drawn = draw(emulator, names, places, reference, count=4, seed=0)
+    # A normal distribution that is cut off at three deviations has 0.9733 of the variance.
+    variances = 0.9733 * (slopes * deviations) ** 2
+    half = 1.96 * np.sqrt(variances.sum())
+    assert np.log(drawn.factors(0.95)) == pytest.approx([-half, half], rel=0.04)
+    table = sobol_indices(drawn, 0.95, seed=0)
+    assert table["first"].to_numpy() == pytest.approx(variances / variances.sum(), abs=0.05)
+    assert table["total"].to_numpy() == pytest.approx(variances / variances.sum(), abs=0.05)
+
+
+def test_emulator_finds_a_function_and_the_noise_on_it():
+    rng = np.random.default_rng(0)
+    space = uniform_space(["x", "y"], 0.0, 1.0)
+    places = space.places(space.design(128, seed=0))
+
+    def known(x: np.ndarray) -> np.ndarray:
+        return np.exp(-x[:, 0]) + 0.5 * np.sin(3 * x[:, 1])
+
+    emulator = Emulator.fit(places, known(places) + 0.05 * rng.standard_normal(len(places)))
+    new = rng.random((200, 2))
+    assert emulator.predict(new) == pytest.approx(known(new), abs=0.06)
+    assert emulator.noise == pytest.approx(0.05, rel=0.2)
+    assert quality(emulator.logs, emulator.left_out)["leave_one_out_error"] == pytest.approx(0.05, rel=0.25)
+
+
+def test_the_noise_is_not_below_what_the_runs_state():
+    space = uniform_space(["x"], 0.0, 1.0)
+    places = space.places(space.design(16, seed=0))
+    assert Emulator.fit(places, places[:, 0], run_error=0.02).noise >= 0.02 * (1 - 1e-6)
+
+
+def test_leaving_one_out_agrees_with_a_fit_without_it():
+    space = uniform_space(["x", "y"], 0.0, 1.0)
+    places = space.places(space.design(16, seed=0))
+    emulator = Emulator.fit(places, np.sin(4 * places[:, 0]) + places[:, 1] + 0.01 * np.arange(16) % 3)
+    kernel = emulator.regressor.kernel_
+    scaled = (emulator.logs - emulator.centre) / emulator.scale
+    for left in (0, 7):
+        kept = np.arange(16) != left
+        between = kernel(places[[left]], places[kept])
+        weights = np.linalg.solve(kernel(places[kept]) + 1e-8 * np.eye(15), scaled[kept])
+        expected = emulator.centre + emulator.scale * float((between @ weights)[0])
+        assert emulator.left_out[left] == pytest.approx(expected, rel=1e-6)
+
+
+def test_draws_agree_with_the_design_and_spread_away_from_it():
+    places = np.append(np.linspace(0, 0.4, 9), [0.9, 0.95, 1.0])[:, None]
+    emulator = Emulator.fit(places, np.sin(6 * places[:, 0]))
+    new = np.array([[0.2], [0.65]])
+    drawn = emulator.draws(new, 400, np.random.default_rng(0))
+    assert drawn[:, 0].std() < 0.2 * drawn[:, 1].std()
+    assert np.abs(drawn.mean(axis=0) - emulator.predict(new)).max() < 0.2 * drawn[:, 1].std()
+
+
+def test_every_kind_of_distribution_can_be_drawn_from():
+    assert set(FROZEN) == set(DISTRIBUTIONS)
+
+
+def test_quantiles_are_those_of_closed_forms():
+    def quantile(share: float, **keys) -> float:
+        section = DISTRIBUTIONS[keys["kind"]](source="a test", **keys)
+        return float(variable_of("restitution", section, PARAMETERS["restitution"]).values(np.array([share]))[0])
+
+    assert quantile(0.25, kind="uniform", low=0.2, high=0.6) == pytest.approx(0.3)
+    assert quantile(0.5, kind="loguniform", low=0.1, high=0.9) == pytest.approx(0.3)
+    assert quantile(0.5, kind="triangular", low=0.2, mode=0.4, high=0.6) == pytest.approx(0.4)
+    assert quantile(0.125, kind="triangular", low=0.2, mode=0.4, high=0.6) == pytest.approx(0.3)
+    assert quantile(0.5, kind="normal", mean=0.5, standard_deviation=0.1) == pytest.approx(0.5)
+    assert quantile(1.0, kind="normal", mean=0.5, standard_deviation=0.3) == 1.0  # no ball gives energy back
+    # The ends of a measured interval are its quantiles, but for the cut at three deviations.
+    assert quantile(0.025, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.3, abs=1e-3)
+    assert quantile(0.975, kind="measured", lower=0.3, upper=0.4) == pytest.approx(0.4, abs=1e-3)
+
+
+def test_the_defaults_hold_both_contact_sets_of_the_thesis():
+    space = contact_space(ParametersSection())
+    for contact in CONTACTS.values():
+        check_contact(space, contact)
+    assert all(section.source for _, section in ParametersSection().items())
+
+
+def test_friction_on_the_wall_is_that_on_balls_unless_the_set_has_its_own():
+    assert contact_values(CALIBRATED)["wall_static_friction"] == CALIBRATED.static_friction
+    own = CALIBRATED.model_copy(update={"wall_static_friction": 0.5})
+    assert contact_values(own)["wall_static_friction"] == 0.5
+
+
+def test_a_larger_design_begins_with_the_smaller_and_fills_the_space():
+    small, large = (design_of(EMAX, UncertaintyConfig(samples=n)) for n in (16, 32))
+    pd.testing.assert_frame_equal(small, large.iloc[:16])
+    assert large["fill_ratio"].between(0.06, 0.30).all() and large["seed"].is_unique
+    # One sample in each sixteenth of the probability of each parameter.
+    for variable in contact_space(ParametersSection()).variables:
+        parts = np.floor(16 * variable.distribution.cdf(small[variable.name])).astype(int)
+        assert sorted(parts) == list(range(16))
+
+
+def test_nothing_is_extrapolated():
+    space = space_of(EMAX, UncertaintyConfig())
+    inside = pd.DataFrame([contact_values(CALIBRATED) | {"fill_ratio": 0.1}])
+    assert space.places(inside).shape == (1, 6)
+    with pytest.raises(ConfigError, match=r"fill_ratio = 0.5: outside the range 0.06 to 0.3"):
+        space.places(inside.assign(fill_ratio=0.5))
+    with pytest.raises(ConfigError, match=r"rolling_friction = 0.3: outside the range 0.005 to 0.09"):
+        space.places(inside.assign(rolling_friction=0.3))
+
+
+def test_a_contact_set_outside_the_distributions_is_refused_in_one_line():
+    stiff = CALIBRATED.model_copy(update={"young_modulus_gpa": 205.0})
+    with pytest.raises(ConfigError, match=r"young_modulus_gpa: 1 to 20.5 leaves out 205 of contact set") as error:
+        check_contact(space_of(EMAX, UncertaintyConfig()), stiff)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"parameters": {"restitution": {"kind": "gaussian", "source": "x"}}}, "does not match any of the expected"),
+        ({"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 0.9}}}, "source"),
+        (
+            {"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 1.9, "source": "x"}}},
+            "from 0.02 to 1",
+        ),
+        ({"parameters": {"restitution": {"kind": "uniform", "low": 0.5, "high": 0.5, "source": "x"}}}, "must be below"),
+        ({"parameters": {"restitution": {"kind": "measured", "value": 0.5, "source": "x"}}}, "give either value and"),
+        (
+            {"parameters": {"restitution": {"kind": "measured", "lower": 0.5, "upper": 0.4, "source": "x"}}},
+            "must be below upper",
+        ),
+        (
+            {
+                "parameters": {
+                    "restitution": {"kind": "triangular", "low": 0.5, "mode": 0.4, "high": 0.6, "source": "x"}
+                }
+            },
+            "mode = 0.4: must lie between",
+        ),
+        ({"samples": 4}, "greater than or equal to 8"),
+        ({"base_samples": 500}, "power of two"),
+        ({"fill_ratios": [0.3, 0.1]}, "must rise"),
+        ({"mills": ["emax", "emax"]}, "appears twice"),
+    ],
+)
+def test_wrong_settings_are_refused(keys, words):
+    with pytest.raises(ValidationError, match=words):
+        UncertaintyConfig.model_validate(keys)
+
+
+def test_a_distribution_without_possible_values_is_refused_in_one_line():
+    section = NormalSection(kind="normal", mean=5.0, standard_deviation=0.1, source="a test")
+    with pytest.raises(ConfigError, match=r"uncertainty.parameters.restitution: mean = 5"):
+        variable_of("restitution", section, PARAMETERS["restitution"])
+
+
+SHORT = varied_case(EMAX, MILLS, UncertaintyConfig(rayleigh_fraction=0.1)).model_copy(
+    update={"settle_s": 0.05, "discard_s": 0.1, "window_s": 0.2}
+)
+
+
+def test_a_sample_is_the_simulation_of_its_values():
+    samples = pd.DataFrame([{**contact_values(CALIBRATED), "fill_ratio": 0.05, "seed": 3}])
+    slippery = samples.assign(static_friction=0.0, wall_static_friction=0.0)
+    table = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), pd.concat([samples, slippery], ignore_index=True), RULE)
+    case = SHORT.model_copy(update={"fill_ratio": 0.05, "seed": 3})
+    alone = simulate(case, EMAX, CALIBRATED, DemConfig())
+    assert table["normal_power_W"][0] == alone["power_W"]["normal"]
+    assert table["filled_ratio"][0] == pytest.approx(12 * np.pi / 6 * 1e-6 / 125e-6)
+    # Without friction on balls and wall nothing is dissipated by shear.
+    assert table["tangential_power_W"][1] < 1e-6 * table["normal_power_W"][1]
+
+
+def fake_samples(monkeypatch, stop_at: int | None = None) -> list:
+    """Replace the simulation by one that only notes its sample; it is interrupted at one of them."""
+    seen: list = []
+
+    def describe(case, mill, contact, dem, index, values, rule) -> dict:
+        if index == stop_at:
+            raise KeyboardInterrupt
+        seen.append(index)
+        return {"Pn": values["restitution"] / 3, "empty": float("nan")}
+
+    monkeypatch.setattr(sampler, "_describe", describe)
+    return seen
+
+
+def test_a_killed_job_continues_with_the_rows_that_are_done(monkeypatch, tmp_path):
+    samples, done = design_of(EMAX, UncertaintyConfig(samples=16)), tmp_path / "0.done"
+    fake_samples(monkeypatch)
+    whole = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE)
+    fake_samples(monkeypatch, stop_at=5)
+    with pytest.raises(KeyboardInterrupt):
+        run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
+    seen = fake_samples(monkeypatch)
+    continued = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
+    assert seen == list(range(5, 16))
+    pd.testing.assert_frame_equal(continued, whole, check_exact=True)
+
+
+@pytest.mark.parametrize("change", ["settings", "samples", "damage"])
+def test_rows_of_other_settings_or_of_a_damaged_file_are_not_used(monkeypatch, tmp_path, change):
+    samples, done, case = design_of(EMAX, UncertaintyConfig(samples=8)), tmp_path / "0.done", SHORT
+    fake_samples(monkeypatch)
+    run_samples(case, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
+    if change == "settings":
+        case = case.model_copy(update={"window_s": 0.3})
+    elif change == "samples":
+        samples = samples.assign(restitution=samples["restitution"] / 2)
+    else:
+        done.write_bytes(done.read_bytes()[:-1] + b"x")
+    seen = fake_samples(monkeypatch)
+    run_samples(case, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
+    assert seen == list(range(8))
+
+
+def test_an_unknown_column_and_a_failing_sample_are_named():
+    samples = pd.DataFrame([{"bounciness": 0.5}])
+    with pytest.raises(ValueError, match="bounciness"):
+        run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE)
+    with pytest.raises(SimulationError, match=r"sample 0 \(fill_ratio = 0.0001\): fill ratio 0.0001"):
+        run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), pd.DataFrame([{"fill_ratio": 1e-4}]), RULE)
+
+
+def synthetic_samples(settings: UncertaintyConfig) -> pd.DataFrame:
+    """Samples of a mill whose every quantity is 5 restitution^-1 fill^0.5."""
+    samples = design_of(EMAX, settings)
+    value = 5 / samples["restitution"] * samples["fill_ratio"] ** 0.5
+    fixed = {"mill": "emax", "contact": "calibrated", "counting_rule": RULE, "balls": 100 * samples["fill_ratio"]}
+    fixed |= {"filled_ratio": samples["fill_ratio"], "speed_hz": 10.0, "ball_diameter_m": 0.01}
+    fixed |= {"density_kg_m3": 7700.0, "amplitude_m": 0.017}
+    quantities = dict.fromkeys(CURVES, value) | {f"{name}_se": 1e-3 * value for name in CURVES}
+    return samples.assign(**fixed, **quantities)
+
+
+def test_tables_and_factors_of_a_known_mill(tmp_path):
+    settings = UncertaintyConfig(samples=64, base_samples=128, draws=4)
+    space = space_of(EMAX, settings)
+    found = measure(synthetic_samples(settings), space, [0.1, 0.2], CALIBRATED, [CONTACTS["steel"]], settings)
+    # Quantiles of 0.30 / e for e uniform between 0.2 and 0.95.
+    ends = 0.30 / (0.2 + 0.75 * np.array([0.975, 0.025]))
+    rows = found.intervals[found.intervals["quantity"] == "Pn"]
+    assert rows["value"].to_numpy() == pytest.approx(5 / 0.3 * np.sqrt([0.1, 0.2]), rel=0.01)
+    assert rows[["lower_factor", "upper_factor"]].to_numpy() == pytest.approx(np.array([ends, ends]), rel=0.03)
+    powers = found.intervals[found.intervals["quantity"] == "normal_power_W"]
+    scale = 7700 * 10**3 * 0.017**2 * 0.01**3
+    assert powers["value"].to_numpy() == pytest.approx(np.array([10, 20]) * scale * rows["value"].to_numpy())
+    indices = found.indices[(found.indices["quantity"] == "f") & (found.indices["fill_ratio"] == 0.2)]
+    assert indices.set_index("parameter")["first"].to_dict() == pytest.approx(
+        {name: float(name == "restitution") for name in PARAMETERS}, abs=0.05
+    )
+    assert found.emulator["q2"].min() > 0.999
+    steel = found.sets.set_index(["quantity", "fill_ratio"]).loc[("Pt", 0.1)]
+    assert steel["factor"] == pytest.approx(0.30 / 0.68, rel=0.01) and steel["inside"]
+    write_json(found.factors.model_dump(mode="json", exclude_none=True), tmp_path / "contact.json")
+    about = {"mill": "emax", "contact": "calibrated", "counting_rule": RULE}
+    read = read_factors(str(tmp_path / "contact.json"), "contact", about)
+    assert read.factors["En"].lower == pytest.approx(ends[[0, 0]], rel=0.03)
+    assert read.parameters["restitution"]["source"] and read.samples == 64

@@ -1,0 +1,119 @@
+"""How much a mill's fingerprint depends on contact parameters: samples, emulator, Sobol indices, intervals."""
+
+UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
+# The contact set of the predictions, then those that are compared with it.
+UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
+
+
+def derived_sweep(wildcards) -> list[str]:
+    """The file of a mill's sweep, if its own file has none."""
+    return [] if mill_named(wildcards.mill).sweep else [f"{MILL}/sweep.json".format(mill=wildcards.mill)]
+
+
+def own_sweep(wildcards) -> dict | None:
+    """The sweep in a mill's own file, as plain values."""
+    sweep = mill_named(wildcards.mill).sweep
+    return sweep and sweep.model_dump(mode="json")
+
+
+rule sample_contacts:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sweep=derived_sweep,
+    output:
+        samples=f"{UNCERTAINTY}/samples/{{number}}.tsv",
+    log:
+        f"{LOGS}/uncertainty/{{mill}}_sample_{{number}}.log",
+    benchmark:
+        f"{BENCHMARKS}/sample_contacts/{{mill}}_{{number}}.tsv"
+    wildcard_constraints:
+        number=r"\d+",
+    params:
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        sweep=own_sweep,
+        contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
+        mills=CONFIG.mills.model_dump(mode="json", include={"contact", "settle_s"}),
+        dem=settings("dem"),
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        # The other keys do not change a simulation.
+        settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills", "probability", "base_samples", "draws"}),
+        library=library("sample_contacts.py"),
+    message:
+        "Simulating mill {wildcards.mill} with other contact parameters, job {wildcards.number}"
+    script:
+        "../../scripts/sample_contacts.py"
+
+
+rule measure_uncertainty:
+    input:
+        samples=[f"{UNCERTAINTY}/samples/{number}.tsv" for number in range(CONFIG.uncertainty.jobs)],
+        sweep=derived_sweep,
+    output:
+        samples=f"{UNCERTAINTY}/samples.tsv",
+        emulator=f"{UNCERTAINTY}/emulator.tsv",
+        indices=f"{UNCERTAINTY}/indices.tsv",
+        intervals=f"{UNCERTAINTY}/intervals.tsv",
+        sets=f"{UNCERTAINTY}/sets.tsv",
+        contact=f"{UNCERTAINTY}/contact.json",
+    log:
+        f"{LOGS}/uncertainty/{{mill}}_measure.log",
+    benchmark:
+        f"{BENCHMARKS}/measure_uncertainty/{{mill}}.tsv"
+    params:
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        sweep=own_sweep,
+        contacts=[CONTACTS[name].model_dump(mode="json") for name in UNCERTAIN_CONTACTS],
+        settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills"}),
+        library=library("measure_uncertainty.py"),
+    message:
+        "Calculating Sobol indices and intervals of mill {wildcards.mill}"
+    script:
+        "../../scripts/measure_uncertainty.py"
+
+
+rule plot_uncertainty:
+    input:
+        indices=rules.measure_uncertainty.output.indices,
+        intervals=rules.measure_uncertainty.output.intervals,
+        sets=rules.measure_uncertainty.output.sets,
+    output:
+        indices_svg=report(
+            f"{UNCERTAINTY}/indices.svg",
+            caption="../report/uncertainty_indices.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "Sobol indices of the contact parameters"},
+        ),
+        indices_png=f"{UNCERTAINTY}/indices.png",
+        intervals_svg=report(
+            f"{UNCERTAINTY}/intervals.svg",
+            caption="../report/uncertainty_intervals.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "intervals by contact parameters"},
+        ),
+        intervals_png=f"{UNCERTAINTY}/intervals.png",
+    log:
+        f"{LOGS}/uncertainty/{{mill}}_plot.log",
+    localrule: True
+    params:
+        title=lambda wildcards: mill_named(wildcards.mill).title,
+        library=library("plot_uncertainty.py"),
+    message:
+        "Drawing Sobol indices and intervals of mill {wildcards.mill}"
+    script:
+        "../../scripts/plot_uncertainty.py"
+
+
+def uncertainty_of(mills) -> list[str]:
+    """Every file of the uncertainty of some mills."""
+    return expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
+
+
+# Part of a whole run.
+UNCERTAINTY_OUTPUTS = uncertainty_of(CONFIG.uncertainty.mills)
+
+
+rule uncertainty:
+    input:
+        uncertainty_of([CONFIG.mill]),
+    localrule: True
