@@ -13,6 +13,7 @@ from millprint.config.proposals import PredictionConfig
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
 from millprint.explorer.page import explorer_content, explorer_page, sliders
+from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions
@@ -21,6 +22,7 @@ from millprint.predict.model_files import load_averaged, save_averaged, training
 from millprint.predict.new_conditions import range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
 from tests.conftest import ROOT
+from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
 from tests.unit.yield_settings import all_runs, thesis_yields
 
@@ -51,7 +53,12 @@ def run(tmp_path_factory) -> dict:
     folder = tmp_path_factory.mktemp("explorer")
     paths = [folder / f"fingerprint_{contact}.json" for contact in CONTACTS]
     for seed, (contact, path) in enumerate(zip(CONTACTS, paths, strict=True)):
-        _fingerprint(contact, seed).write(path)
+        own = _fingerprint(contact, seed)
+        # One of the two was analysed, at fewer fill ratios than were simulated.
+        analysed = (
+            {"contact": checked_factors(factors_of(), "contact", own.about, "x")} if contact == CONTACTS[0] else {}
+        )
+        own.with_further(analysed).write(path)
     section = thesis_yields()
     settings = AveragingConfig(
         **section["averaging"]
@@ -114,6 +121,10 @@ def _library(run: dict, state: dict) -> dict:
     told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
     return {
         "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],
+        "contact": [
+            [getattr(interval, end) for end in ("lower", "upper")] if interval else [-1.0, -1.0]
+            for interval in (getattr(found, name).contact for name in BANDS)
+        ],
         "balls": found.balls,
         "outside": sorted(found.outside),
         "yield": [float(model.predict(rows)[0]), float(lower[0]), float(upper[0])],
@@ -136,18 +147,67 @@ def test_the_page_computes_what_the_library_computes(run, page):
       const ends = (band) => [band.value, band.lower, band.upper];
       return {states!r}.map((state) => {{
         const found = explorer.answer(state, explorer.fingerprints[state.contact]);
+        const contact = (band) => band.further.contact ?? {{ lower: -1, upper: -1 }};
         return {{ bands: {list(BANDS)!r}.map((name) => ends(found[name])), balls: found.balls,
+          contact: {list(BANDS)!r}.map((name) => [contact(found[name]).lower, contact(found[name]).upper]),
           outside: [...found.outside].sort(), yield: ends(found.yield_percent),
           not_trained: found.yield_percent.outside.map((each) => each.name).sort() }};
       }});"""
     ours, theirs = page.run(script), [_library(run, state) for state in states]
-    for key in ("bands", "yield"):
+    for key in ("bands", "contact", "yield"):
         np.testing.assert_allclose(
             np.array([each[key] for each in ours]), np.array([each[key] for each in theirs]), rtol=1e-6, atol=1e-9
         )
     for key in ("balls", "outside", "not_trained"):
         assert [each[key] for each in ours] == [each[key] for each in theirs]
     assert any(each["outside"] for each in theirs) and any(not each["outside"] for each in theirs)
+    # Of the contact set that was analysed, and only where it was.
+    known = {(state["contact"], each["contact"][0][0] > 0) for state, each in zip(states, theirs, strict=True)}
+    assert known == {(0, True), (0, False), (1, False)}
+
+
+@needs_browser
+def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(page):
+    script = """
+      const lines = () => [...document.querySelectorAll("#results div:first-child .interval")].map((e) => e.textContent);
+      const bands = () => [...document.querySelectorAll("#charts svg")].map((e) => e.querySelectorAll(".band").length);
+      const shapes = () => [...document.querySelectorAll("#charts .band")].map((e) => e.getAttribute("d")).join();
+      const next = () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      explorer.state.fill_ratio = 0.12; explorer.axis = "speed_hz"; explorer.render(); await next();
+      const first = { lines: lines(), bands: bands(), shapes: shapes() };
+      const choice = document.getElementById("shaded");
+      const options = [...choice.options].map((option) => option.textContent);
+      choice.value = "contact"; choice.dispatchEvent(new Event("change")); await next();
+      const chosen = { lines: lines(), bands: bands(), shapes: shapes() };
+      explorer.state.fill_ratio = 0.35; explorer.render(); await next();
+      const beyond = { lines: lines(), bands: bands() };
+      explorer.choose(1); await next();
+      return { first, chosen, beyond, other: lines(), options, hidden: document.getElementById("shade").hidden };"""
+    said = page.run(script)
+    assert said["options"] == ["scatter of the simulation", "contact parameters"] and not said["hidden"]
+    assert said["first"]["lines"][0].startswith("scatter: ")
+    assert said["first"]["lines"][1].startswith("contact parameters: ") and " to " in said["first"]["lines"][1]
+    assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 1, 2, 1, 1]
+    assert said["first"]["shapes"] != said["chosen"]["shapes"] and said["first"]["lines"] == said["chosen"]["lines"]
+    # Not analysed there: said in words, and no band is drawn, but that of the yield.
+    assert said["beyond"]["lines"][1] == "contact parameters: analysed at fill ratios from 0.06 to 0.3"
+    assert said["beyond"]["bands"] == [0, 0, 0, 0, 1]
+    assert said["other"][1] == "contact parameters: not analysed for this contact set"
+
+
+@needs_browser
+def test_a_page_without_further_intervals_offers_no_choice(run, page, tmp_path):
+    content = run["content"]
+    plain = [{key: own[key] for key in ("about", "inputs", "processes")} for own in content["fingerprints"]]
+    origins = {"scatter": content["origins"]["scatter"]}
+    path = tmp_path / "plain.html"
+    path.write_text(explorer_page(content | {"fingerprints": plain, "origins": origins}))
+    page.open(path)
+    script = """return { hidden: document.getElementById("shade").hidden,
+      lines: document.querySelector("#results div").querySelectorAll(".interval").length,
+      text: document.querySelector("#results .interval").textContent };"""
+    said = page.run(script)
+    assert said["hidden"] and said["lines"] == 1 and not said["text"].startswith("scatter")
 
 
 @needs_browser

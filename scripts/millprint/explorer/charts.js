@@ -36,14 +36,16 @@ const short = (value) => String(Number(value.toPrecision(6)));
 
 /**
  * chart: title, x (values), label, lines ({name, colour, bands, dashed}), known (from-to in x of what was simulated),
- * at (x of the marked condition), top (fixed upper end, optional). Each band is {value, lower, upper} for an x.
+ * at (x of the marked condition), top (fixed upper end, optional). Each band is {value, lower, upper} for an x, its ends
+ * NaN where they are not known.
  */
 function drawChart(chart) {
   const { width, height, left, right, top, bottom } = CHART;
   const [low, high] = [chart.x[0], chart.x.at(-1)];
   const values = chart.lines.flatMap((line) => line.bands);
   const largest = Math.max(...values.map((band) => band.value));
-  const upper = chart.top ?? Math.min(Math.max(...values.map((band) => band.upper)), 1.5 * largest);
+  const highest = Math.max(largest, ...values.map((band) => band.upper).filter(Number.isFinite));
+  const upper = chart.top ?? Math.min(highest, 1.5 * largest);
   const x = (value) => left + ((value - low) / (high - low)) * (width - left - right);
   const y = (value) => height - bottom - (value / upper) * (height - top - bottom);
   const id = `clip-${chart.title.replace(/\W+/g, "-")}`;
@@ -78,11 +80,12 @@ function drawChart(chart) {
 /** The band and the line of a quantity; stretches of the line that are not trusted are dashed. */
 function drawLine(line, places, x, y) {
   const path = (points) => points.map(([a, b], i) => `${i ? "L" : "M"}${a.toFixed(1)} ${b.toFixed(1)}`).join("");
-  const along = (key) => line.bands.map((band, i) => [x(places[i]), y(band[key])]);
-  const around = `${path([...along("upper"), ...along("lower").reverse()])}Z`;
+  const along = (key) =>
+    line.bands.map((band, i) => [x(places[i]), y(band[key])]).filter(([, height]) => Number.isFinite(height));
+  const ends = [...along("upper"), ...along("lower").reverse()];
   const points = along("value");
   const isDashed = (i) => Boolean(line.dashed?.[i] || line.dashed?.[i + 1]);
-  const drawn = [element("svg:path", { d: around, fill: line.colour, class: "band" })];
+  const drawn = ends.length ? [element("svg:path", { d: `${path(ends)}Z`, fill: line.colour, class: "band" })] : [];
   let start = 0;
   for (let i = 1; i < points.length; i += 1) {
     if (i + 1 < points.length && isDashed(i) === isDashed(start)) continue;

@@ -56,14 +56,44 @@ class LogProcess {
   }
 }
 
+/** Factors on the scaled quantities by one origin of intervals (millprint.fingerprint.bands.Factors). */
+class Factors {
+  constructor(content) {
+    this.fills = content.fill_ratios;
+    this.logs = this.fills.map(Math.log);
+    this.factors = content.factors;
+  }
+
+  knows(fill) {
+    return this.fills[0] * (1 - 1e-9) <= fill && fill <= this.fills.at(-1) * (1 + 1e-9);
+  }
+
+  /** The interval of a quantity's value at a fill ratio that is known. */
+  interval(name, value, fill) {
+    const place = Math.min(Math.max(Math.log(fill), this.logs[0]), this.logs.at(-1));
+    const above = Math.max(1, this.logs.findIndex((log) => log >= place));
+    const between = (factors) => {
+      if (factors.length === 1) return factors[0];
+      const share = (place - this.logs[above - 1]) / (this.logs[above] - this.logs[above - 1]);
+      return Math.exp((1 - share) * Math.log(factors[above - 1]) + share * Math.log(factors[above]));
+    };
+    const { lower, upper } = this.factors[name];
+    return { lower: value * between(lower), upper: value * between(upper) };
+  }
+}
+
 /** Every quantity from Pn, Pt and f. */
 function complete({ Pn, Pt, f }) {
   return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f };
 }
 
 class Fingerprint {
-  /** content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations. */
-  constructor(content, variables, width) {
+  /**
+   * content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations; origins: of
+   * intervals besides the scatter, each null in a band where it is not known.
+   */
+  constructor(content, variables, width, origins) {
+    this.further = Object.fromEntries(origins.map((name) => [name, content[name] ? new Factors(content[name]) : null]));
     this.about = content.about;
     this.variables = variables;
     this.width = width;
@@ -100,9 +130,27 @@ class Fingerprint {
     return Object.fromEntries(
       Object.entries(values).map(([name, value]) => {
         const factor = Math.exp(this.width * logs[name].deviation);
-        return [name, { value, lower: value / factor, upper: value * factor }];
+        const further = this.intervals(name, value, condition.fill_ratio);
+        return [name, { value, lower: value / factor, upper: value * factor, further }];
       }),
     );
+  }
+
+  /** The interval of a scaled quantity by each further origin. */
+  intervals(name, value, fill) {
+    return Object.fromEntries(
+      Object.entries(this.further).map(([origin, factors]) => [
+        origin,
+        factors?.knows(fill) ? factors.interval(name, value, fill) : null,
+      ]),
+    );
+  }
+
+  /** Why the interval of an origin is not known at a fill ratio. */
+  missing(origin, fill) {
+    const factors = this.further[origin];
+    if (!factors) return "not analysed for this contact set";
+    return factors.knows(fill) ? "" : `analysed at fill ratios from ${factors.fills[0]} to ${factors.fills.at(-1)}`;
   }
 
   balls(condition) {
@@ -157,12 +205,20 @@ function energyScale(condition) {
   );
 }
 
+/** A band through a rising function: its value, its interval by the scatter, and each further one, null if not known. */
+function through({ value, lower, upper, further = {} }, rising) {
+  const others = Object.entries(further).map(([origin, interval]) => [
+    origin,
+    interval && { lower: rising(interval.lower), upper: rising(interval.upper) },
+  ]);
+  return { value: rising(value), lower: rising(lower), upper: rising(upper), further: Object.fromEntries(others) };
+}
+
 function times(band, factor) {
-  return { value: band.value * factor, lower: band.lower * factor, upper: band.upper * factor };
+  return through(band, (end) => end * factor);
 }
 
 /** Et / (En + Et) from Et / En, which it rises with. */
 function share(ratio) {
-  const of = (r) => r / (1 + r);
-  return { value: of(ratio.value), lower: of(ratio.lower), upper: of(ratio.upper) };
+  return through(ratio, (end) => end / (1 + end));
 }

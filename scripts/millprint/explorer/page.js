@@ -49,12 +49,18 @@ class Explorer {
   constructor(content) {
     this.content = content;
     this.fingerprints = content.fingerprints.map(
-      (stored, i) => new Fingerprint(stored, content.variables, content.widths[i]),
+      (stored, i) => new Fingerprint(stored, content.variables, content.widths[i], this.further),
     );
     this.yieldModel = new YieldModel(content.yield);
     this.contact = 0;
     this.state = this.firstState();
     this.axis = "fill_ratio";
+    this.shaded = "scatter";
+  }
+
+  /** Origins of intervals besides the scatter, of which the run knows something. */
+  get further() {
+    return Object.keys(this.content.origins).filter((origin) => origin !== "scatter");
   }
 
   get fingerprint() {
@@ -117,6 +123,7 @@ class Explorer {
       this.buildSlider("chemistry-sliders", name, setting, [Math.max(low - beyond, setting.step), high + beyond]);
     }
     this.buildAxis();
+    this.buildShade();
     this.buildSearch();
     this.render();
     this.renderCharts(this.answer(this.state));
@@ -174,6 +181,27 @@ class Explorer {
       this.axis = choice.value;
       this.render();
     });
+  }
+
+  /** The choice of the interval that charts show; hidden if there is but one. */
+  buildShade() {
+    const choice = document.getElementById("shaded");
+    for (const [origin, { title }] of Object.entries(this.content.origins)) {
+      choice.append(element("option", { value: origin }, title));
+    }
+    choice.value = this.shaded;
+    document.getElementById("shade").hidden = this.further.length === 0;
+    choice.addEventListener("change", () => {
+      this.shaded = choice.value;
+      this.render();
+    });
+  }
+
+  /** A band whose ends are those of the interval that charts show; NaN where it is not known. */
+  shade(band) {
+    if (this.shaded === "scatter") return band;
+    const { lower = NaN, upper = NaN } = band.further[this.shaded] ?? {};
+    return { ...band, lower, upper };
   }
 
   buildSearch() {
@@ -234,11 +262,21 @@ class Explorer {
 
   renderResults(found) {
     const list = document.getElementById("results");
-    const item = (label, text, below, warn) =>
-      element("div", warn ? { class: "warn" } : {}, element("dt", {}, label), element("dd", {}, text), element("dd", { class: "interval" }, below));
+    const item = (label, text, below, warn) => {
+      const lines = [below].flat().map((line) => element("dd", { class: "interval" }, line));
+      return element("div", warn ? { class: "warn" } : {}, element("dt", {}, label), element("dd", {}, text), ...lines);
+    };
+    const between = ({ lower, upper }) => `${digits(lower)} to ${digits(upper)}`;
     const rows = Object.entries(RESULTS).map(([name, { label, unit, factor }]) => {
-      const { value, lower, upper } = times(found[name], factor);
-      return item(label, `${digits(value)} ${unit}`, `${digits(lower)} to ${digits(upper)}`, found.outside.length > 0);
+      const band = times(found[name], factor);
+      const others = this.further.map((origin) => {
+        const interval = band.further[origin];
+        const words = interval ? between(interval) : this.fingerprint.missing(origin, this.state.fill_ratio);
+        return `${this.content.origins[origin].title}: ${words}`;
+      });
+      // The scatter is named only where there is something to tell it from.
+      const below = others.length ? [`scatter: ${between(band)}`, ...others] : between(band);
+      return item(label, `${digits(band.value)} ${unit}`, below, found.outside.length > 0);
     });
     const { value, lower, upper, outside } = found.yield_percent;
     const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
@@ -278,7 +316,7 @@ class Explorer {
     const line = (key, named, colour, scale) => ({
       name: named,
       colour,
-      bands: answers.map((answer) => times(answer[key], scale)),
+      bands: answers.map((answer) => (key === "yield_percent" ? answer[key] : this.shade(times(answer[key], scale)))),
       now: times(found[key], scale),
       dashed: key === "yield_percent" ? answers.map((answer) => answer[key].outside.length > 0) : null,
     });

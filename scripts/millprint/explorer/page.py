@@ -8,6 +8,7 @@ from scipy.stats import norm
 from millprint.config.averaging import INPUTS
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
 from millprint.config.proposals import PredictionConfig
+from millprint.fingerprint.bands import FURTHER, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.inputs import read_content
 from millprint.fingerprint.search import GRID
@@ -42,6 +43,7 @@ def explorer_page(content: dict) -> str:
         contacts=[about["contact"] for about in abouts],
         conditions=sum(len(stored["inputs"]["fill_ratio"]) for stored in content["fingerprints"]),
         runs=len(content["yield"]["members"][0]["target"]),
+        origins=content["origins"],
         style=embed_files(FOLDER, "page.css"),
         scripts=embed_files(FOLDER, *SCRIPTS),
         content=embed_json(content),
@@ -59,13 +61,20 @@ def explorer_content(
 ) -> dict:
     """Everything that the page computes from, as plain values.
 
-    fingerprints: fingerprint_CONTACT.json files of one mill; yield_model: a stored averaged Gaussian process;
-    request: what the user of the mill can set; prediction: how far beyond the trained range a yield is still
-    answered; level: of the yield's interval [-]. Raises ConfigError for a file that is not what it should be.
+    fingerprints: fingerprint_CONTACT.json files of one mill, with further intervals or without; yield_model: a stored
+    averaged Gaussian process; request: what the user of the mill can set; prediction: how far beyond the trained range
+    a yield is still answered; level: of the yield's interval [-]. Raises ConfigError for a file that is not what it
+    should be.
     """
     contents = [read_content(path) for path in fingerprints]
-    # Only the data of the processes are needed, without format and file name.
-    kept = [{key: content[key] for key in ("about", "inputs", "processes")} for content in contents]
+    # Only the data of the processes and the factors are needed, without format and file name.
+    kept = [
+        {key: content[key] for key in ("about", "inputs", "processes")} | _further(content, str(path))
+        for content, path in zip(contents, fingerprints, strict=True)
+    ]
+    origins = {"scatter": SCATTER} | {
+        name: about for name, about in FURTHER.items() if any(name in own for own in kept)
+    }
     return {
         "name": name,
         "title": title,
@@ -73,6 +82,7 @@ def explorer_content(
         "descriptors": list(TARGET_DESCRIPTORS),
         "widths": [float(norm.ppf(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
         "fingerprints": kept,
+        "origins": {name: about._asdict() for name, about in origins.items()},
         "yield": yield_content(yield_model, prediction, level),
         "sliders": sliders([content["about"] for content in contents], request),
         "chemistry": chemistry(yield_model),
@@ -82,6 +92,16 @@ def explorer_content(
             "targets": {target.name: target.given for target in request.targets if target.like is None},
         },
     }
+
+
+def _further(content: dict, source: str) -> dict:
+    """The factors of every further origin of intervals that a fingerprint has, as far as the page needs them."""
+    found = {}
+    for origin in FURTHER:
+        if origin in content:
+            factors = checked_factors(content[origin], origin, content["about"], f"{source}: {origin}")
+            found[origin] = factors.model_dump(mode="json", include={"fill_ratios", "factors", "probability"})
+    return found
 
 
 def yield_content(path: str | Path, prediction: PredictionConfig, level: float) -> dict:
