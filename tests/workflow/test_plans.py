@@ -1,10 +1,12 @@
 """What Snakemake plans for other configurations."""
 
+import re
+
 import pytest
 import yaml
 from snakemake.utils import update_config
 
-from tests.workflow.conftest import CONFIG, run_snakemake
+from tests.workflow.conftest import CONFIG, copy_planetary, jobs_of, run_snakemake
 
 
 def smoke_content(project) -> dict:
@@ -48,3 +50,26 @@ def test_the_chapters_can_have_a_planetary_mill(project):
     plan = planned(project, content, "chapter5")
     for name in ("regimes", "next_experiments"):
         assert f"results/yield/{name}.tsv" in plan
+
+
+def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
+    """Six settings beside the reference, two seeds each; no sweep of the thesis, and no case twice."""
+    content = smoke_content(project)
+    content["convergence"]["study"] = {"seeds": 2}
+    copy_planetary(project / "config/mills")
+    plan = planned(project, content, "convergence", "--config", "mill=mine")
+    assert jobs_of(plan) == {"compile_kernels": 1, "convergence": 1, "run_dem_case": 14, "study_settings": 1}
+    for change in ("", "_y0.615", "_y6.15", "_facets24", "_facets96"):
+        assert f"DEM mine/calibrated/d10_f0.15_n300{change}_s1" in plan
+    assert len(set(re.findall(r"d10_f0.15_n300_dt\S+_s0", plan))) == 2
+    assert "results/convergence/mine/verdict.txt" in plan
+
+
+def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):
+    content = smoke_content(project)
+    copy_planetary(project / "config/mills")
+    file = project / "config/mills/mine.yaml"
+    mill = yaml.safe_load(file.read_text())
+    del mill["sweep"]
+    file.write_text(yaml.safe_dump(mill))
+    assert "derive_sweep" in jobs_of(planned(project, content, "convergence", "--config", "mill=mine"))

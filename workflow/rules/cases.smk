@@ -6,6 +6,7 @@ from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import enlarged, large_case, mill_cases
+from millprint.fingerprint.study_cases import study_variants
 
 MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
@@ -56,13 +57,49 @@ def dumped(mill) -> dict:
     return mill.model_dump(mode="json", exclude={"sweep"})
 
 
-def cases_of_mill(name: str) -> dict:
-    """The cases of a mill's own sweep, by their path. If its file has no sweep, the checkpoint that derives it runs first."""
+def sweep_of_mill(name: str):
+    """The mill with its own sweep. If its file has no sweep, the checkpoint that derives it runs first."""
     mill = mill_named(name)
     if mill.sweep is None:
         with open(checkpoints.derive_sweep.get(mill=name).output.sweep) as file:
             mill = mill.model_copy(update={"sweep": MillSweepConfig(**json.load(file))})
-    return {case.path: case for case in mill_cases(mill, CONFIG.mills)}
+    return mill
+
+
+def cases_of_mill(name: str) -> dict:
+    """The cases of a mill's own sweep, by their path."""
+    return {case.path: case for case in mill_cases(sweep_of_mill(name), CONFIG.mills)}
+
+
+def study_of(name: str) -> list:
+    """The variants of one condition of a mill's sweep that tell whether its settings are good enough."""
+    contact, study = CONTACTS[CONFIG.mills.contact_set], CONFIG.convergence.study
+    taken = {path: case for known in (CASES, *SETUP_CASES.values()) for path, case in known.items()}
+    with stop_on_bad_input():
+        return study_variants(sweep_of_mill(name), contact, CONFIG.mills, CONFIG.dem, study, taken)
+
+
+def study_plan(name: str) -> list[dict]:
+    """The variants as plain values, with the paths of their cases."""
+    return [
+        {
+            "setting": each.setting,
+            "factor": each.factor,
+            "value": each.value,
+            "paths": [case.path for case in each.cases],
+        }
+        for each in study_of(name)
+    ]
+
+
+def study_summaries(name: str) -> list[str]:
+    """The summary files of all variants of a mill."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for each in study_plan(name) for path in each["paths"]]
+
+
+def swept_cases(name: str) -> dict:
+    """The cases of a mill's own sweep and of the study of its settings, by their path."""
+    return {case.path: case for each in study_of(name) for case in each.cases} | cases_of_mill(name)
 
 
 def mill_summaries(name: str) -> list[str]:
@@ -83,6 +120,8 @@ def case_at(wildcards):
         if path in known:
             return known[path]
     own = cases_of_mill(wildcards.mill) if wildcards.mill in SWEPT_MILLS else {}
+    if own and path not in own:
+        own = swept_cases(wildcards.mill)
     with stop_on_bad_input():
         if path not in own:
             raise ConfigError(
@@ -99,7 +138,7 @@ def resources_at(wildcards):
 
 def names_of_long_cases() -> list[str]:
     """Names of the cases that need a cluster job of their own, of all cases that are known before the run."""
-    swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in cases_of_mill(name).values()]
+    swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in swept_cases(name).values()]
     measured = [case for cases in SETUP_CASES.values() for case in cases.values()]
     known = [*CASES.values(), *swept, *SCALE_UP_CASES.values(), *measured]
     with stop_on_bad_input():

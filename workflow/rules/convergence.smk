@@ -34,7 +34,7 @@ rule choose_time_step:
         f"{LOGS}/convergence/choose_time_step.log",
     localrule: True
     params:
-        settings=settings("convergence"),
+        settings=CONFIG.convergence.model_dump(mode="json", exclude={"study"}),
         configured_s=CONFIG.dem.time_step_s,
         library=library("choose_time_step.py"),
     message:
@@ -117,9 +117,3 @@ if STEP_STUDY:
     ]
 if summaries_over("young_moduli_gpa"):
     CONVERGENCE_OUTPUTS += [*rules.tabulate_modulus.output, *rules.plot_modulus.output]
-
-
-rule convergence:
-    input:
-        CONVERGENCE_OUTPUTS,
-    localrule: True

@@ -10,6 +10,7 @@ from millprint.config.section import Count, Fraction, Name, NonNegative, Positiv
 TARGET_DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+Factors = Annotated[list[Annotated[float, Field(ge=0.01, le=100)]], Field(min_length=1, max_length=8)]
 
 
 class LikeConfig(Section):
@@ -140,6 +141,41 @@ class FingerprintConfig(Section):
     """inverse mode (Sec. 3.3.4)"""
 
 
+class StudyConfig(Section):
+    """Whether the settings of the sweep of the run's mill are good enough: target `convergence`.
+
+    One condition (first speed, first balls, middle fill ratio) is simulated again, each setting changed alone.
+    """
+
+    seeds: Annotated[int, Field(ge=2, le=100)] = 6
+    """starting positions that each variant is simulated with"""
+    step_factors: Factors = [0.5, 2.0]
+    """factors on the time step; the largest under 1 decides [-]"""
+    modulus_factors: Factors = [0.3, 3.0]
+    """factors on Young's modulus; the smallest over 1 decides [-]"""
+    facet_factors: Factors = [0.5, 2.0]
+    """factors on the number of facets around the vessel; the smallest over 1 decides [-]"""
+    tolerance_percent: Annotated[float, Field(gt=0, le=100)] = 5.0
+    """a change of a descriptor up to this does not matter [%]"""
+    confidence: Fraction = 0.95
+    """probability that no verdict is wrong by chance [-]"""
+
+    @model_validator(mode="after")
+    def _each_setting_is_also_refined(self) -> "StudyConfig":
+        refined = {
+            "step_factors": (min(self.step_factors) < 1, "under 1, a finer step"),
+            "modulus_factors": (max(self.modulus_factors) > 1, "over 1, a stiffer ball"),
+            "facet_factors": (max(self.facet_factors) > 1, "over 1, a smoother wall"),
+        }
+        for key, (is_refined, wanted) in refined.items():
+            values = getattr(self, key)
+            if 1 in values or len(set(values)) < len(values):
+                raise ValueError(f"{key} = {values}: must differ from 1, the sweep's own setting, and from each other")
+            if not is_refined:
+                raise ValueError(f"{key} = {values}: at least one must be {wanted}")
+        return self
+
+
 class ConvergenceConfig(Section):
     """How the sweeps over time_steps_s and over young_moduli_gpa are judged.
 
@@ -154,3 +190,4 @@ class ConvergenceConfig(Section):
     """probability that no comparison of a sweep is taken for a deviation by chance [-]"""
     closure_max: Fraction = 0.001
     """largest energy balance error over the wall work at a step that passes [-]"""
+    study: StudyConfig = StudyConfig()

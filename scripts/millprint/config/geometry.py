@@ -1,7 +1,7 @@
 """Shapes of vessels and of solid bodies inside them, by a few parameters or from a file of triangles."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,8 @@ class GeometrySection(Section):
     """The keys of a shape, whose `kind` is that of its record in `millprint.mill.shapes`."""
 
     kind: str
+    # The key of the number of flat facets around the body; None for a shape that is not round, or from a file.
+    facets_key: ClassVar[str | None] = None
 
     def origin(self) -> tuple[str, str]:
         """Where the shape comes from, and what to correct where its volume is wrong, for a refusal."""
@@ -54,6 +56,7 @@ class StadiumGeometry(GeometrySection):
     """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
 
     kind: Literal["stadium"]
+    facets_key = "facets_per_half_circle"
     end_radius_mm: Size
     """radius of the two round ends [mm]"""
     straight_mm: Size
@@ -91,6 +94,7 @@ class CylinderGeometry(DrumGeometry):
     """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
+    facets_key = "facets"
     radius_mm: Size
     """radius, on which the facets' edges lie [mm]"""
     height_mm: Size
@@ -138,6 +142,7 @@ class LifterDrumGeometry(DrumGeometry):
     """A lying or upright drum of flat facets with lifters on its shell."""
 
     kind: Literal["lifter_drum"]
+    facets_key = "facets"
     radius_mm: Size
     """inner radius of the shell, on which the facets' edges lie [mm]"""
     length_mm: Size

@@ -142,6 +142,7 @@ class Case(Section):
     young_modulus_gpa: float | None = None
     amplitude_mm: float | None = None
     density_kg_m3: float | None = None
+    facets: int | None = None
     time_step_s: float | None = None
     rayleigh_fraction: float | None = None
     rayleigh_fraction_max: float | None = None
@@ -162,6 +163,7 @@ class Case(Section):
             "y": self.young_modulus_gpa,
             "a": self.amplitude_mm,
             "rho": self.density_kg_m3,
+            "facets": self.facets,
             "dt": self.time_step_s,
             "e": self.disturbance_m,
         }
@@ -199,7 +201,7 @@ _VARIED = {
 
 def expand_sweep(sweep: SweepConfig, dem: DemConfig, mill: str) -> list[Case]:
     """Every case of a sweep, of the default `mill` where it names none, with its own durations or those of `dem`."""
-    given = {key: getattr(sweep, key) for key in Case.model_fields if key not in {*_VARIED, "mixture"}}
+    given = {key: getattr(sweep, key) for key in SweepConfig.model_fields if key in Case.model_fields}
     given |= {key: getattr(dem, key) for key in ("settle_s", "discard_s", "window_s") if given[key] is None}
     lists = [getattr(sweep, key) or [mill if key == "mills" else None] for key in _VARIED.values()]
     combined = (dict(zip(_VARIED, values, strict=True)) for values in itertools.product(*lists))
@@ -232,13 +234,30 @@ def overridden(case: Case, mill: MillConfig, contact: ContactConfig) -> tuple[Mi
 
 
 def mill_of(case: Case, mill: MillConfig) -> MillConfig:
-    """The mill as a case runs it, with the case's own amplitude if it has one.
+    """The mill as a case runs it, with the case's own amplitude and number of facets if it has them.
 
-    Raises ConfigError for an amplitude of a mill whose motion has no radius A of a circle, or one out of bounds.
+    Raises ConfigError for an amplitude of a mill whose motion has no radius A of a circle, for facets of a vessel that
+    is not round or comes from a file, and for either out of bounds.
     """
-    if case.amplitude_mm is None:
-        return mill
-    return mill.model_copy(update={"motion": _with_amplitude(case.amplitude_mm, mill)})
+    changed: dict[str, Section] = {}
+    if case.amplitude_mm is not None:
+        changed["motion"] = _with_amplitude(case.amplitude_mm, mill)
+    if case.facets is not None:
+        changed["geometry"] = _with_facets(case.facets, mill)
+    return mill.model_copy(update=changed) if changed else mill
+
+
+def _with_facets(facets: int, mill: MillConfig) -> Section:
+    """The vessel of a mill with another number of flat facets around it."""
+    shape = mill.geometry
+    if shape.facets_key is None:
+        raise ConfigError(f"mill {mill.name}: facets = {facets}: the geometry is a {shape.kind}, which has no facets")
+    try:
+        return type(shape).model_validate({**shape.model_dump(), shape.facets_key: facets})
+    except ValidationError as error:
+        raise ConfigError(
+            f"mill {mill.name}: {shape.facets_key} = {facets}: {error.errors()[0]['msg'].lower()}"
+        ) from None
 
 
 def _with_amplitude(amplitude_mm: float, mill: MillConfig) -> MotionSection:

@@ -79,17 +79,26 @@ def _over_seeds(runs: pd.DataFrame, quantities: list[str], descending: bool) -> 
     return table.reset_index().sort_values([*SERIES, "varied"], ascending=[True] * len(SERIES) + [not descending])
 
 
-def _deviations(series: pd.DataFrame, quantity: str) -> pd.DataFrame:
+def pooled_variance(mean: pd.Series, error: pd.Series, seeds: pd.Series) -> float:
+    """Variance between seeds over the squared mean [-], pooled over rows; NaN where no row has two seeds.
+
+    error: standard errors of the means, empty for one seed; v = sum (n_i - 1) (s_i / m_i)^2 / sum (n_i - 1).
+    """
+    relative = (error / mean) ** 2 * seeds
+    freedom = (seeds - 1).sum()
+    return ((seeds - 1) * relative.fillna(0.0)).sum() / freedom if freedom else np.nan
+
+
+def deviations(series: pd.DataFrame, quantity: str) -> pd.DataFrame:
     """Deviation of each row from the first [%], and its standard error [%].
 
+    series: the quantity, its standard error (column_of) and `seeds`, a row for each value; the first is the reference.
     The spread between seeds is taken as the same fraction of the mean in every row, and pooled: few seeds say little
-    of it, many rows more. v = sum (n_i - 1) (s_i / m_i)^2 / sum (n_i - 1); se = m_i / m_0 sqrt(v (1/n_i + 1/n_0)).
+    of it, many rows more. v as of `pooled_variance`; se = m_i / m_0 sqrt(v (1/n_i + 1/n_0)).
     """
     mean, seeds = series[quantity], series["seeds"]
     ratio = mean / mean.iloc[0]
-    relative = (series[column_of(quantity, "se")] / mean) ** 2 * seeds
-    freedom = (seeds - 1).sum()
-    variance = ((seeds - 1) * relative.fillna(0.0)).sum() / freedom if freedom else np.nan
+    variance = pooled_variance(mean, series[column_of(quantity, "se")], seeds)
     error = ratio * np.sqrt(variance * (1 / seeds + 1 / seeds.iloc[0]))
     error.iloc[0] = 0.0
     return pd.DataFrame(
@@ -113,7 +122,7 @@ def convergence_table(summaries: list[dict], varied: str, rule: str, further: li
     runs = pd.DataFrame([run_row(summary, varied, rule, further) for summary in summaries])
     table = _over_seeds(runs, quantities, descending=VARIED[varied])
     for quantity in quantities:
-        pieces = [_deviations(series, quantity) for _, series in table.groupby(SERIES, sort=False)]
+        pieces = [deviations(series, quantity) for _, series in table.groupby(SERIES, sort=False)]
         table = table.join(pd.concat(pieces))
     front = [*SERIES, varied, *(name for name in ("time_step_s", "young_modulus_gpa") if name != varied)]
     front += ["rayleigh_fraction", "balls", "seeds", "revolutions", "counting_rule"]

@@ -70,7 +70,7 @@ def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, configured_s: 
     # A step is a little smaller than requested, so that a whole number of them makes an energy sample.
     holds = largest is not None and configured_s <= largest * 1.01
     return {
-        "criteria": settings.model_dump(),
+        "criteria": settings.model_dump(exclude={"study"}),
         "configured_step_s": configured_s,
         "largest_step_s": largest,
         "configured_step_holds": holds,

@@ -1,0 +1,249 @@
+"""The study of a mill's settings: its variants, the rule of its verdict on made-up runs, its line, its files."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from pydantic import ValidationError
+
+import study_settings
+from millprint.config.contact import ContactConfig
+from millprint.config.fingerprint import StudyConfig
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.config.sweep import DemConfig, mill_of
+from millprint.dem.timestep import rayleigh_time
+from millprint.errors import ConfigError
+from millprint.fingerprint.cases import mill_cases
+from millprint.fingerprint.study import (
+    BAD,
+    GOOD,
+    UNKNOWN,
+    UNTESTED,
+    changes_of_halves,
+    check_study,
+    conclude,
+    judge,
+    study_row,
+    tabulate_study,
+    tabulate_window,
+)
+from millprint.fingerprint.study_cases import study_variants
+from millprint.mill.vessel import build_vessel
+from tests.unit.synthetic_mill import summary
+
+ROOT = Path(__file__).parents[2]
+STUDY = StudyConfig()
+VARIANTS = (("reference", 1.0), ("time_step", 0.5), ("time_step", 2.0), ("stiffness", 3.0), ("facets", 2.0))
+
+
+def mill_named(name: str) -> MillConfig:
+    return load_named(str(ROOT / "config/mills"), name, MillConfig, "mill")
+
+
+CALIBRATED = load_named(str(ROOT / "config/contacts"), "calibrated", ContactConfig, "contact set")
+MILLS = MillsConfig(contact="calibrated")
+
+
+def made_run(seed: int, noise: float, drift: float = 0.0) -> dict:
+    """A run whose powers are 1 + noise times those of the mill, and rise by `drift` of the mean over its window."""
+    made = summary(seed=seed, noise=noise)
+    for name, energies in made["per_revolution"].items():
+        ramp = 1 + drift * np.linspace(-0.5, 0.5, len(energies))
+        made["per_revolution"][name] = list(np.mean(energies) * ramp)
+    return made | {"young_modulus_pa": 2.05e9, "time_step_s": 2e-6, "processor_s": 1.0}
+
+
+def made_study(spread=0.005, effects=(), seeds=6, drift=0.0, random=1):
+    """Runs of VARIANTS; effects: relative change of the powers of a setting's variants."""
+    rng, effects = np.random.default_rng(random), dict(effects)
+    return {
+        variant: [
+            made_run(seed, effects.get(variant[0], 0.0) + spread * rng.standard_normal(), drift + 0.01 * rng.normal())
+            for seed in range(seeds)
+        ]
+        for variant in VARIANTS
+    }
+
+
+def concluded(study: StudyConfig = STUDY, sweep_seeds=1, **changes) -> dict:
+    runs = made_study(**changes)
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    halves = changes_of_halves([run for group in runs.values() for run in group])
+    return conclude("mine", check_study(table, halves, sweep_seeds, study), study)
+
+
+def test_settings_that_change_nothing_are_good_enough():
+    found = concluded()
+    assert found["verdict"] == GOOD
+    assert found["settings"] == dict.fromkeys(("time_step", "stiffness", "facets", "window", "seeds"), GOOD)
+    assert found["line"].startswith("mine: the settings of the sweep are good enough: time step, stiffness, facets,")
+    assert "change no descriptor by more than 5 %" in found["line"] and "\n" not in found["line"]
+
+
+def test_a_setting_that_changes_a_descriptor_is_named_with_what_to_do():
+    found = concluded(effects={"stiffness": 0.2})
+    assert found["verdict"] == BAD
+    assert found["settings"]["stiffness"] == BAD and found["settings"]["time_step"] == GOOD
+    assert "not good enough: 3 times the stiffness, " in found["line"] and "+20 ± " in found["line"]
+    assert "raise young_modulus_gpa of the contact set" in found["line"]
+
+
+def test_scatter_that_hides_a_change_is_undecided_and_says_how_many_seeds_would_show_it():
+    found = concluded(spread=0.05, seeds=4, sweep_seeds=100)
+    assert found["verdict"] == UNKNOWN and found["settings"]["seeds"] == GOOD
+    assert "is undecided: the scatter between seeds hides a change of 5 %" in found["line"]
+    needed = max(check["seeds"] or 0 for check in found["checks"])
+    assert needed > 4
+    more = concluded(spread=0.05, seeds=4 * needed, sweep_seeds=100)
+    assert more["verdict"] == GOOD
+
+
+def test_a_window_in_which_the_power_still_rises_is_not_good_enough():
+    """A rise by 30 % of the mean over the window: the halves differ by some 15 %."""
+    found = concluded(drift=0.3)
+    assert found["settings"]["window"] == BAD and found["settings"]["stiffness"] == GOOD
+    assert re.search(r"window, \w+ power \+1[5-8] ± ", found["line"]) and "raise sweep.discard_turns" in found["line"]
+
+
+def test_a_sweep_with_too_few_seeds_is_told_how_many_it_needs():
+    """10 % between seeds: 1.96 x 10 / sqrt(n) is within 5 % from about 16 seeds on."""
+    found = concluded(spread=0.1, seeds=40)
+    assert found["settings"]["seeds"] == BAD
+    needed = [check["seeds"] for check in found["checks"] if check["setting"] == "seeds" and check["seeds"]]
+    assert 11 < max(needed) < 23
+    assert f"give sweep.seeds {max(needed)} seeds" in found["line"]
+    assert concluded(spread=0.1, seeds=40, sweep_seeds=40)["settings"]["seeds"] == GOOD
+
+
+def test_only_refinements_decide():
+    """A coarser step that changes much says that the step cannot be doubled, not that it is too long."""
+    runs = made_study()
+    runs[("time_step", 2.0)] = [made_run(seed, 0.4) for seed in range(6)]
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    halves = changes_of_halves([run for group in runs.values() for run in group])
+    checks = check_study(table, halves, 1, STUDY)
+    assert conclude("mine", checks, STUDY)["verdict"] == GOOD
+    assert any(check.verdict == BAD and check.factor == 2.0 for check in checks)
+
+
+def test_a_change_as_large_as_the_tolerance_is_rarely_taken_for_good_and_rarely_for_bad():
+    """At the tolerance itself both errors are possible: the first in 5 %, the second in 5 % over 20 comparisons."""
+    rng, number = np.random.default_rng(2), 4000
+    found = [judge(5.0 + rng.normal(), float(np.sqrt(rng.chisquare(20) / 20)), 20, 20, STUDY) for _ in range(number)]
+    assert found.count(GOOD) / number == pytest.approx(0.05, abs=0.015)
+    assert found.count(BAD) / number == pytest.approx(0.0025, abs=0.0025)
+
+
+def test_one_seed_decides_nothing():
+    assert judge(0.0, float("nan"), 0, 5, STUDY) == UNKNOWN
+
+
+def test_the_window_settles_to_its_own_mean():
+    table = tabulate_window([made_run(seed, 0.0, 0.3) for seed in range(3)])
+    assert table["turns"].tolist() == list(range(1, 11))
+    # The first of ten turns is 15 % under the mean of a rise by 30 %.
+    assert table["normal_power_change_percent"].iloc[0] == pytest.approx(-15)
+    assert table["normal_power_change_percent"].iloc[-1] == pytest.approx(0)
+
+
+def test_variants_change_one_setting_of_one_condition():
+    mill = mill_named("planetary")
+    variants = study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {})
+    assert [(v.setting, v.factor) for v in variants] == [
+        ("reference", 1.0), ("time_step", 0.5), ("time_step", 2.0), ("stiffness", 0.3), ("stiffness", 3.0),
+        ("facets", 0.5), ("facets", 2.0),
+    ]  # fmt: skip
+    reference = variants[0].cases
+    assert [case.seed for case in reference] == [0, 1, 2, 3, 4, 5]
+    assert (reference[0].speed_rpm, reference[0].ball_diameter_mm, reference[0].fill_ratio) == (300, 10, 0.15)
+    # The sweep has the same case, so that it is simulated once.
+    assert reference[0] in mill_cases(mill, MILLS)
+    rayleigh = rayleigh_time(0.005, 7700, 2.05e9, 0.235)
+    assert variants[1].cases[0].time_step_s == pytest.approx(0.5 * 0.024 * rayleigh, rel=1e-3)
+    assert variants[4].cases[0].young_modulus_gpa == pytest.approx(6.15)
+    assert [variant.cases[0].facets for variant in variants[5:]] == [24, 96]
+    names = [case.path for variant in variants for case in variant.cases]
+    assert len(set(names)) == len(names)
+
+
+def test_a_step_that_is_not_allowed_and_facets_that_a_shape_lacks_are_left_out():
+    mill = mill_named("planetary")
+    box = mill.model_copy(
+        update={"geometry": mill.model_validate({**mill.model_dump(), "geometry": BOX}).geometry, "volume_ml": 250}
+    )
+    variants = study_variants(box, CALIBRATED, MILLS, DemConfig(rayleigh_fraction_max=0.04), STUDY, {})
+    assert [(v.setting, v.factor) for v in variants][1:] == [("time_step", 0.5), ("stiffness", 0.3), ("stiffness", 3.0)]
+
+
+BOX = {"kind": "box", "x_mm": 60, "y_mm": 60, "z_mm": 69.4}
+
+
+def test_a_seed_that_another_sweep_runs_otherwise_is_left_out():
+    mill = mill_named("planetary")
+    (first, *_), *_ = (v.cases for v in study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {}))
+    taken = {first.path: first.model_copy(update={"window_s": 9.0})}
+    variants = study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, taken)
+    assert all([case.seed for case in variant.cases] == [1, 2, 3, 4, 5, 6] for variant in variants)
+
+
+def test_facets_of_a_case_are_those_of_its_walls():
+    mill = mill_named("drum")
+    (reference, *_), *_ = (v.cases for v in study_variants(mill, CALIBRATED, MILLS, DemConfig(), STUDY, {}))
+    changed = reference.model_copy(update={"facets": 24})
+    assert len(build_vessel(mill_of(changed, mill)).facets) == 24 + 2
+    assert mill_of(reference, mill) is mill
+    with pytest.raises(ConfigError, match=r"mill drum: facets = 2: .*greater than or equal to 3"):
+        mill_of(reference.model_copy(update={"facets": 2}), mill)
+    box = mill.model_validate({**mill.model_dump(), "geometry": BOX})
+    with pytest.raises(ConfigError, match="the geometry is a box, which has no facets"):
+        mill_of(changed, box)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"step_factors": [1.0, 0.5]}, "must differ from 1"),
+        ({"step_factors": [2.0]}, "at least one must be under 1"),
+        ({"modulus_factors": [0.3]}, "at least one must be over 1"),
+        ({"facet_factors": [2.0, 2.0]}, "and from each other"),
+        ({"seeds": 1}, "greater than or equal to 2"),
+    ],
+)
+def test_factors_that_refine_nothing_are_refused(change, words):
+    with pytest.raises(ValidationError, match=words):
+        StudyConfig(**change)
+
+
+def test_the_script_writes_tables_figure_and_one_line(tmp_path):
+    variants = []
+    for (setting, factor), runs in made_study().items():
+        paths = [f"{setting}_{factor:g}_{seed}" for seed in range(len(runs))]
+        for path, run in zip(paths, runs, strict=True):
+            (tmp_path / path).mkdir()
+            (tmp_path / path / "summary.json").write_text(json.dumps(run))
+        variants.append({"setting": setting, "factor": factor, "value": 1.0, "paths": paths})
+    names = {"table": "study.tsv", "window": "window.tsv", "verdict": "verdict.json", "line": "verdict.txt"}
+    output = type("Output", (), {key: tmp_path / name for key, name in names.items()})
+    output.svg, output.png = tmp_path / "study.svg", tmp_path / "study.png"
+    found = study_settings.main(
+        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_3ms", study=STUDY
+    )
+    assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
+    written = yaml.safe_load((tmp_path / "verdict.json").read_text())
+    assert written["verdict"] == GOOD and written["reference"]["fill_ratio"] == 0.1
+    assert len((tmp_path / "study.tsv").read_text().splitlines()) == 1 + len(VARIANTS)
+    assert (tmp_path / "study.png").stat().st_size > 1000 and (tmp_path / "study.svg").stat().st_size > 1000
+
+
+def test_a_mill_whose_walls_have_no_facets_says_so():
+    runs = {variant: group for variant, group in made_study().items() if variant[0] != "facets"}
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    halves = changes_of_halves([run for group in runs.values() for run in group])
+    found = conclude("mine", check_study(table, halves, 1, STUDY), STUDY)
+    assert found["verdict"] == GOOD and found["settings"]["facets"] == UNTESTED
+    assert found["line"].endswith("; facets not tested")

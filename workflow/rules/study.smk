@@ -1,0 +1,41 @@
+"""Are the settings of a mill's sweep good enough? One condition of it, each setting changed alone."""
+
+STUDY = f"{RESULTS}/convergence/{{mill}}"
+
+
+rule study_settings:
+    input:
+        summaries=lambda wildcards: study_summaries(wildcards.mill),
+    output:
+        table=f"{STUDY}/study.tsv",
+        window=f"{STUDY}/window.tsv",
+        verdict=f"{STUDY}/verdict.json",
+        line=f"{STUDY}/verdict.txt",
+        svg=report(
+            f"{STUDY}/study.svg",
+            caption="../report/study.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "settings of the sweep"},
+        ),
+        png=f"{STUDY}/study.png",
+    log:
+        f"{LOGS}/convergence/{{mill}}_study.log",
+    localrule: True
+    params:
+        folder=f"{RESULTS}/dem",
+        variants=lambda wildcards: study_plan(wildcards.mill),
+        sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        study=CONFIG.convergence.study.model_dump(mode="json"),
+        library=library("study_settings.py"),
+    message:
+        "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"
+    script:
+        "../../scripts/study_settings.py"
+
+
+rule convergence:
+    input:
+        CONVERGENCE_OUTPUTS if CHAPTERS else [],
+        [output.format(mill=CONFIG.mill) for output in rules.study_settings.output],
+    localrule: True
