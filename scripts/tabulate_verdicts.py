@@ -37,7 +37,9 @@ def main(
         )
         for path in predictions
     ]
-    verdicts = give_verdicts(measured_points(read_measurements(measured, SETUPS)), pd.concat(tables), statuses)
+    points = measured_points(read_measurements(measured, SETUPS))
+    unknown = [name for name, setup in SETUPS.items() if not setup.known]
+    verdicts = give_verdicts(points, pd.concat(tables), statuses, unknown=unknown)
     write_table(verdicts, output.verdicts)
     write_table(count_verdicts(verdicts), output.counts)
     write_table(pd.DataFrame(assumed), output.assumptions)

@@ -77,7 +77,7 @@ def test_the_measured_table_is_whole():
 
 def test_rows_without_a_known_setup_stay_in_the_table():
     rows = read_measurements(MEASURED, SETUPS).set_index("id")
-    assert (rows.loc[["8a", "8b", "8c", "8d"], "setup"] == UNKNOWN).all()
+    assert (rows.loc[["8b", "8c", "8d"], "setup"] == UNKNOWN).all()
 
 
 @pytest.mark.parametrize(
@@ -195,6 +195,14 @@ def test_an_unknown_setup_is_shown_and_never_judged(tmp_path):
     )
     row = judge(points, predictions_of((np.nan, 50))).iloc[0]
     assert row["verdict"] == "set-up unknown"
+
+
+def test_an_order_of_magnitude_is_shown_without_a_verdict(tmp_path):
+    points = points_of(
+        tmp_path, {"setup": "spex_shaker", "value": "1 to 3", "x": "", "uncertainty": "", "uncertainty_unit": ""}
+    )
+    (row,) = judge(points, predictions_of((np.nan, 2.0)), unknown=["spex_shaker"]).to_dict("records")
+    assert (row["verdict"], row["predicted"], row["measured_uncertainty"]) == ("set-up unknown", 2.0, 1.0)
 
 
 def test_what_was_not_predicted_is_not_run(tmp_path):

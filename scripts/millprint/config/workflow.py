@@ -13,8 +13,8 @@ from millprint.config.partition import PartitionConfig
 from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
-from millprint.config.validation import ValidationConfig
 from millprint.config.uncertainty import UncertaintyConfig
+from millprint.config.validation import ValidationConfig
 from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 

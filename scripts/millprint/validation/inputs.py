@@ -44,6 +44,11 @@ class Inputs:
         """The measured places of a quantity."""
         return self.places.loc[self.places["quantity"] == quantity, "x"].dropna()
 
+    def ids_of_single(self, quantity: str) -> str:
+        """The id of a measured number without an x; empty if it was not measured."""
+        ids = self.places.loc[self.places["quantity"] == quantity, "id"]
+        return "" if ids.empty else str(ids.iloc[0])
+
     def ids_of(self, quantity: str) -> dict[float, str]:
         """The ids of the measured points of a quantity by their x."""
         points = self.places[self.places["quantity"] == quantity]

@@ -7,8 +7,9 @@ import pandas as pd
 DEM = "DEM"
 SCATTER = "scatter of seeds"
 CONTACT = "contact parameters"
+BALLS = "spread of the balls"
 # By what an interval is; both where the two are added.
-INTERVALS = ("", SCATTER, CONTACT, f"{SCATTER} and {CONTACT}")
+INTERVALS = ("", SCATTER, CONTACT, f"{SCATTER} and {CONTACT}", BALLS)
 PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")
 
 

@@ -15,6 +15,7 @@ from millprint.errors import ConfigError
 from millprint.validation.impacts import predict_alumina_impact, predict_elastic_impact
 from millprint.validation.inputs import PLACE_COLUMNS, Inputs
 from millprint.validation.predictions import check_predictions
+from millprint.validation.shaker import predict_ball_speeds
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Setup:
     """A set-up. The name is that of its section in the configuration.
 
     number: in the literature list of measured machines; title: in figures and tables; predict: its predictions from its
-    inputs, a table with PREDICTION_COLUMNS; assumptions: beside those that the files of mill and contact sets state.
+    inputs, a table with PREDICTION_COLUMNS; assumptions: beside those that the files of mill and contact sets state;
+    known: False where the source says too little, so that the prediction is an order of magnitude and is not judged.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Setup:
     title: str
     predict: Callable[[Inputs], pd.DataFrame]
     assumptions: tuple[Assumption, ...] = ()
+    known: bool = True
 
 
 SETUPS = {
@@ -63,6 +66,19 @@ SETUPS = {
             predict=predict_elastic_impact,
             assumptions=(
                 Assumption("sphere", "10 um, 5 m/s along the normal; the result has no scale", "Chung and Ooi 2011"),
+            ),
+        ),
+        Setup(
+            name="spex_shaker",
+            number="8",
+            title="Shaker mill of the class of SPEX 8000",
+            predict=predict_ball_speeds,
+            known=False,
+            assumptions=(
+                Assumption(
+                    "balls", "12.7 and 6.35 mm, 6 % of the vial", "sizes sold with such mills; not in the source"
+                ),
+                Assumption("speed", "17.5 Hz", "as commonly given; not in the source"),
             ),
         ),
     )

@@ -8,9 +8,11 @@
   measured value or of the mean size of the series, since a ratio says nothing near zero. The column `tolerance` has the
   number that was used.
 - `off`: anything else. The explanation is that of explanations.yaml, or `unexplained`.
-- `set-up unknown`: the source does not say enough for a prediction.
+- `set-up unknown`: the source does not say enough for a prediction. Where there is a number all the same, it is an
+  order of magnitude and is not judged.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import inf, isclose, nan
 from pathlib import Path
@@ -66,9 +68,12 @@ def tolerance_of(series: pd.DataFrame) -> pd.Series:
     return SHARE * sizes
 
 
-def verdict_of(point: dict, tolerance: float) -> str:
-    """The verdict on one measured number with its prediction; keys as in the columns of both tables."""
-    if point["setup"] == UNKNOWN:
+def verdict_of(point: dict, tolerance: float, unknown: Collection[str] = ()) -> str:
+    """The verdict on one measured number with its prediction; keys as in the columns of both tables.
+
+    unknown: set-ups of which too little is known.
+    """
+    if point["setup"] in (UNKNOWN, *unknown):
         return NO_SETUP
     predicted, measured = point["predicted"], point["measured"]
     if predicted != predicted:
@@ -106,11 +111,13 @@ def give_verdicts(
     predictions: pd.DataFrame,
     settings: dict[str, str],
     explanations: list[Explanation] = EXPLANATIONS,
+    unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
     points: of `measured_points`; predictions: of all set-ups that were run, together; settings: for each, whether its
-    settings are those that were fixed, in words. A set-up that was not run has the verdict `not run`.
+    settings are those that were fixed, in words; unknown: set-ups of which too little is known for a verdict. A set-up
+    that was not run has the verdict `not run`.
     Raises ValueError for a prediction in another unit than the measured value.
     """
     rows = []
@@ -121,7 +128,7 @@ def give_verdicts(
             if found["unit"] not in (None, point["unit"]):
                 raise ValueError(f"{id}: predicted in {found['unit']}, measured in {point['unit']}")
             both = {**point.to_dict(), **{name: value for name, value in found.items() if name != "unit"}}
-            verdict = verdict_of(both, tolerances[place])
+            verdict = verdict_of(both, tolerances[place], unknown)
             half = (point["measured_upper"] - point["measured_lower"]) / 2
             rows.append(
                 {
