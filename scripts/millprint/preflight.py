@@ -61,6 +61,7 @@ def check_before_running(
         except ConfigError as error:
             raise ConfigError(f"{source}: {error}") from None
         check_step_and_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
+    check_same_charges(cases, swept, source)
     # Last, because it takes longest.
     for place, group in groups:
         check_room(group, mills, bodies, place)
@@ -81,6 +82,18 @@ def check_before_running(
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
     """The cases of the own sweep of every mill that a target of results/mills may need."""
     return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
+
+
+def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], source: str) -> None:
+    """Refuse two charges of one name: a case of a sweep that is also in the sweep of its mill is simulated once."""
+    for mill, own in swept.items():
+        for case in own:
+            if case.path in cases and cases[case.path].mixture != case.mixture:
+                name = case.mixture.name if case.mixture else case.name
+                raise ConfigError(
+                    f"{source}: sweeps: ball_diameters_mm: charge {name} has other balls in the sweep of mill {mill}; "
+                    "give one of the two another name"
+                )
 
 
 def fills_of_media(cases: Iterable[Case]) -> dict[tuple[str, float], set[float]]:

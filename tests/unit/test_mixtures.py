@@ -5,15 +5,29 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
+from millprint.bench.cases import emax_jar, make_setup
+from millprint.calibration.drop_test import simulate_drops
+from millprint.config.bench import BenchConfig
+from millprint.config.checks import load_workflow
+from millprint.config.contact import ContactConfig
+from millprint.config.load import check_model, load_named
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.mixture import BallMixture
-from millprint.config.sweep import DemConfig, SweepConfig, ball_count, expand_sweep
+from millprint.config.sweep import Case, DemConfig, SweepConfig, ball_count, balls_of, expand_sweep
 from millprint.dem.packing import inside, pack_mixture
 from millprint.dem.run import balls_in_words
 from millprint.dem.summary import largest_overlap
-from millprint.errors import SimulationError
+from millprint.errors import ConfigError, SimulationError
+from millprint.fingerprint.preflight import fingerprint_faults
+from millprint.preflight import check_same_charges
+from millprint.surrogate.trajectory import read_attributes
+from tests.conftest import ROOT
+from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum
 
 BOND = BallMixture(name="bond", sizes_mm=(36.83, 29.72, 25.40, 19.05, 15.49), numbers=(43, 67, 10, 71, 94))
@@ -98,3 +112,102 @@ def test_an_overlap_counts_by_the_smaller_ball():
 def test_a_log_names_every_size():
     assert balls_in_words([3, 5], [36.83, 15.49]) == "8 balls: 3 of 36.83 mm, 5 of 15.49 mm"
     assert balls_in_words([8], [10]) == "8 balls of 10 mm"
+
+
+GOOD = {"name": "bond", "sizes_mm": [10, 5], "numbers": [1, 2]}
+
+
+def fault_of(*sizes) -> str:
+    """The one line that refuses a sweep with these ball sizes."""
+    content = {"speeds_rpm": [70], "ball_diameters_mm": list(sizes), "fill_ratios": [0.1, 0.2, 0.3]}
+    with pytest.raises(ConfigError) as caught:
+        check_model(content, MillSweepConfig, "mine.yaml")
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("size", "line"),
+    [
+        (-3, "ball_diameters_mm.0 = -3: input should be greater than 0"),
+        ("ten", "ball_diameters_mm.0 = 'ten': input should be a valid number, unable to parse string as a number"),
+        ([5], "ball_diameters_mm.0 = [5]: input should be a valid number"),
+        ({"name": "bond"}, "ball_diameters_mm.0.sizes_mm: this key is missing"),
+        ({**GOOD, "size": 3}, "ball_diameters_mm.0.size = 3: unknown key; did you mean sizes_mm?"),
+        ({**GOOD, "sizes_mm": [10, -5]}, "ball_diameters_mm.0.sizes_mm.1 = -5: input should be greater than 0"),
+        ({**GOOD, "sizes_mm": [10]}, "ball_diameters_mm.0: sizes_mm = [10.0]: must hold two sizes or more"),
+        ({**GOOD, "numbers": [1]}, "ball_diameters_mm.0: numbers = [1.0]: must hold one value for each of 2 sizes"),
+        ({**GOOD, "numbers": [1, True]}, "ball_diameters_mm.0.numbers = [1, True]: YAML reads yes, no"),
+        ({**GOOD, "name": "d10"}, "ball_diameters_mm.0: name = 'd10': that is how balls of one size are named"),
+    ],
+)
+def test_a_bad_size_is_refused_in_one_line(size, line):
+    assert fault_of(size).startswith(f"mine.yaml: {line}")
+
+
+def test_two_charges_of_one_name_are_refused():
+    assert "two charges have the name 'bond'" in fault_of(GOOD, {**GOOD, "numbers": [2, 1]})
+    assert "appears twice" in fault_of(GOOD, GOOD)
+
+
+def test_steps_are_compared_for_balls_of_one_size_only():
+    keys = {"name": "steps", "contacts": ["steel"], "fill_ratios": [0.2], "speeds_rpm": [70], "seeds": [0]}
+    with pytest.raises(ValidationError, match="charge bond: steps and moduli are compared for balls of one size"):
+        SweepConfig(**keys, ball_diameters_mm=[10, BOND], time_steps_s=[1e-6, 2e-6])
+    SweepConfig(**keys, ball_diameters_mm=[10, BOND], time_steps_s=[1e-6])
+
+
+def thesis_with(**changes) -> tuple[dict, dict]:
+    """The configuration of the thesis, and the first of its sweeps whose changed keys are written into it."""
+    content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    sweep = next(sweep for sweep in content["sweeps"] if "snapshot_interval_s" not in sweep)
+    sweep |= changes
+    return content, sweep
+
+
+def test_the_chapters_refuse_a_charge(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    content, _ = thesis_with(ball_diameters_mm=[10, GOOD])
+    config, _, _, cases = load_workflow(content, ["config/config.yaml"])
+    (fault,) = (line for line in fingerprint_faults(config, cases, "config/config.yaml") if "charge" in line)
+    assert fault.startswith("config/config.yaml: sweeps: ball_diameters_mm: charge bond: the chapters of the thesis")
+
+
+def test_a_charge_has_one_composition_in_a_run():
+    keys = {"mill": "drum", "contact": "steel", "fill_ratio": 0.2, "speed_rpm": 70, "seed": 0}
+    keys |= {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.1}
+    one, other = (Case(**keys, **balls_of(BallMixture(**{**GOOD, "numbers": n}))) for n in ([1, 2], [2, 1]))
+    check_same_charges({one.path: one}, {"drum": [one]}, "config.yaml")
+    with pytest.raises(ConfigError, match="charge bond has other balls in the sweep of mill drum"):
+        check_same_charges({one.path: one}, {"drum": [other]}, "config.yaml")
+
+
+def test_the_surrogates_refuse_a_charge(tmp_path):
+    write_sample(tmp_path / "run.h5", mixed=True)
+    with pytest.raises(ConfigError, match=r"run.h5: charge three has several ball sizes; the surrogate knows"):
+        read_attributes(tmp_path / "run.h5")
+
+
+STEEL = {
+    "name": "steel", "source": "a test", "restitution": 0.7, "static_friction": 0.3, "rolling_friction": 0.01,
+    "density_kg_m3": 7800, "young_modulus_gpa": 1, "poisson_ratio": 0.3,
+}  # fmt: skip
+
+
+def test_a_drop_is_on_a_wall():
+    """The given restitution, to which the drop is compared, is that of the floor."""
+    contact = ContactConfig(**STEEL, wall_restitution=0.4)
+    drops = simulate_drops(contact, 1e-5, 0.2, 0.01, [0.05])
+    assert drops["restitution_given"].tolist() == [0.4]
+    assert drops["restitution"].iloc[0] == pytest.approx(0.4, abs=0.01)
+
+
+def test_the_bench_refuses_walls_of_their_own():
+    contact, jar = (
+        ContactConfig(**STEEL, wall_static_friction=0.5),
+        emax_jar(load_named(ROOT / "config/mills", "emax", MillConfig, "mill")),
+    )
+    config = check_model(yaml.safe_load((ROOT / "config/bench.yaml").read_text()), BenchConfig, "bench.yaml")
+    with pytest.raises(ConfigError, match=r"config/contacts/steel.yaml: wall_\*: the bench has one law"):
+        make_setup(config, contact, jar, 10, 10)
+    make_setup(config, contact.at_wall, jar, 10, 10)

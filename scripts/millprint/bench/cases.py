@@ -118,11 +118,21 @@ def box_jar(config: BenchConfig, mill: MillConfig) -> Jar:
 
 
 def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float) -> Setup:
-    """The setup of some balls in a jar; raises ConfigError for a mill whose motion is no circle."""
+    """The setup of some balls in a jar; raises ConfigError for a mill whose motion is no circle.
+
+    LAMMPS is given one law for all contacts: a contact set with values of its own for walls is refused, and so is a jar
+    with ends without friction.
+    """
     if not isinstance(jar.mill.motion, CircleMotion):
         raise ConfigError(
             f"config/mills/{jar.mill.name}.yaml: motion.kind = {jar.mill.motion.kind!r}: the bench needs a circle"
         )
+    if contact.has_own_walls:
+        raise ConfigError(
+            f"config/contacts/{contact.name}.yaml: wall_*: the bench has one law for balls and walls; leave these out"
+        )
+    if jar.mill.geometry.smooth_axis:
+        raise ConfigError(f"config/bench.yaml: smooth_ends = true: jar {jar.name} of the bench has rough walls alone")
     diameter = diameter_mm / 1e3
     return Setup(jar, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
 

@@ -45,11 +45,12 @@ def simulate_drops(
 ) -> pd.DataFrame:
     """Drop one ball of a diameter [m] from each of `heights` [m]; e = (h_bounce / h_drop)^(1/2) (Eq. 3.19).
 
+    The floor is a wall: restitution_given is that of a ball at a wall.
     step_s: integration step [s], shortened to a fraction of the ball's Rayleigh time where it exceeds it.
     One row a height: contact, drop_height_mm, bounce_height_mm, restitution_given, restitution.
     Raises SimulationError.
     """
-    rows = []
+    rows, contact = [], contact.at_wall
     step = resolved_step(contact, diameter / 2, step_s, rayleigh_fraction_max)
     for height in heights:
         start = [0.0, 0.0, diameter / 2 + height]

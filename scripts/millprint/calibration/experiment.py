@@ -29,7 +29,7 @@ def fit_experiment(
     intervals [-]. Tables: track (as fitted), fit (a row a coefficient), profile, paths (of the fitted and of varied
     pairs) and swings (what those look like in numbers). Raises ConfigError and SimulationError.
     """
-    diameter = experiment.ball_diameter_mm * 1e-3
+    diameter, contact = experiment.ball_diameter_mm * 1e-3, contact.at_wall
     swing = make_swing(mills["mill"], contact, rayleigh_fraction_max, diameter, settings)
     if experiment.track:
         track = read_track(experiment.track)

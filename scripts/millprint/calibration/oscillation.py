@@ -74,6 +74,8 @@ def make_swing(
     rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]. Raises ConfigError if no such place is
     in the jar.
     """
+    # The ball meets nothing but the wall.
+    contact = contact.at_wall
     vessel, radius, release = build_vessel(mill), diameter / 2, settings.release
     axes = np.array([release.across, [-component for component in release.down]], dtype=float)
     axes /= np.linalg.norm(axes, axis=1)[:, None]

@@ -81,7 +81,7 @@ def collect_cases(config: WorkflowConfig, source: str) -> dict[str, Case]:
             if cases.setdefault(case.path, case) != case:
                 raise ConfigError(
                     f"{source}: sweeps.{sweep.name}: case {case.path} is also in sweep {origin[case.path]} with other "
-                    "durations, step, bounds or snapshots; a case can be simulated in one way only"
+                    "balls, durations, step, bounds or snapshots; a case can be simulated in one way only"
                 )
             origin.setdefault(case.path, sweep.name)
     return cases

@@ -4,6 +4,9 @@ from pydantic import Field
 
 from millprint.config.section import Name, NamedSection
 
+# Coefficients that a set may give for walls apart.
+PAIR_COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
+
 
 class ContactConfig(NamedSection):
     """One contact set, of balls with balls and, unless other values are given for it, of balls with walls."""
@@ -33,9 +36,15 @@ class ContactConfig(NamedSection):
 
     @property
     def at_wall(self) -> "ContactConfig":
-        """The set with the values of a wall in place of those of two balls."""
-        own = {name: getattr(self, f"wall_{name}") for name in ("restitution", "static_friction", "rolling_friction")}
-        return self.model_copy(update={name: value for name, value in own.items() if value is not None})
+        """The set with the values of a wall in place of those of two balls, and none for walls apart."""
+        own = {name: getattr(self, f"wall_{name}") for name in PAIR_COEFFICIENTS}
+        given = {name: value for name, value in own.items() if value is not None}
+        return self.model_copy(update={**given, **dict.fromkeys((f"wall_{name}" for name in own), None)})
+
+    @property
+    def has_own_walls(self) -> bool:
+        """Whether a wall has values of its own."""
+        return any(getattr(self, f"wall_{name}") is not None for name in PAIR_COEFFICIENTS)
 
     @property
     def without_friction(self) -> "ContactConfig":

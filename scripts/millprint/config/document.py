@@ -129,5 +129,5 @@ def _bounds(schema: dict) -> str:
     marks = [f"{sign} {schema[name]:g}" for name, sign in SIGNS.items() if name in schema]
     if choices or marks:
         return " or ".join(choices) or ", ".join(marks)
-    inner = [*schema.get("anyOf", []), *([schema["items"]] if "items" in schema else [])]
+    inner = [*schema.get("anyOf", []), *schema.get("oneOf", []), *([schema["items"]] if "items" in schema else [])]
     return next(filter(None, map(_bounds, inner)), "")

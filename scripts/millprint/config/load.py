@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from millprint.config.section import TRUTH, NamedSection, kind_of, nested_models
+from millprint.config.section import PLAIN_VALUE, TRUTH, NamedSection, kind_of, nested_models
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
@@ -24,13 +24,17 @@ Named = TypeVar("Named", bound=NamedSection)
 def _follow(model: type[BaseModel], place: tuple) -> tuple[type[BaseModel] | None, tuple]:
     """The model at `place` (the path of a fault), None if it is not one, and the path as the YAML file has it.
 
-    Where a section is one of several kinds, the path of a fault also names the kind, which the file does not.
+    Where a section is one of several kinds, or stands in place of a plain value, the path of a fault also names the
+    kind, which the file does not.
     """
     current: type[BaseModel] | None = model
     choices: list[type[BaseModel]] = []
     kept = []
     for step in place:
-        if len(choices) > 1 and step in map(kind_of, choices):
+        if step == PLAIN_VALUE:
+            current, choices = None, []
+            continue
+        if step in map(kind_of, choices):
             current = next(item for item in choices if kind_of(item) == step)
             choices = []
             continue
@@ -94,7 +98,9 @@ def _line(source: str | Sequence[str], model: type[BaseModel], error: ErrorDetai
     message = error["msg"].removeprefix("Value error, ")
     if error["type"] == "value_error":
         return f"{source}: {key}: {message}"
-    return f"{source}: {key} = {error['input']!r}: {message[0].lower()}{message[1:]}"
+    # An abbreviation keeps its capitals.
+    begin = message[:1] if message[:2].isupper() else message[:1].lower()
+    return f"{source}: {key} = {error['input']!r}: {begin}{message[1:]}"
 
 
 def check_model(content: object, model: type[Model], source: str | Sequence[str]) -> Model:

@@ -2,10 +2,10 @@
 
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from millprint.config.fingerprint import Range
-from millprint.config.mixture import BallSize
+from millprint.config.mixture import BallSize, check_charges
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Section, Seed
 
 Turns = Annotated[float, Field(ge=1, le=10_000)]
@@ -24,7 +24,7 @@ class MillSweepConfig(Section):
     """speeds of a mill that is set in rpm [rpm]"""
     speeds_hz: Speeds | None = None
     """speeds of a mill that is set in Hz [Hz]"""
-    ball_diameters_mm: Annotated[list[BallSize], Field(min_length=1, max_length=12)]
+    ball_diameters_mm: Annotated[list[BallSize], Field(min_length=1, max_length=12), AfterValidator(check_charges)]
     """ball diameters [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
     fill_ratios: Annotated[list[Fraction], Field(min_length=3, max_length=24)]
     """ball volume over the nominal volume [-]"""

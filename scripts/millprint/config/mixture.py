@@ -1,10 +1,11 @@
 """Charges of balls of several sizes: an element of `ball_diameters_mm` that is not a number."""
 
-from typing import Annotated
+import re
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from millprint.config.section import Name, Positive, Section
+from millprint.config.section import PLAIN_VALUE, Name, Positive, Section, first_repeated
 
 # Shares written with three decimals add up to 1 within this.
 SHARES_TOLERANCE = 2e-3
@@ -18,7 +19,7 @@ class BallMixture(Section):
 
     name: Name
     """name of the charge, in the names of its cases"""
-    sizes_mm: Annotated[tuple[Annotated[Positive, Field(le=1000)], ...], Field(min_length=2, max_length=12)]
+    sizes_mm: Annotated[tuple[Annotated[Positive, Field(le=1000)], ...], Field(max_length=12)]
     """ball diameters [mm]"""
     numbers: tuple[Positive, ...] | None = None
     """balls of each size; only their ratio counts, since the fill ratio gives the whole charge [-]"""
@@ -26,7 +27,18 @@ class BallMixture(Section):
     """share of each size in the ball volume, in place of numbers; they add up to 1 [-]"""
 
     @model_validator(mode="after")
+    def _name_is_of_no_single_size(self) -> "BallMixture":
+        # Cases of balls of one size are named after it: d10 is 10 mm.
+        if re.match(r"d\d", self.name):
+            raise ValueError(f"name = {self.name!r}: that is how balls of one size are named; give a word")
+        return self
+
+    @model_validator(mode="after")
     def _one_value_for_each_size(self) -> "BallMixture":
+        if len(self.sizes_mm) < 2:
+            raise ValueError(
+                f"sizes_mm = {list(self.sizes_mm)}: must hold two sizes or more; one size is a plain number"
+            )
         if (self.numbers is None) == (self.shares is None):
             raise ValueError("numbers, shares: give either the numbers of balls or their shares of the volume")
         key, values = ("numbers", self.numbers) if self.numbers is not None else ("shares", self.shares)
@@ -64,7 +76,23 @@ class BallMixture(Section):
         return counts
 
 
-BallSize = Positive | BallMixture
+def _kind_of_size(size: Any) -> str:
+    return BallMixture.__name__ if isinstance(size, dict | BallMixture) else PLAIN_VALUE
+
+
+# One of the two is meant, so that a fault is told of that one alone.
+BallSize = Annotated[
+    Annotated[Positive, Tag(PLAIN_VALUE)] | Annotated[BallMixture, Tag(BallMixture.__name__)],
+    Discriminator(_kind_of_size),
+]
+
+
+def check_charges(sizes: "list[float | BallMixture]") -> "list[float | BallMixture]":
+    """Refuse two charges of one name, which names their cases. Raises ValueError."""
+    repeated = first_repeated(mixture.name for mixture in set(filter(None, map(mixture_of, sizes))))
+    if repeated:
+        raise ValueError(f"two charges have the name {repeated!r}; give each a name of its own")
+    return sizes
 
 
 def diameter_of(size: "float | BallMixture") -> float:

@@ -15,6 +15,10 @@ Item = TypeVar("Item", bound=Hashable)
 TRUTH = "truth_value"
 
 
+# The name of the alternative, in the path of a fault, where a key holds a plain value or a section.
+PLAIN_VALUE = "(plain value)"
+
+
 class Section(BaseModel):
     """A mapping in a YAML file: unknown keys, NaN, infinity, and truth values for numbers or texts are refused."""
 

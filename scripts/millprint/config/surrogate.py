@@ -344,6 +344,8 @@ def _fault_of(case: Case | None, from_s: float, until_s: float) -> str | None:
         return "is in no sweep; add a sweep with snapshot_interval_s"
     if case.snapshot_interval_s is None:
         return "records no snapshots: its sweep needs snapshot_interval_s"
+    if case.mixture:
+        return f"has balls of several sizes (charge {case.mixture.name}); the surrogate knows balls of one size"
     if case.discard_s > from_s + 1e-9:
         begin = f"{case.discard_s:g} s of motion on: they are needed from {from_s:g} s"
         return f"has snapshots from {begin} (its sweep's discard_s)"

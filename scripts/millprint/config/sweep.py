@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, ValidationError, model_validator
 from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule, check_names
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import BallMixture, BallSize, diameter_of, mixture_of
+from millprint.config.mixture import BallMixture, BallSize, check_charges, diameter_of, mixture_of
 from millprint.config.motion import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 from millprint.errors import ConfigError
@@ -66,7 +66,7 @@ class SweepConfig(Section):
     """mills; the top-level mill if left out"""
     contacts: list[Name] = Field(min_length=1)
     """contact sets"""
-    ball_diameters_mm: list[BallSize] = Field(min_length=1)
+    ball_diameters_mm: Annotated[list[BallSize], AfterValidator(check_charges)] = Field(min_length=1)
     """ball diameters [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
     fill_ratios: list[Fraction] = Field(min_length=1)
     """ball volume over jar volume [-]"""
@@ -121,6 +121,12 @@ class SweepConfig(Section):
                     raise ValueError(f"{study} and {other} cannot both be given in one sweep")
         if (self.compares_steps or self.young_moduli_gpa) and 0 in self.speeds_rpm:
             raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
+        charges = [mixture.name for size in self.ball_diameters_mm if (mixture := mixture_of(size))]
+        if (self.compares_steps or self.young_moduli_gpa) and charges:
+            raise ValueError(
+                f"ball_diameters_mm: charge {charges[0]}: steps and moduli are compared for balls of one size; give "
+                "the size of its smallest ball, which needs the shortest step"
+            )
         return self
 
     @property

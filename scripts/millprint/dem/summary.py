@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 
+from millprint.config.contact import PAIR_COEFFICIENTS
 from millprint.dem.collisions import collision_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
@@ -13,9 +14,6 @@ from millprint.mill.bodies import ball_space_m3, travel_m
 
 # Smallest number of blocks for a standard error.
 FEWEST_BLOCKS = 8
-
-# Coefficients that a contact set may give for walls apart.
-PAIR_COEFFICIENTS = {"restitution", "static_friction", "rolling_friction"}
 
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
@@ -98,7 +96,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "restitution": contact.restitution,
         "static_friction": contact.static_friction,
         "rolling_friction": contact.rolling_friction,
-        **{f"wall_{name}": value for name, value in contact.at_wall.model_dump(include=PAIR_COEFFICIENTS).items()},
+        **{f"wall_{name}": getattr(contact.at_wall, name) for name in PAIR_COEFFICIENTS},
         "young_modulus_pa": contact.young_modulus_gpa * 1e9,
         "frequency_hz": frequency,
         "amplitude_m": travel_m(simulation.bodies, case.speed_rpm),

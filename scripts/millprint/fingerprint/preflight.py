@@ -22,6 +22,7 @@ def fingerprint_faults(config: WorkflowConfig, cases: dict[str, Case], source: s
     if chapters:
         faults += _contact_faults(config, chapters, source)
     if chapters and has_chapters(config, cases):
+        faults += _charge_faults(config, cases, source)
         faults += _sweep_faults(config, chapters, cases, source)
         faults += _target_faults(chapters, source)
         faults += _data_faults(config, chapters, cases)
@@ -57,6 +58,16 @@ def _contact_faults(config: WorkflowConfig, chapters: ChapterSections, source: s
         "partition.contact": [chapters.partition.contact],
     }
     yield from _unknown(chosen, config.contacts, "contacts", source)
+
+
+def _charge_faults(config: WorkflowConfig, cases: dict[str, Case], source: str) -> Iterator[str]:
+    """A fault for each charge of several sizes among the conditions of the chapters."""
+    names = {case.mixture.name for case in described_cases(config, cases).values() if case.mixture}
+    for name in sorted(names):
+        yield (
+            f"{source}: sweeps: ball_diameters_mm: charge {name}: the chapters of the thesis compare balls of one "
+            "size; simulate it in the sweep of a mill, for results/mills, or with snapshots"
+        )
 
 
 def _fills(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> list[float]:

@@ -84,9 +84,16 @@ def read_trajectory(path: str | Path, from_s: float = 0.0, until_s: float = np.i
 
 
 def read_attributes(path: str | Path) -> dict:
-    """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings."""
+    """The configuration that a run carries: `case`, `mill`, `contact` and `dem` as mappings.
+
+    Raises ConfigError for balls of several sizes, which the surrogates do not know.
+    """
     with open_hdf5(path) as file:
-        return json.loads(file.attrs["config"])
+        attributes = json.loads(file.attrs["config"])
+    mixture = attributes["case"].get("mixture")
+    if mixture:
+        raise ConfigError(f"{path}: charge {mixture['name']} has several ball sizes; the surrogate knows balls of one")
+    return attributes
 
 
 def read_rows(path: str | Path, names: tuple[str, ...], rows: slice) -> list[np.ndarray]:
