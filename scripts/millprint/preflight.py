@@ -31,6 +31,7 @@ from millprint.mill.vessel import Vessel, check_volume
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables
 from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
+from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 
 
 def check_before_running(
@@ -50,6 +51,7 @@ def check_before_running(
     check_speeds(speeds)
     groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
+    groups.append((f"{source}: uncertainty", uncertainty_cases(config, mills)))
     measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
     groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
     for place, group in groups:
@@ -67,7 +69,7 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
-    faults = fingerprint_faults(config, cases, source)
+    faults = [*fingerprint_faults(config, cases, source), *uncertainty_faults(config, mills, contacts, source)]
     chapters = config.chapters
     # Only a run with chapters needs these checks.
     if chapters and has_chapters(config, cases):

@@ -7,6 +7,7 @@ include: "calibration.smk"
 include: "fingerprint.smk"
 include: "fit.smk"
 include: "partition.smk"
+include: "uncertainty_thesis.smk"
 include: "yields_common.smk"
 include: "yields_training.smk"
 include: "yields_evaluation.smk"
@@ -30,6 +31,7 @@ STAGE_OUTPUTS = [
     *YIELD_OUTPUTS,
     *SURROGATE_OUTPUTS,
     *UNCERTAINTY_OUTPUTS,
+    *UNCERTAINTY_THESIS_OUTPUTS,
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),

@@ -83,8 +83,8 @@ class NormalSection(DistributionSection):
 class MeasuredSection(DistributionSection):
     """A measured value with its standard error, or the interval of a measurement: a normal distribution, as `normal`.
 
-    The stage `calibration` gives the numbers: `mean` with (upper - lower) / 2 of restitution.tsv, or `lower` and
-    `upper` of friction_fit.tsv, as config/README.md shows.
+    The stage `calibration` gives the numbers: `lower` and `upper` of restitution.tsv and of friction_fit.tsv, as
+    config/README.md shows.
     """
 
     kind: Literal["measured"]

@@ -35,6 +35,8 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
         axis.set_ylim(0, 1.1)
         axis.text(0.98, 0.97, DESCRIPTORS[quantity].title, transform=axis.transAxes, ha="right", va="top", fontsize=7)
     axes.flat[-1].set_axis_off()
+    # Nothing stands below it.
+    axes[0, -1].tick_params(labelbottom=True)
     for axis in axes[:, 0]:
         axis.set_ylabel("Sobol index [-]")
     letter_panels(list(axes.flat)[: len(CURVES)])

@@ -1,0 +1,39 @@
+"""Checks the section `uncertainty` before a job starts, for the mills that are part of the whole run."""
+
+from collections.abc import Iterator
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case
+from millprint.config.workflow import WorkflowConfig
+from millprint.errors import ConfigError
+from millprint.uncertainty.samples import check_contact, space_of, varied_case
+
+
+def uncertainty_faults(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig], source: str
+) -> Iterator[str]:
+    """A line for each fault, with file, key, value and what would be right; none if everything is valid."""
+    settings = config.uncertainty
+    if settings.mills and settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
+        yield (
+            f"{source}: uncertainty.rayleigh_fraction = {settings.rayleigh_fraction:g}: at most "
+            f"{config.dem.rayleigh_fraction_max:g} (dem.rayleigh_fraction_max)"
+        )
+    for name in settings.mills:
+        try:
+            check_contact(space_of(mills[name], settings), contacts[config.mills.contact_set])
+        except ConfigError as error:
+            yield f"{source}: {error}"
+
+
+def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
+    """The smallest and the largest charge of each mill of the section that gives fill ratios of its own."""
+    settings = config.uncertainty
+    if not settings.fill_ratios:
+        return []
+    return [
+        varied_case(mills[name], config.mills, settings).model_copy(update={"fill_ratio": fill})
+        for name in settings.mills
+        for fill in (settings.fill_ratios[0], settings.fill_ratios[-1])
+    ]

@@ -1,0 +1,58 @@
+"""Printed values of the thesis get the factor of their quantity and fill ratio, and nothing else."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.claims import contact_intervals
+from millprint.claims.contact_intervals import Place, place_of, tabulate_contact_intervals
+from millprint.claims.evidence import CLAIMS, Finding
+from millprint.files import write_table
+from millprint.fingerprint.bands import ContactFactors
+from tests.conftest import ROOT
+from tests.unit.factor_samples import factors_of
+
+CASES = {"reference": 0.10, "speed.tangential": 0.06, "speed.normal": 0.17, "power.normal": 0.17}
+
+
+@pytest.mark.parametrize(
+    ("claim", "place"),
+    [
+        ("3.curve.0.17.ratio", Place("ratio", 0.17)),
+        ("3.cycle.10mm.1200.t", Place("Pt", 0.08)),
+        ("3.cycle.5mm.600.n", Place("Pn", 0.08)),
+        ("3.reference.Et", Place("Et", 0.10)),
+        ("4.case.speed.tangential.P", Place("P", 0.06)),
+        ("4.case.power.normal.En", None),  # its speed follows from the curves
+        ("3.cycle_cv.10mm.600.n", None),
+        ("3.curve.ratio.low", None),
+        ("4.case.reference.yield", None),
+    ],
+)
+def test_each_claim_has_its_place(claim, place):
+    assert claim in CLAIMS
+    assert place_of(claim, 0.08, CASES) == place
+
+
+def test_the_interval_is_ours_times_the_factors(monkeypatch, tmp_path):
+    known = {"3.curve.0.06.Pn": 30.0, "3.cycle.10mm.600.t": 0.5}
+
+    def findings(results, claims_path, beginning) -> dict[str, Finding]:
+        return {name: Finding(known.get(name)) for name in CLAIMS if name.startswith(beginning)}
+
+    monkeypatch.setattr(contact_intervals, "collect_findings", findings)
+    columns = ["frequency_per_ball_hz", "power_W", "normal_energy_J", "tangential_energy_J", "ratio"]
+    ours = pd.DataFrame({"curves": "ours", "case": list(CASES), "fill_ratio": list(CASES.values())})
+    write_table(ours.assign(**dict.fromkeys(columns, 2e-4)), tmp_path / "partition/table_4_2.tsv")
+    factors = ContactFactors(**factors_of())
+    table = tabulate_contact_intervals(tmp_path, ROOT / "config/data/claims.tsv", factors, 0.08).set_index("id")
+    curve = table.loc["3.curve.0.06.Pn"]
+    assert (curve["published"], curve["ours"]) == (23.0, 30.0)
+    low, high = factors.at(np.array([0.06]))["Pn"][:, 0]
+    assert (curve["lower"], curve["upper"]) == (30 * low, 30 * high) and curve["inside"] == "no"
+    cycle = table.loc["3.cycle.10mm.600.t"]
+    assert cycle["upper"] == 0.5 * factors.at(np.array([0.08]))["Pt"][1, 0]
+    # 2e-4 J in the unit of Table 4.2.
+    assert table.loc["4.case.reference.En", "ours"] == pytest.approx(2.0)
+    missing = table.loc["3.curve.0.17.Pt"]
+    assert np.isnan(missing["lower"]) and missing["inside"] == ""
