@@ -169,7 +169,8 @@ def test_the_page_computes_what_the_library_computes(run, page):
 @needs_browser
 def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(page):
     script = """
-      const lines = () => [...document.querySelectorAll("#results div:first-child .interval")].map((e) => e.textContent);
+      const said = "#results div:first-child .interval";
+      const lines = () => [...document.querySelectorAll(said)].map((e) => e.textContent);
       const bands = () => [...document.querySelectorAll("#charts svg")].map((e) => e.querySelectorAll(".band").length);
       const shapes = () => [...document.querySelectorAll("#charts .band")].map((e) => e.getAttribute("d")).join();
       const next = () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
