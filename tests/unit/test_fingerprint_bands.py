@@ -1,12 +1,17 @@
 """Intervals told apart: their algebra, factors over the fill ratio, and the files that hold them."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import add_uncertainty
+import tabulate_uncertainty
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.files import write_json
+from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.bands import (
     FURTHER,
     Band,
@@ -17,9 +22,12 @@ from millprint.fingerprint.bands import (
     share_of,
 )
 from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.zones import find_zones
+from tests.conftest import ROOT
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of
-from tests.unit.synthetic_mill import fingerprint
+from tests.unit.synthetic_mill import descriptors, fingerprint
 
 AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
 BANDS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "power_W", "tangential_share")
@@ -176,3 +184,27 @@ def test_a_fingerprint_with_factors_of_another_mill_is_refused(own, tmp_path):
     write_json(content, path)
     with pytest.raises(ConfigError, match=r"fingerprint.json: contact: mill = 'spex': the fingerprint is of 'emax'"):
         Fingerprint.read(path)
+
+
+def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
+    """From the files of a mill's own sweep: the fingerprint with its intervals, the sheet and the curves."""
+    files = {name: tmp_path / f"{name}.json" for name in ("plain", "contact", "fingerprint")}
+    plain.write(files["plain"])
+    write_json(factors_of(), files["contact"])
+    found = add_uncertainty.main(str(files["plain"]), {"contact": str(files["contact"])}, str(files["fingerprint"]))
+    assert list(found.further) == list(Fingerprint.read(files["fingerprint"]).further) == ["contact"]
+    tables = {
+        "collapse": tabulate_mill_collapse(descriptors(), 0.95, 0.2),
+        "zones": find_zones(plain),
+        "descriptors": descriptors(),
+        "curves": plain.curve(np.array([0.05, 0.10, 0.20])),
+    }
+    for name, table in tables.items():
+        write_table(table, tmp_path / f"{name}.tsv")
+    given = SimpleNamespace(fingerprint=files["fingerprint"], **{name: tmp_path / f"{name}.tsv" for name in tables})
+    output = SimpleNamespace(sheet=tmp_path / "sheet.tsv", curves=tmp_path / "further.tsv")
+    tabulate_uncertainty.main(given, output, load_named(ROOT / "config/mills", "emax", MillConfig, "mill"))
+    curves, sheet = read_table(output.curves), read_table(output.sheet)
+    assert curves["P_by_contact_lower"].notna().tolist() == [False, True, True]
+    assert (sheet["by_contact_lower"].notna() == (sheet["section"] == "descriptors")).all()
+    assert set(sheet["section"]) >= {"mill", "validity", "intervals"}

@@ -112,6 +112,11 @@ def described(name: str) -> str:
     return f"{RESULTS}/mills/{name}/fingerprint.json"
 
 
+def predicting(name: str) -> str:
+    """The fingerprint file that predicts a mill: with all its intervals if the whole run has their analysis."""
+    return f"{RESULTS}/uncertainty/{name}/fingerprint.json" if name in CONFIG.uncertainty.mills else described(name)
+
+
 def case_at(wildcards):
     """The case of a folder in results/dem. An unknown case ends the program with one line."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"

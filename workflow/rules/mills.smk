@@ -161,7 +161,7 @@ if CONFIG.mills.match is not None:
 
     rule match_mills:
         input:
-            mill=described(CONFIG.mills.match.mill),
+            mill=predicting(CONFIG.mills.match.mill),
             like=described(CONFIG.mills.match.like_mill),
         output:
             f"{RESULTS}/mills/match.tsv",

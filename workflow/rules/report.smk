@@ -123,7 +123,7 @@ rule tabulate_runtimes:
 
 rule build_explorer:
     input:
-        fingerprints=expand(f"{RESULTS}/fingerprint/fingerprint_{{contact}}.json", contact=CONFIG.contacts),
+        fingerprints=[predicting_chapter(contact) for contact in CONFIG.contacts],
         yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
     output:
         html=report(

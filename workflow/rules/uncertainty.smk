@@ -105,8 +105,9 @@ rule plot_uncertainty:
 
 
 def uncertainty_of(mills) -> list[str]:
-    """Every file of the uncertainty of some mills."""
-    return expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
+    """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
+    own = expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
+    return [*own, *intervals_of(mills)]
 
 
 # Part of a whole run.
