@@ -10,7 +10,7 @@ PUBLISHED = [CONFIG.data.published, CONFIG.data.claims]
 
 
 wildcard_constraints:
-    contact="|".join(CONFIG.contacts),
+    contact="|".join(CONTACTS),
 
 
 rule tabulate_descriptors:

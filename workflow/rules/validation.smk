@@ -2,6 +2,8 @@
 
 VALIDATION = f"{RESULTS}/validation"
 VALIDATION_CHAPTER = "Validation"
+# Set-ups whose bed is drawn.
+FLOWING_BEDS = ("bead_drum", "repose_drum")
 
 
 wildcard_constraints:
@@ -71,6 +73,35 @@ rule plot_setup:
         "../../scripts/plot_setup.py"
 
 
+def bed_case(name: str):
+    """The first simulation of a set-up, the one that is drawn."""
+    return next(iter(SETUP_CASES[name].values()))
+
+
+rule plot_bed:
+    input:
+        run=lambda wildcards: f"{RESULTS}/dem/{bed_case(wildcards.setup).path}/run.h5",
+    output:
+        svg=report(
+            f"{VALIDATION}/{{setup}}/bed.svg",
+            caption="../report/validation_bed.rst",
+            category="Validation",
+            labels={"figure": "{setup}", "shows": "the flowing bed, by speed"},
+        ),
+        png=f"{VALIDATION}/{{setup}}/bed.png",
+    log:
+        f"{LOGS}/validation/plot_bed_{{setup}}.log",
+    localrule: True
+    params:
+        radius_m=lambda wildcards: MILLS[bed_case(wildcards.setup).mill].geometry.radius_mm / 1e3,
+        diameter_m=lambda wildcards: bed_case(wildcards.setup).ball_diameter_mm / 1e3,
+        library=library("plot_bed.py"),
+    message:
+        "Drawing the bed of set-up {wildcards.setup}"
+    script:
+        "../../scripts/plot_bed.py"
+
+
 rule tabulate_verdicts:
     input:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
@@ -119,6 +150,7 @@ rule tabulate_validation:
 
 VALIDATION_OUTPUTS = [
     *expand([*rules.predict_setup.output, *rules.plot_setup.output], setup=CONFIG.validation.chosen),
+    *expand(rules.plot_bed.output, setup=[name for name in CONFIG.validation.chosen if name in FLOWING_BEDS]),
     *rules.tabulate_verdicts.output,
     *rules.tabulate_validation.output,
 ]

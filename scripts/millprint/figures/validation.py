@@ -4,12 +4,23 @@ import math
 from textwrap import fill
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.typing import LineStyleType
 
-from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, LineLook, legend_below, letter_panels
+from millprint.figures.style import (
+    COLOURS,
+    COLUMN_WIDTH_IN,
+    MARKERS,
+    PAGE_WIDTH_IN,
+    LineLook,
+    legend_below,
+    letter_panels,
+)
 
 ROW_IN, LEGEND_COLUMNS = 2.4, 3
 # Letters in a line of the label of an axis.
@@ -30,6 +41,10 @@ def _draw_models(axis: Axes, lines: pd.DataFrame, models: list[str]) -> None:
                 axis.axhline(line["predicted"].iloc[0], label=model, **look)
             else:
                 axis.plot(line["x"], line["predicted"], label=model, **look)
+                if line["lower"].notna().any():
+                    axis.fill_between(
+                        line["x"], line["lower"], line["upper"], color=look["color"], alpha=0.25, linewidth=0
+                    )
         elif single or len(line) == 1:
             x = line["x"].fillna(0.0)
             spread = [(line["predicted"] - line["lower"]).fillna(0), (line["upper"] - line["predicted"]).fillna(0)]
@@ -84,4 +99,24 @@ def plot_setup(predictions: pd.DataFrame, points: pd.DataFrame, title: str) -> F
     letter_panels(axes[: len(quantities)])
     legend_below(figure, axes, LEGEND_COLUMNS)
     figure.suptitle(title, fontsize=9)
+    return figure
+
+
+def plot_bed(balls: pd.DataFrame, radius: float, diameter: float, title: str) -> Figure:
+    """The bed of a drum seen along its axis, each ball coloured by its speed.
+
+    balls: x_m, z_m [m] and speed_m_s [m/s]; radius of the drum and diameter of the balls [m].
+    """
+    figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, COLUMN_WIDTH_IN))
+    size = np.full(len(balls), 1e3 * diameter)
+    circles = EllipseCollection(
+        size, size, np.zeros(len(balls)), units="xy", offsets=1e3 * balls[["x_m", "z_m"]].to_numpy(),
+        offset_transform=axis.transData, array=balls["speed_m_s"].to_numpy(), cmap="viridis", rasterized=True,
+    )  # fmt: skip
+    axis.add_collection(circles)
+    axis.add_patch(Circle((0, 0), 1e3 * radius, fill=False, color="#000000", linewidth=0.9))
+    edge = 1.03e3 * radius
+    axis.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xlabel="x [mm]", ylabel="z [mm]")
+    figure.colorbar(circles, ax=axis, label="speed [m/s]", shrink=0.8)
+    axis.set_title(title, fontsize=9)
     return figure

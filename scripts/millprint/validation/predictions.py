@@ -6,10 +6,11 @@ import pandas as pd
 
 DEM = "DEM"
 SCATTER = "scatter of seeds"
+BLOCKS = "scatter of blocks of time"
 CONTACT = "contact parameters"
 BALLS = "spread of the balls"
 # By what an interval is; both where the two are added.
-INTERVALS = ("", SCATTER, CONTACT, f"{SCATTER} and {CONTACT}", BALLS)
+INTERVALS = ("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS)
 PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")
 
 

@@ -12,6 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.validation import SetupConfig
 from millprint.errors import ConfigError
+from millprint.validation.drums import predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import predict_alumina_impact, predict_elastic_impact
 from millprint.validation.inputs import PLACE_COLUMNS, Inputs
 from millprint.validation.predictions import check_predictions
@@ -66,6 +67,39 @@ SETUPS = {
             predict=predict_elastic_impact,
             assumptions=(
                 Assumption("sphere", "10 um, 5 m/s along the normal; the result has no scale", "Chung and Ooi 2011"),
+            ),
+        ),
+        Setup(
+            name="bead_drum",
+            number="4",
+            title="Drum of glass beads",
+            predict=predict_bead_drum,
+            assumptions=(
+                Assumption("slice", "24 mm of 360 mm, with smooth ends", "a slice of 12 mm is predicted beside it"),
+                Assumption(
+                    "frame",
+                    "down the slope and along the normal of the surface that the simulation itself has",
+                    "the surface is fitted over half the radius on both sides of the axis",
+                ),
+                Assumption("speed", "11.6 rpm", "the post-processing of the source; its parameter file has 11.6 rad/s"),
+                Assumption(
+                    "interval of the contact parameters", "from clean to worn beads", "the further contact sets"
+                ),
+            ),
+        ),
+        Setup(
+            name="repose_drum",
+            number="7",
+            title="Angle of repose in a short drum",
+            predict=predict_repose_drum,
+            assumptions=(
+                Assumption("material", "not stated: generic friction and restitution", "contact set generic_spheres"),
+                Assumption("Young's modulus", "0.01 GPa", "any that keeps overlaps small; the source has 0.0024 GPa"),
+                Assumption(
+                    "interval of the contact parameters",
+                    "the changes of the angle that they make in slices of 30 mm",
+                    "ranges for balls that nobody has measured",
+                ),
             ),
         ),
         Setup(
