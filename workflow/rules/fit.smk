@@ -75,6 +75,26 @@ if FIT_MILL:
         script:
             "../../scripts/tabulate_fit.py"
 
+    # Not asked for by `all`: the search takes longer than the rest of the stage.
+    rule measure_shape:
+        input:
+            search=rules.fit_jar.output.search,
+            published=PUBLISHED,
+        output:
+            shape=f"{RESULTS}/uncertainty/{FIT_MILL.name}/shape.json",
+        log:
+            f"{LOGS}/uncertainty/{FIT_MILL.name}_shape.log",
+        localrule: True
+        params:
+            mill=SIMULATED_JAR["mill"],
+            settings=CONFIG.fit.part(TrialConfig),
+            about={"counting_rule": CONFIG.fingerprint.counting_rule, "probability": CONFIG.fingerprint.interval},
+            library=library("measure_shape.py"),
+        message:
+            "Calculating what the fit leaves open of the shape of the jar"
+        script:
+            "../../scripts/measure_shape.py"
+
     rule fit:
         input:
             rules.fit_jar.output,

@@ -1,16 +1,17 @@
 """Fingerprints with the intervals by contact parameters, and by the shape of a fitted jar; their sheets."""
 
-from millprint.fit import fitted_mill
+from millprint.fit import FEWEST_JARS, fitted_mill
 
 INTERVALS = f"{RESULTS}/uncertainty/{{mill}}"
 FIT_SEARCH = f"{RESULTS}/fingerprint/fit_search.tsv"
 
 
 def shape_of(wildcards) -> list[str]:
-    """The file of a fitted jar's shape, once the target `fit` has run: nothing else waits for its search."""
-    fitted = fitted_mill(CONFIG, MILLS)
-    known = CHAPTERS and fitted and fitted.name == wildcards.mill and Path(FIT_SEARCH).exists()
-    return [f"{INTERVALS}/shape.json".format(mill=wildcards.mill)] if known else []
+    """The file of a fitted jar's shape, if the target `fit` has run: nothing else waits for its search."""
+    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS else None
+    if fitted is None or fitted.name != wildcards.mill or CONFIG.fit.screening.jars < FEWEST_JARS:
+        return []
+    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"] if Path(FIT_SEARCH).exists() else []
 
 
 rule add_uncertainty:

@@ -7,6 +7,9 @@ from millprint.config.geometry import StadiumGeometry
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 
+# Jars of a search that are enough to say what the fit leaves open of the shape.
+FEWEST_JARS = 24
+
 
 def fitted_mill(config: WorkflowConfig, mills: dict[str, MillConfig]) -> MillConfig | None:
     """The mill of the fit; None in a run of another mill, or if its jar is no longer a stadium."""

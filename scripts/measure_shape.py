@@ -1,0 +1,36 @@
+"""What the fit of a jar leaves open of its shape, as factors on what its fingerprint predicts."""
+
+from millprint.config.fit import TrialConfig
+from millprint.config.mill import MillConfig
+from millprint.files import read_table, write_json
+from millprint.fingerprint.published import read_published
+from millprint.fit.published import published_values
+from millprint.fit.shape import JAR_PARAMETERS, parameters_of
+from millprint.job import job
+from millprint.uncertainty.shape import shape_factors
+
+
+def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:
+    """Write shape.json; `about` holds counting_rule and probability."""
+    values = published_values(read_published(*published), settings.contact)
+    factors = shape_factors(
+        read_table(search, numeric=JAR_PARAMETERS, text=["counting_rule"]),
+        dict(zip(values["name"], values["published"], strict=True)),
+        settings,
+        parameters_of(mill.geometry),
+        mill=mill.name,
+        **about,
+    )
+    write_json(factors.model_dump(mode="json"), output)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "what the fit leaves open of the shape of the jar"):
+        main(
+            snakemake.input.search,
+            list(snakemake.input.published),
+            snakemake.output.shape,
+            MillConfig(**snakemake.params.mill),
+            TrialConfig(**snakemake.params.settings),
+            dict(snakemake.params.about),
+        )
