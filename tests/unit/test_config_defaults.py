@@ -30,6 +30,7 @@ EXCEPTIONS = {
     "mills.match.ball_diameters_mm": "what was simulated of the mill",
     "mills.scale_up.cores": "results depend on the number of threads by rounding, so that one is the choice for all",
     "partition.fill_ratios": OWN,
+    "validation.setups": "a run of one's own need not simulate the mills of others",
     "surrogate.ablations": "appendix A of the thesis",
     "surrogate.ablation_budget.training": "appendix A of the thesis",
     "surrogate.ablation_budget.rollout": "appendix A of the thesis",

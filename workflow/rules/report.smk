@@ -10,7 +10,7 @@ SHOWN_TABLES = {
     chapter: paths
     for chapter, tables in TABLES.items()
     # The page of the validation has a rule of its own, since a run without chapters can make it too.
-    if chapter != VALIDATION_CHAPTER
+    if chapter.isdigit()
     and (paths := [path for listed in tables if (path := f"{RESULTS}/{listed.path}") in STAGE_FILES])
 }
 

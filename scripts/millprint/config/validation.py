@@ -22,6 +22,8 @@ from millprint.config.section import (
 from millprint.config.sweep import Case, DemConfig, SweepConfig, expand_sweep
 
 Interval = tuple[float, float]
+# The name that stands for every set-up.
+ALL = "all"
 Angle = Annotated[float, Field(gt=0, lt=90)]
 
 
@@ -293,8 +295,8 @@ class ReposeDrumConfig(DrumOfBallsConfig):
 class ValidationConfig(Section):
     """What others measured, predicted without a fit: target `validation`."""
 
-    setups: list[Name] | None = None
-    """set-ups to predict: names of the sections below; all if left out"""
+    setups: list[Name] = []
+    """set-ups to predict: names of the sections below, or `all`; none if left out"""
     in_all: bool = False
     """whether the validation is a part of `all`, and so of the report of a run with chapters"""
     measured: ProjectFile = "config/data/measured.tsv"
@@ -310,10 +312,10 @@ class ValidationConfig(Section):
     @model_validator(mode="after")
     def _setups_are_known(self) -> "ValidationConfig":
         known = self.all_setups
-        for name in self.setups or []:
-            if name not in known:
-                raise ValueError(f"setups: unknown set-up {name!r}; known: {', '.join(known)}")
-        if twice := first_repeated(self.setups or []):
+        for name in self.setups:
+            if name not in (*known, ALL):
+                raise ValueError(f"setups: unknown set-up {name!r}; known: {', '.join(known)}; {ALL}")
+        if twice := first_repeated(self.setups):
             raise ValueError(f"setups: {twice} is named twice")
         return self
 
@@ -327,7 +329,7 @@ class ValidationConfig(Section):
     def chosen(self) -> dict[str, SetupConfig]:
         """The settings of the set-ups to predict, by name."""
         known = self.all_setups
-        return known if self.setups is None else {name: known[name] for name in self.setups}
+        return known if ALL in self.setups else {name: known[name] for name in self.setups}
 
     @property
     def mills(self) -> list[str]:
