@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: thesis smoke verify test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: thesis smoke validation verify test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
 	$(VERIFY) -- --cores $(CORES)
@@ -28,6 +28,11 @@ thesis: $(VENV)/installed
 smoke: $(VENV)/installed
 	$(VERIFY) $(SMOKE_RESULTS) -- --cores $(CORES) $(SMOKE)
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS))
+
+# What others measured, and a report of it alone.
+validation: $(VENV)/installed
+	$(VERIFY) -- --cores $(CORES)
+	$(SNAKEMAKE) validation --report results/validation/report.html --report-after-run --report-stylesheet workflow/report/report.css
 
 ablations: $(VENV)/installed
 	$(VERIFY) -- --cores $(CORES)

@@ -32,6 +32,8 @@ from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables
 from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
+from millprint.validation.fixed import read_fixed
+from millprint.validation.measured import read_measurements
 
 
 def check_before_running(
@@ -45,6 +47,9 @@ def check_before_running(
 
     Returns warnings, a line each, of what is unusual but may be meant.
     """
+    if config.validation.chosen:
+        read_measurements(config.validation.measured, config.validation.all_setups)
+        read_fixed(config.validation.fixed)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
     speeds = with_paces(speed_settings(config, mills, swept, cases, source), bodies)

@@ -56,6 +56,23 @@ def test_a_bad_study_of_the_literature(project, refusal):
     assert "literature_yields.tsv: column yield_percent" in refusal()
 
 
+@pytest.mark.parametrize(
+    ("row", "changed", "parts"),
+    [
+        ("\tW\t0.3\tW\t", "\thp\t0.3\tW\t", ["column unit, row 1 = 'hp'", "must be W or"]),
+        ("3a\talumina_impact", "3a\tcannon", ["column setup, row", "'cannon'", "known: alumina_impact"]),
+        ("2.24:0.797", "2.24:0,797", ["column value, row", "must be a number, a series"]),
+    ],
+)
+def test_a_bad_row_of_what_others_measured(project, refusal, row, changed, parts):
+    table = project / "config/data/measured.tsv"
+    text = table.read_text()
+    assert row in text
+    table.write_text(text.replace(row, changed, 1))
+    line = refusal()
+    assert all(part in line for part in ["measured.tsv", *parts]), line
+
+
 def test_a_link_out_of_the_project_is_no_table(project, refusal):
     table = project / "config/data/wear.tsv"
     table.rename(project.parent / "wear.tsv")
