@@ -31,6 +31,7 @@ EXCEPTIONS = {
     "mills.scale_up.cores": "results depend on the number of threads by rounding, so that one is the choice for all",
     "partition.fill_ratios": OWN,
     "validation.setups": "a run of one's own need not simulate the mills of others",
+    "uncertainty.mills": "the mill of the thesis; a run of another mill asks for its own",
     "surrogate.ablations": "appendix A of the thesis",
     "surrogate.ablation_budget.training": "appendix A of the thesis",
     "surrogate.ablation_budget.rollout": "appendix A of the thesis",

@@ -18,6 +18,7 @@ from millprint.config.uncertainty import (
     ParametersSection,
     UncertaintyConfig,
 )
+from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
 from millprint.files import write_json
@@ -27,6 +28,7 @@ from millprint.uncertainty import sampler
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_indices
 from millprint.uncertainty.intervals import measure
+from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.uncertainty.sampler import run_samples
 from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of, varied_case
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
@@ -224,6 +226,7 @@ def test_a_contact_set_outside_the_distributions_is_refused_in_one_line():
             "mode = 0.4: must lie between",
         ),
         ({"samples": 4}, "greater than or equal to 8"),
+        ({"samples": 8, "jobs": 9}, "more than samples"),
         ({"base_samples": 500}, "power of two"),
         ({"fill_ratios": [0.3, 0.1]}, "must rise"),
         ({"mills": ["emax", "emax"]}, "appears twice"),
@@ -343,3 +346,16 @@ def test_tables_and_factors_of_a_known_mill(tmp_path):
     read = read_factors(str(tmp_path / "contact.json"), "contact", about)
     assert read.factors["En"].lower == pytest.approx(ends[[0, 0]], rel=0.03)
     assert read.parameters["restitution"]["source"] and read.samples == 64
+
+
+def test_faults_of_the_whole_run_are_found_before_it():
+    content = {"mill": "emax", "dem": {"rayleigh_fraction_max": 0.05}}
+    narrow = {"kind": "measured", "value": 0.6, "standard_error": 0.02, "source": "a drop test"}
+    content["uncertainty"] = {"mills": ["emax"], "parameters": {"restitution": narrow}}
+    config = WorkflowConfig(**content)
+    faults = list(uncertainty_faults(config, {"emax": EMAX}, CONTACTS, "my.yaml"))
+    assert len(faults) == 2 and all(fault.startswith("my.yaml: uncertainty.") for fault in faults)
+    assert "at most 0.05" in faults[0] and "leaves out 0.3 of contact set calibrated" in faults[1]
+    cases = uncertainty_cases(config, {"emax": EMAX})
+    assert [case.fill_ratio for case in cases] == [0.06, 0.30] and {case.young_modulus_gpa for case in cases} == {20.5}
+    assert not list(uncertainty_faults(WorkflowConfig(mill="emax"), {"emax": EMAX}, CONTACTS, "my.yaml"))

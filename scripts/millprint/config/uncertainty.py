@@ -220,8 +220,8 @@ class UncertaintyConfig(Section):
     """jobs that they are divided among"""
     fill_ratios: Annotated[list[Fraction], Field(min_length=2, max_length=24)] | None = None
     """fill ratios at which intervals are given; those of the mill's sweep if left out [-]"""
-    rayleigh_fraction: Fraction = 0.05
-    """step over the Rayleigh time of each simulation [-]"""
+    rayleigh_fraction: Fraction = 0.08
+    """step over the Rayleigh time of each simulation; 0.08 is 2e-6 s for 5 mm balls of a softened set [-]"""
     closure_max: Fraction = 0.02
     """a simulation fails at this energy balance error over the wall work [-]"""
     probability: Fraction = 0.95
@@ -238,6 +238,8 @@ class UncertaintyConfig(Section):
     def _lists_and_powers(self) -> "UncertaintyConfig":
         if (twice := first_repeated(self.mills)) is not None:
             raise ValueError(f"mills: {twice} appears twice")
+        if self.jobs > self.samples:
+            raise ValueError(f"jobs = {self.jobs}: more than samples = {self.samples}")
         fills = self.fill_ratios or []
         if sorted(set(fills)) != fills:
             raise ValueError(f"fill_ratios = {fills}: must rise")

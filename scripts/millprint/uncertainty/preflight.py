@@ -7,7 +7,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.uncertainty.samples import check_contact, space_of, varied_case
+from millprint.uncertainty.samples import check_contact, fill_ratios_of, space_of, varied_case
 
 
 def uncertainty_faults(
@@ -28,12 +28,13 @@ def uncertainty_faults(
 
 
 def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
-    """The smallest and the largest charge of each mill of the section that gives fill ratios of its own."""
+    """The smallest and the largest charge of each mill of the section, with the stiffest balls, which take longest."""
     settings = config.uncertainty
-    if not settings.fill_ratios:
-        return []
-    return [
-        varied_case(mills[name], config.mills, settings).model_copy(update={"fill_ratio": fill})
-        for name in settings.mills
-        for fill in (settings.fill_ratios[0], settings.fill_ratios[-1])
-    ]
+    _, stiffest = settings.parameters.young_modulus_gpa.given_range
+    found = []
+    for name in settings.mills:
+        case = varied_case(mills[name], config.mills, settings)
+        fills = fill_ratios_of(mills[name], settings)
+        change = {"young_modulus_gpa": stiffest}
+        found += [case.model_copy(update={"fill_ratio": fill, **change}) for fill in (fills[0], fills[-1])]
+    return found
