@@ -6,7 +6,7 @@ from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
-from millprint.fingerprint.inputs import read_summaries
+from millprint.fingerprint.inputs import charges_of, read_summaries
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
@@ -29,7 +29,7 @@ def main(
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
     write_table(average_curves(descriptors), output.means)
-    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval)
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval, charges_of(runs))
     fills = fill_grid(descriptors["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     write_table(tabulate_coverage(fingerprint), output.coverage)

@@ -4,11 +4,13 @@ from millprint.config.mill import MillConfig
 from millprint.figures.mills import plot_sheet
 from millprint.figures.style import save
 from millprint.files import read_table
+from millprint.fingerprint.descriptors import read_descriptors
 from millprint.job import job
 from millprint.view.mill_picture import picture_mill
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"fingerprint sheet of {snakemake.params.mill['name']}"):
-        tables = [read_table(snakemake.input[name]) for name in ("sheet", "descriptors", "curves")]
-        figure = plot_sheet(picture_mill(MillConfig(**snakemake.params.mill)), *tables)
+        sheet, curves = (read_table(snakemake.input[name]) for name in ("sheet", "curves"))
+        descriptors = read_descriptors(snakemake.input.descriptors)
+        figure = plot_sheet(picture_mill(MillConfig(**snakemake.params.mill)), sheet, descriptors, curves)
         save(figure, snakemake.output.svg, snakemake.output.png, snakemake.output.pdf)

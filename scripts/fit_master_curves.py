@@ -1,9 +1,9 @@
 """The fingerprint of one contact set: its fitted curves as a table and as a model, and the coverage of its bands."""
 
-from millprint.files import read_table, write_table
+from millprint.files import write_table
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, conditions_of, fill_grid
-from millprint.fingerprint.descriptors import DESCRIPTOR_NUMBERS, DESCRIPTOR_TEXT, as_built
+from millprint.fingerprint.descriptors import as_built, read_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
 
@@ -12,9 +12,7 @@ def main(
     descriptors_path: str, output, mill: str, contact: str, volume_m3: float, interval: float, smooth_points: int
 ) -> None:
     """Average the descriptors of one mill and contact set, and fit the fingerprint."""
-    conditions = conditions_of(
-        read_table(descriptors_path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT), mill, contact
-    )
+    conditions = conditions_of(read_descriptors(descriptors_path), mill, contact)
     built = as_built(conditions)
     write_table(average_curves(built), output.means)
     fingerprint = Fingerprint.fit(conditions, volume_m3, interval)

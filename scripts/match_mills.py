@@ -2,6 +2,8 @@
 
 from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
+from millprint.config.mixture import ONE_SIZE
+from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact
@@ -10,8 +12,13 @@ from millprint.job import job
 
 def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
-    ranges, settled = fingerprint.about["ranges"], fingerprint.about["settings"]
-    balls = sorted({1e3 * diameter for diameter in settled["ball_diameter_m"]})
+    ranges = fingerprint.about["ranges"]
+    balls = sorted({1e3 * diameter for _, diameter, charge in fingerprint.settings if charge == ONE_SIZE})
+    if not (settings.ball_diameters_mm or balls):
+        raise ConfigError(
+            f"mills.match.ball_diameters_mm: this key is missing; mill {settings.mill} was simulated with charges of "
+            "several sizes alone, and a match is of balls of one size"
+        )
     condition = LikeConfig(
         fingerprint=like,
         speed_rpm=settings.like_speed_rpm,

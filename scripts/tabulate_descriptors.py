@@ -2,7 +2,7 @@
 
 from millprint.files import write_table
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.descriptors import CHARGE, tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.published import published_cycles, read_published
 from millprint.job import job
@@ -15,7 +15,8 @@ def main(
     summaries = read_summaries(summary_paths)
     cycles, published = tabulate_cycles(summaries), published_cycles(read_published(*published_paths))
     write_table(tabulate_descriptors(summaries, counting_rule), output.descriptors)
-    write_table(tabulate_counting_rules(summaries), output.counting_rules)
+    # The chapters are of balls of one size.
+    write_table(tabulate_counting_rules(summaries).drop(columns=CHARGE), output.counting_rules)
     write_table(cycles, output.cycles)
     write_table(tabulate_published(cycles, published, mill, fill_ratio), output.table_3_5)
     write_table(tabulate_densities(summaries, fill_ratio), output.densities)

@@ -52,14 +52,17 @@ def summary(
     amplitude_mm=None,
     density_kg_m3=None,
     error=0.02,
+    mixture=None,
 ):
     """The summary of one run; `noise` is the relative change of powers, `factor` multiplies powers and frequency.
 
-    `error` is the relative standard error of the normal power, twice that of the tangential power.
+    `error` is the relative standard error of the normal power, twice that of the tangential power. A `mixture` has the
+    dissipation of its mean ball.
     """
     normal_curve, tangential_curve, frequency_curve = true_curves(fill_ratio)
     amplitude = AMPLITUDE if amplitude_mm is None else amplitude_mm * 1e-3
     density = DENSITY if density_kg_m3 is None else density_kg_m3
+    diameter_mm = mixture.mean_diameter_mm if mixture else diameter_mm
     diameter, speed = diameter_mm * 1e-3, speed_rpm / 60.0
     balls = ball_count(fill_ratio, VOLUME, diameter)
     unit = balls * density * speed**3 * amplitude**2 * diameter**3 * factor * (1.0 + noise)
@@ -76,6 +79,7 @@ def summary(
             "seed": seed,
             "amplitude_mm": amplitude_mm,
             "density_kg_m3": density_kg_m3,
+            "mixture": mixture and mixture.model_dump(mode="json"),
         },
         "mill": "emax",
         "contact": contact,
@@ -84,6 +88,8 @@ def summary(
         "density_kg_m3": density,
         "restitution": restitution,
         "static_friction": friction,
+        "wall_restitution": restitution,
+        "wall_static_friction": friction,
         "frequency_hz": speed,
         "amplitude_m": amplitude,
         "window_s": 1.0,

@@ -113,7 +113,7 @@ def test_a_threshold_that_nothing_reaches_has_no_energy_and_no_crash():
     silent.update(name="hard", count=0, frequency_hz=0.0, mean_normal_J=0.0, mean_tangential_J=0.0)
     row = tabulate_counting_rules([check_summary(run, "run.json")]).set_index("counting_rule").loc["hard"]
     assert row["f"] == 0 and np.isnan(row["normal_energy_J"])
-    with pytest.raises(ConfigError, match=r"counting_rule = hard: it counts no collision of 10 mm balls"):
+    with pytest.raises(ConfigError, match=r"counting_rule = hard: it counts no collision of balls of 10 mm"):
         tabulate_descriptors([run], "hard")
 
 

@@ -252,7 +252,7 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
     assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
     described = sheet[sheet["section"] == "descriptors"]
-    factor = analysed.further["contact"].at(np.array([sheet_condition(analysed).fill_ratio]))["En"]
+    factor = analysed.further["contact"].at(np.array([sheet_condition(analysed)[0].fill_ratio]))["En"]
     lower, upper = described[by_columns("contact")].iloc[0]
     assert (lower, upper) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
     assert described[by_columns("shape")].isna().all(axis=None)

@@ -66,6 +66,11 @@ class BallMixture(Section):
         """
         return sum(n * d**3 for n, d in zip(self.fractions, self.sizes_mm, strict=True)) ** (1 / 3)
 
+    def in_words(self, balls: int) -> str:
+        """How many of `balls` have each size: "bond: 43 of 36.83 mm, 67 of 29.72 mm"."""
+        counts = zip(self.counts(balls), self.sizes_mm, strict=True)
+        return f"{self.name}: {', '.join(f'{count} of {size:g} mm' for count, size in counts)}"
+
     def counts(self, balls: int) -> list[int]:
         """How many of `balls` have each size, by the largest remainders."""
         exact = [balls * fraction for fraction in self.fractions]
@@ -85,6 +90,15 @@ BallSize = Annotated[
     Annotated[Positive, Tag(PLAIN_VALUE)] | Annotated[BallMixture, Tag(BallMixture.__name__)],
     Discriminator(_kind_of_size),
 ]
+
+
+# The charge of balls of one size.
+ONE_SIZE = ""
+
+
+def balls_in_words(diameter_mm: float, charge: str = ONE_SIZE) -> str:
+    """Balls for a label: "10 mm", or "bond (d30 = 23.8 mm)" for a charge of several sizes and its mean ball."""
+    return f"{charge} (d30 = {diameter_mm:.3g} mm)" if charge else f"{diameter_mm:g} mm"
 
 
 def check_charges(sizes: "list[float | BallMixture]") -> "list[float | BallMixture]":

@@ -8,6 +8,7 @@ from scipy.stats import norm
 from millprint.config.averaging import INPUTS
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
 from millprint.config.proposals import PredictionConfig
+from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.inputs import read_content
@@ -67,6 +68,11 @@ def explorer_content(
     should be.
     """
     contents = [read_content(path) for path in fingerprints]
+    for path, content in zip(fingerprints, contents, strict=True):
+        if content["about"].get("charges"):
+            raise ConfigError(
+                f"{path}: is of charges of several sizes; the explorer's sliders are of balls of one size"
+            )
     # Only the data of the processes and the factors are needed, without format and file name.
     kept = [
         {key: content[key] for key in ("about", "inputs", "processes")} | _further(content, str(path))

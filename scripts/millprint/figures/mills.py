@@ -1,5 +1,7 @@
 """Figures of any mill: its geometry, a strip of its motion, its fingerprint sheet, the collapse of several."""
 
+import textwrap
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -7,16 +9,19 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from millprint.config.mixture import balls_in_words
 from millprint.figures.chapter3 import FILL_LABEL, draw_curve
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import PANELS
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import by_columns
 from millprint.view.mill_picture import Look, MillPicture
 
 INK, DARK, LIGHT = "#303030", 0.74, 0.96
 # A4, the sheet of one page [inch].
+LINE = 84  # letters of a line in one of the two columns of text
 SHEET_IN = (8.27, 11.69)
 # Lines of the ends of an interval in a figure, an origin of FURTHER each.
 FURTHER_LINES = ("--", ":")
@@ -82,10 +87,11 @@ def _draw_conditions(axis: Axes, quantity: str, descriptors: pd.DataFrame, curve
         ends = [name for name in interval_columns(quantity, origin) if name in curves]
         for end, label in zip(ends, (f"by {title}", None), strict=False):
             axis.plot(curves["fill_ratio"], curves[end], style, color=COLOURS[0], linewidth=0.8, label=label)
-    for number, ((diameter, speed), line) in enumerate(descriptors.groupby(["ball_diameter_mm", "speed_rpm"])):
+    settings = descriptors.groupby([CHARGE, "ball_diameter_mm", "speed_rpm"])
+    for number, ((charge, diameter, speed), line) in enumerate(settings):
         axis.plot(
             line["fill_ratio"], line[quantity], MARKERS[number % len(MARKERS)], markersize=3.5,
-            color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{diameter:g} mm, {speed:g} rpm",
+            color=COLOURS[1 + number % (len(COLOURS) - 1)], label=f"{balls_in_words(diameter, charge)}, {speed:g} rpm",
         )  # fmt: skip
     axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
     axis.yaxis.label.set_fontsize(7)
@@ -108,7 +114,7 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     for row in sheet[sheet["section"].isin(["mill", "condition"])].itertuples():
         given = row.text if isinstance(row.text, str) and row.text else f"{_number(row.value)}{_unit(row.unit)}"
         if row.quantity != "name":
-            left.append(f"{row.quantity}: {given}")
+            left += textwrap.wrap(f"{row.quantity}: {given}", LINE, subsequent_indent="  ")
     left.append("")
     # With several intervals they are a table of their own.
     described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]

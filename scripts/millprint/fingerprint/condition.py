@@ -65,7 +65,10 @@ def specific_frequency(frequency: Quantity, balls: Quantity | float, speed: Quan
 
 
 def effective_restitution(restitution: Quantity, static_friction: Quantity) -> Quantity:
-    """Effective restitution of Eq. 3.30 [-]: e - 3/2 mu exp(-3 mu)."""
+    """Effective restitution of Eq. 3.30 [-]: e - 3/2 mu exp(-3 mu), with e and mu of ball on ball.
+
+    The thesis has one contact set for balls and walls; Eqs 3.30 to 3.32 know nothing of a wall with values of its own.
+    """
     return restitution - 1.5 * static_friction * np.exp(-3.0 * static_friction)
 
 

@@ -6,8 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.descriptors import CONDITION, NOTHING, condition_of
+from millprint.fingerprint.descriptors import CHARGE, NOTHING, condition_of
+from millprint.fingerprint.descriptors import CONDITION as WITH_CHARGE
 
+# The chapters, which alone have these tables, are of balls of one size.
+CONDITION = [name for name in WITH_CHARGE if name != CHARGE]
 CHANNELS = ("normal", "tangential")
 CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
 

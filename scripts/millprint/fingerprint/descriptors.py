@@ -1,14 +1,20 @@
 """Descriptors of dissipation: a row for each condition, the mean over its seeds."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
+from millprint.config.mixture import ONE_SIZE
+from millprint.files import read_table
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.inputs import counted
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
-CONDITION_TEXT = ["mill", "contact", "varied"]
+# `charge` names balls of several sizes; ONE_SIZE for others.
+CHARGE = "charge"
+CONDITION_TEXT = ["mill", "contact", "varied", CHARGE]
 CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
@@ -35,9 +41,17 @@ def condition_of(summary: dict) -> dict:
         "mill": summary["mill"],
         "contact": summary["contact"],
         "varied": " and ".join(changed) or NOTHING,
+        CHARGE: (case.get("mixture") or {}).get("name", ONE_SIZE),
         **{name: case[name] for name in ("ball_diameter_mm", "fill_ratio", "speed_rpm")},
         **{name: summary[name] for name in ("density_kg_m3", "amplitude_m")},
     }
+
+
+def read_descriptors(path: str | Path) -> pd.DataFrame:
+    """Read descriptors.tsv; raises ConfigError as `millprint.files.read_table`."""
+    table = read_table(path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
+    # An empty cell is read as not a number, which no group would hold.
+    return table.assign(**{CHARGE: table[CHARGE].fillna(ONE_SIZE)})
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:

@@ -7,7 +7,7 @@ import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.cycles import CHANNELS
-from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.descriptors import CHARGE, as_built
 
 # Variable of the scaling -> its symbol in Eqs 3.28 and 3.29.
 SYMBOLS = {"density_kg_m3": "rho", "speed_hz": "omega", "amplitude_m": "A", "ball_diameter_m": "d"}
@@ -26,6 +26,8 @@ SUPPOSED = {
 # Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is that of any contact set.
 FACTOR = "1 - eps"
 UNIVERSAL = {"Pn": -0.5, "Pt": -0.5, "P": -0.5, "f": -0.5}
+# What runs that are compared share in any case: a charge of several sizes is no other size of balls.
+ALIKE = ["mill", CHARGE, "fill_ratio"]
 EXPONENT_COLUMNS = [
     *("contact", "quantity", "counting_rule", "variable", "supposed", "exponent", "lower", "upper"),
     *("agrees", "levels", "conditions", "remark"),
@@ -81,7 +83,7 @@ def _exponents(
     """The exponents of all variables in a quantity of one contact set."""
     rows = []
     for name, symbol in SYMBOLS.items():
-        alike = ["mill", "fill_ratio", *(other for other in SYMBOLS if other != name)]
+        alike = [*ALIKE, *(other for other in SYMBOLS if other != name)]
         row = _exponent(runs, quantity, name, supposed[symbol], alike, probability)
         rows.append(row | {"contact": runs["contact"].iloc[0], "counting_rule": rule})
     return rows
@@ -90,9 +92,9 @@ def _exponents(
 def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, probability: float) -> pd.DataFrame:
     """Exponents of rho, omega, A and d with confidence intervals, for each contact set and quantity.
 
-    Runs are compared that differ in one variable alone: at one fill ratio, of one mill, with the other three kept. The
-    frequency is also given by every counting rule without thresholds, because a gap in seconds is no part of the
-    scaling. Last, over all contact sets, the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose
+    Runs are compared that differ in one variable alone: at one fill ratio, of one mill and charge, with the other three
+    kept. The frequency is also given by every counting rule without thresholds, because a gap in seconds is no part of
+    the scaling. Last, over all contact sets, the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose
     -1/2), of runs that differ in the contact set alone.
     """
     table = with_power_per_ball(descriptors)
@@ -108,6 +110,6 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     built = as_built(descriptors)
     built = built.assign(**{FACTOR: 1.0 - built["effective_restitution"]})
     for quantity, exponent in UNIVERSAL.items():
-        row = _exponent(built, quantity, FACTOR, exponent, ["mill", "fill_ratio", *SYMBOLS], probability)
+        row = _exponent(built, quantity, FACTOR, exponent, [*ALIKE, *SYMBOLS], probability)
         rows.append(row | {"contact": "all", "counting_rule": rule})
     return pd.DataFrame(rows, columns=EXPONENT_COLUMNS)

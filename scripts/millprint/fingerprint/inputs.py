@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from millprint.config.counting import recorded_count
+from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.columns import MEASURED
@@ -64,14 +65,21 @@ def read_summaries(paths: Iterable[str | Path]) -> list[dict]:
     return found
 
 
+def charges_of(summaries: Iterable[dict]) -> dict[str, BallMixture]:
+    """The charges of several ball sizes that were simulated, by their names."""
+    mixtures = [summary["case"].get("mixture") for summary in summaries]
+    return {mixture["name"]: BallMixture(**mixture) for mixture in mixtures if mixture}
+
+
 def counted(summary: dict, rule_name: str) -> dict:
     """The collisions of one run by a counting rule; raises ConfigError if the run lacks the rule or it counted none."""
     count = recorded_count(summary, rule_name)
     if count["count"] == 0:
-        case = summary["case"]
+        case, name = summary["case"], (summary["case"].get("mixture") or {}).get("name", ONE_SIZE)
+        balls = balls_in_words(case["ball_diameter_mm"], name)
         raise ConfigError(
-            f"fingerprint.counting_rule = {rule_name}: it counts no collision of {case['ball_diameter_mm']:g} mm balls "
-            f"at fill {case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; choose a rule with a lower threshold"
+            f"fingerprint.counting_rule = {rule_name}: it counts no collision of balls of {balls} at fill "
+            f"{case['fill_ratio']:g} and {case['speed_rpm']:g} rpm; choose a rule with a lower threshold"
         )
     return count
 

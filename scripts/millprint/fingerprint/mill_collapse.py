@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
-from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
 # Quantities of one ball or collision -> short name in the table of all mills; empty if not in it.
@@ -17,18 +17,30 @@ COLLAPSED = {
     "tangential_energy_J": "",
 }
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
+UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
 VERDICTS = ("by the thesis's exponents", "by exponents of its own", "not by powers of speed and ball size")
 
 
+def _about_means(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Values (n,) less the mean of each group; constants (n, groups): 1 at the own one."""
+    return values - constants @ np.linalg.lstsq(constants, values, rcond=None)[0]
+
+
 def _spread(logs: np.ndarray, constants: np.ndarray) -> float:
-    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills): 1 at the own one."""
-    rest = logs - constants @ np.linalg.lstsq(constants, logs, rcond=None)[0]
+    """Standard deviation of logarithms about the mean of each fill ratio; constants (n, fills): 1 at the own one.
+
+    NaN where no fill ratio has two conditions.
+    """
+    if not len(logs):
+        return float("nan")
+    rest = _about_means(logs, constants)
     return float(np.sqrt((rest**2).sum() / (len(logs) - constants.shape[1])))
 
 
 def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray], probability: float) -> dict:
     """Exponents by least squares over all fill ratios, with Student's intervals, and the spread that is left."""
-    names = [name for name, values in varied.items() if np.ptp(values) > 0]
+    # A variable that changes from charge to charge alone is no variable.
+    names = [name for name, values in varied.items() if len(values) and np.ptp(_about_means(values, constants)) > 1e-9]
     empty = {f"{name}{end}": np.nan for name in varied for end in ("", "_lower", "_upper")}
     design = np.column_stack([constants, *(varied[name] for name in names)])
     if not names or len(logs) <= design.shape[1]:
@@ -42,7 +54,9 @@ def _own(logs: np.ndarray, constants: np.ndarray, varied: dict[str, np.ndarray],
 
 
 def verdict(thesis: float, own: float, largest: float) -> str:
-    """Whether a spread [-] is at most `largest` after the thesis's scaling, after that by its own exponents, or not."""
+    """Whether a spread [-] is at most `largest` after the thesis's scaling, after its own, or not; NaN: unknown."""
+    if np.isnan(thesis):
+        return UNKNOWN
     return VERDICTS[0] if thesis <= largest else VERDICTS[1] if own <= largest else VERDICTS[2]
 
 
@@ -53,11 +67,14 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
     0.1 is about 10 %: `spread_before` of the quantity itself, `spread_thesis` after division by omega^p d^q with the
     exponents of Eqs 3.28 and 3.29 (omega_supposed, d_supposed), `spread_own` after those of a regression (omega, d,
     with intervals of `probability`). `collapse` says which of them brings it to `largest` or less. Conditions of one
-    fill ratio only tell nothing; density and amplitude are those of the mill.
+    fill ratio only tell nothing; density and amplitude are those of the mill. A charge of several sizes is compared
+    with itself alone, at other speeds.
     """
-    table = with_power_per_ball(as_built(descriptors))
-    table = table[table.groupby("fill_ratio")["fill_ratio"].transform("size") > 1]
-    constants = pd.get_dummies(table["fill_ratio"]).to_numpy(dtype=float)
+    whole = with_power_per_ball(as_built(descriptors))
+    groups = whole.groupby(["fill_ratio", CHARGE])
+    is_compared = groups["fill_ratio"].transform("size") > 1
+    table = whole[is_compared]
+    constants = pd.get_dummies(groups.ngroup()[is_compared]).to_numpy(dtype=float)
     varied = {name: np.log(table[column].to_numpy(dtype=float)) for name, column in VARIED.items()}
     rows = []
     for quantity in COLLAPSED:
@@ -65,11 +82,11 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
         logs = np.log(table[quantity].to_numpy(dtype=float))
         scaled = logs - sum(supposed[name] * values for name, values in varied.items())
         row = {
-            "mill": table["mill"].iloc[0],
-            "contact": table["contact"].iloc[0],
+            "mill": whole["mill"].iloc[0],
+            "contact": whole["contact"].iloc[0],
             "quantity": quantity,
             "conditions": len(table),
-            "fill_ratios": constants.shape[1],
+            "fill_ratios": table["fill_ratio"].nunique(),
             "spread_before": _spread(logs, constants),
             "spread_thesis": _spread(scaled, constants),
             **_own(logs, constants, varied, probability),

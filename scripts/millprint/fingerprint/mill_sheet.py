@@ -5,10 +5,11 @@ from typing import NamedTuple
 import pandas as pd
 
 from millprint.config.mill import MillConfig
+from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.model import Fingerprint, Prediction
+from millprint.fingerprint.model import WALL, Fingerprint, Prediction
 
 
 class Row(NamedTuple):
@@ -34,15 +35,18 @@ RANGES = {
 }
 
 
-def sheet_condition(fingerprint: Fingerprint) -> Condition[float]:
-    """The condition that a sheet describes: the slowest speed of the largest balls, the middle fill ratio."""
-    settings = fingerprint.about["settings"]
-    diameter = max(settings["ball_diameter_m"])
-    of_largest = [s for s, d in zip(settings["speed_hz"], settings["ball_diameter_m"], strict=True) if d == diameter]
+def sheet_condition(fingerprint: Fingerprint) -> tuple[Condition[float], str]:
+    """The condition that a sheet describes, and its charge: slowest speed of the largest balls, middle fill ratio."""
+    speed, diameter, charge = min(fingerprint.settings, key=lambda setting: (-setting[1], setting[0]))
     low, high = fingerprint.fill_range
-    return fingerprint.condition(
-        speed_hz=min(of_largest), ball_diameter_m=diameter, fill_ratio=float((low * high) ** 0.5)
-    )
+    middle = float((low * high) ** 0.5)
+    return fingerprint.condition(speed_hz=speed, ball_diameter_m=diameter, fill_ratio=middle), charge
+
+
+def _balls_row(condition: Condition[float], charge: str) -> Row:
+    diameter_mm = 1e3 * condition.ball_diameter_m
+    text = f"{balls_in_words(diameter_mm, charge)}, the ball of mean volume" if charge else ""
+    return Row("condition", "ball diameter", diameter_mm, unit="mm", text=text)
 
 
 def shown_speed(mill: MillConfig, speed_hz: float) -> str:
@@ -58,19 +62,23 @@ def tabulate_sheet(
     collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-]. A
     fingerprint with further origins of intervals also has their columns, and a line that explains each.
     """
-    about, condition = fingerprint.about, sheet_condition(fingerprint)
-    prediction, speed = fingerprint.predict(condition), condition.speed_hz
+    about, (condition, charge) = fingerprint.about, sheet_condition(fingerprint)
+    prediction, speed = fingerprint.predict(condition, charge=charge), condition.speed_hz
+    at_wall = [f"{DESCRIPTORS[of].title} {about[name]:g}" for name, of in WALL.items() if name in about]
     rows = [
         Row("mill", "name", text=f"{mill.name}: {mill.title}"),
         Row("mill", "nominal volume", mill.volume_ml, unit="mL"),
         Row("mill", "amplitude A, half of the longest way of a wall", 1e3 * about["amplitude_m"], unit="mm"),
         Row("mill", "contact set", text=f"{about['contact']}, {about['density_kg_m3']:g} kg/m3"),
+        *([Row("mill", "at the wall", text=", ".join(at_wall))] if at_wall else []),
         Row("mill", "collisions counted by", text=about["counting_rule"]),
         Row("condition", "speed", 60 * speed, unit="rpm", text=shown_speed(mill, speed)),
-        Row("condition", "ball diameter", 1e3 * condition.ball_diameter_m, unit="mm"),
+        _balls_row(condition, charge),
         Row("condition", "fill ratio", condition.fill_ratio, unit="-"),
         Row("condition", "balls", prediction.balls, unit="-"),
     ]
+    if charge:
+        rows.append(Row("condition", "charge", text=fingerprint.charges[charge].in_words(prediction.balls)))
     for name in DESCRIBED:
         band, column = getattr(prediction, name), DESCRIPTORS[name]
         rows.append(Row("descriptors", column.title, band.value, band.lower, band.upper, column.unit))

@@ -10,18 +10,23 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
+from millprint.config.mixture import ONE_SIZE, BallMixture
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
 from millprint.fingerprint.bands import FURTHER, Band, Factors, Interval, checked_factors, interval_columns, share_of
 from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
-from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, read_content
 from millprint.fingerprint.processes import Predictor, Process, logarithms, varied_components
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
+NO_CHARGES: Mapping[str, BallMixture] = {}
+# Coefficients of walls, stored where they are not those of ball on ball.
+WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
+SETTING = ["ball_diameter_m", "speed_hz"]
 
 
 @dataclass(frozen=True)
@@ -43,17 +48,33 @@ class Prediction:
     missing: Mapping[str, str]
 
 
-def describe(descriptors: pd.DataFrame, volume_m3: float, probability: float) -> dict:
-    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges."""
+def describe(
+    descriptors: pd.DataFrame, volume_m3: float, probability: float, charges: Mapping[str, BallMixture] = NO_CHARGES
+) -> dict:
+    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
+
+    charges: those of several sizes by name; with any, settings tell the charge of each, and `charges` its sizes.
+    """
     built = as_built(descriptors)
     first = built.iloc[0]
-    settings = built[["speed_hz", "ball_diameter_m"]].drop_duplicates().sort_values(["ball_diameter_m", "speed_hz"])
+    columns = ["speed_hz", "ball_diameter_m", *([CHARGE] if charges else [])]
+    settings = built[columns].drop_duplicates().sort_values([*SETTING, *columns[2:]])
+    mixed = {
+        name: {
+            "ball_diameter_m": charge.mean_diameter_mm / 1e3,
+            "sizes_m": [size / 1e3 for size in charge.sizes_mm],
+            "fractions": charge.fractions,
+        }
+        for name, charge in charges.items()
+    }
     return {
         **{name: first[name] for name in ("mill", "contact", "counting_rule")},
         **{name: float(first[name]) for name in SHARED},
         "volume_m3": float(volume_m3),
         "probability": float(probability),
         "settings": settings.to_dict("list"),
+        **({"charges": mixed} if mixed else {}),
+        **{name: float(first[name]) for name, of_balls in WALL.items() if first[name] != first[of_balls]},
         "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
     }
 
@@ -74,9 +95,16 @@ class Fingerprint:
         self.width = float(norm.ppf(0.5 + 0.5 * about["probability"]))
 
     @classmethod
-    def fit(cls, descriptors: pd.DataFrame, volume_m3: float, probability: float) -> "Fingerprint":
+    def fit(
+        cls,
+        descriptors: pd.DataFrame,
+        volume_m3: float,
+        probability: float,
+        charges: Mapping[str, BallMixture] = NO_CHARGES,
+    ) -> "Fingerprint":
         """The fingerprint of the conditions of one mill and contact set, all counted by one rule.
 
+        charges: every charge of several sizes among the conditions, by its name.
         Raises ConfigError for fewer than three fill ratios of the mill as built, or a quantity that is not positive.
         """
         contact = descriptors["contact"].iloc[0]
@@ -96,7 +124,7 @@ class Fingerprint:
             # A window of less than two revolutions has no standard error: its scatter is left to the noise.
             errors = (descriptors[f"{quantity}_se"].fillna(0.0) / known).to_numpy(dtype=float)
             processes[quantity] = Process.fit(inputs, np.log(known), errors, components)
-        return cls(describe(descriptors, volume_m3, probability), processes)
+        return cls(describe(descriptors, volume_m3, probability, charges), processes)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
         """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
@@ -141,6 +169,29 @@ class Fingerprint:
         """The smallest and the largest fill ratio that was simulated."""
         return tuple(self.about["ranges"]["fill_ratio"])
 
+    @property
+    def charges(self) -> dict[str, BallMixture]:
+        """The simulated charges of several ball sizes, by name."""
+        return {
+            name: BallMixture(name=name, sizes_mm=[1e3 * size for size in own["sizes_m"]], numbers=own["fractions"])
+            for name, own in self.about.get("charges", {}).items()
+        }
+
+    @property
+    def settings(self) -> list[tuple[float, float, str]]:
+        """The simulated speeds [Hz], ball diameters [m] and charges (ONE_SIZE for balls of one size)."""
+        stored = self.about["settings"]
+        charges = stored.get(CHARGE, [ONE_SIZE] * len(stored["speed_hz"]))
+        return list(zip(stored["speed_hz"], stored["ball_diameter_m"], charges, strict=True))
+
+    def charge_diameter_m(self, charge: str) -> float:
+        """Diameter of the ball of mean volume of a simulated charge [m]; raises ConfigError for another name."""
+        known = self.about.get("charges", {})
+        if charge not in known:
+            has = f"has {', '.join(known)}" if known else "is of balls of one size"
+            raise ConfigError(f"charge = {charge}: the fingerprint of {self.about['mill']} {has}")
+        return known[charge]["ball_diameter_m"]
+
     def condition(
         self,
         *,
@@ -175,7 +226,7 @@ class Fingerprint:
     def at_settings(self, fill_ratios: np.ndarray) -> pd.DataFrame:
         """Each fill ratio with each speed and ball size of the mill as built: rows of VARIABLES, fill by fill."""
         built = {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
-        settings = pd.DataFrame(self.about["settings"]).assign(**built)
+        settings = pd.DataFrame({name: self.about["settings"][name] for name in reversed(SETTING)}).assign(**built)
         return pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)}).merge(settings, how="cross")
 
     def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
@@ -237,21 +288,30 @@ class Fingerprint:
                 found[origin] = f"fill_ratio = {fill_ratio:g}: analysed from {low:g} to {high:g}"
         return found
 
-    def outside(self, condition: Condition[float], volume_m3: float) -> tuple[str, ...]:
-        """Names of the variables, and of the jar's volume, that lie outside the simulated range."""
+    def outside(self, condition: Condition[float], volume_m3: float, charge: str = ONE_SIZE) -> tuple[str, ...]:
+        """Names of the variables, of the charge and of the jar's volume, that lie outside what was simulated."""
+        # Balls of one size say nothing of a charge of several, nor the other way round.
+        diameters = [diameter for _, diameter, own in self.settings if own == charge]
+        ranges = self.about["ranges"]
+        if self.about.get("charges") and diameters:
+            ranges = ranges | {"ball_diameter_m": [min(diameters), max(diameters)]}
         beyond = []
         for name in VARIABLES:
-            low, high = self.about["ranges"][name]
+            low, high = ranges[name]
             if not low * (1 - 1e-9) <= getattr(condition, name) <= high * (1 + 1e-9):
                 beyond.append(name)
+        beyond += [] if diameters else [CHARGE]
         return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
 
-    def predict(self, condition: Condition[float], volume_m3: float | None = None) -> Prediction:
+    def predict(
+        self, condition: Condition[float], volume_m3: float | None = None, charge: str = ONE_SIZE
+    ) -> Prediction:
         """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, with the variables outside the simulated range.
 
-        volume_m3: of the jar, that of the mill as built if left out. Beyond the simulated range the scaling of the
-        thesis carries the curves on, with an interval that widens. Raises ConfigError for a condition that cannot be: a
-        value of 0 or less, or a fill ratio of 1 or more.
+        volume_m3: of the jar, that of the mill as built if left out. charge: the name of one of several ball sizes, of
+        which the condition has the ball of mean volume (`charge_diameter_m`); balls of one size if left out. Beyond the
+        simulated range the scaling of the thesis carries the curves on, with an interval that widens. Raises
+        ConfigError for a condition that cannot be: a value of 0 or less, or a fill ratio of 1 or more.
         """
         volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
@@ -267,7 +327,7 @@ class Fingerprint:
             tangential_power_W=scaled["Pt"] * power,
             power_W=scaled["P"] * power,
             tangential_share=share_of(scaled["ratio"]),
-            outside=self.outside(condition, volume),
+            outside=self.outside(condition, volume, charge),
             missing=self.missing(condition.fill_ratio),
         )
 
