@@ -73,3 +73,20 @@ def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):
     del mill["sweep"]
     file.write_text(yaml.safe_dump(mill))
     assert "derive_sweep" in jobs_of(planned(project, content, "convergence", "--config", "mill=mine"))
+
+
+@pytest.mark.parametrize("sweep", [True, False])
+def test_contact_parameters_of_a_mill_of_ones_own_are_sampled_in_a_few_jobs(project, sweep):
+    content = smoke_content(project)
+    copy_planetary(project / "config/mills")
+    file = project / "config/mills/mine.yaml"
+    if not sweep:
+        mill = yaml.safe_load(file.read_text())
+        del mill["sweep"]
+        file.write_text(yaml.safe_dump(mill))
+    jobs = jobs_of(planned(project, content, "uncertainty", "--config", "mill=mine"))
+    assert jobs["sample_contacts"] == content["uncertainty"]["jobs"] == 2
+    assert jobs["measure_uncertainty"] == jobs["plot_uncertainty"] == 1
+    assert ("derive_sweep" in jobs) != sweep
+    # The printed values of the thesis are about its own mill.
+    assert "tabulate_contact_intervals" not in jobs
