@@ -1,5 +1,7 @@
 """The fingerprint sheet and the curves of a mill with every interval that is known, each of its own origin."""
 
+import numpy as np
+
 from millprint.config.mill import MillConfig
 from millprint.files import read_table, write_table
 from millprint.fingerprint.mill_sheet import tabulate_sheet
@@ -13,7 +15,9 @@ def main(tables, output, mill: MillConfig) -> None:
     collapse, zones, descriptors, curves = (
         read_table(getattr(tables, name)) for name in ("collapse", "zones", "descriptors", "curves")
     )
-    write_table(fingerprint.further_curve(fingerprint.curve(curves["fill_ratio"].to_numpy())), output.curves)
+    # A table has fewer digits than the fingerprint: its first and last fill ratio may lie just outside.
+    fills = np.clip(curves["fill_ratio"].to_numpy(dtype=float), *fingerprint.fill_range)
+    write_table(fingerprint.further_curve(fingerprint.curve(fills)), output.curves)
     write_table(tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max()), output.sheet)
 
 
