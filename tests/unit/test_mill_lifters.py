@@ -5,10 +5,19 @@ import math
 import numpy as np
 import pytest
 import trimesh
+import yaml
 from pydantic import TypeAdapter, ValidationError
 
 from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
-from millprint.mill.vessel import Vessel, shape_facets
+from millprint.config.load import check_model
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.fingerprint.cases import enlarged, mill_cases
+from millprint.mill.bodies import build_bodies
+from millprint.mill.default_sweep import default_sweep
+from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
+from millprint.preflight import check_mixtures
+from tests.conftest import ROOT
 
 LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}
 DRUM = {"kind": "lifter_drum", "radius_mm": 275, "length_mm": 23.5, "facets": 144, "lifters": LIFTERS}
@@ -89,3 +98,36 @@ def test_a_slice_with_rounded_ends_is_refused():
     shape = {"kind": "cylinder", "radius_mm": 50, "height_mm": 50, "fillet_radius_mm": 5, "smooth_ends": True}
     with pytest.raises(ValidationError, match="an end without friction is flat"):
         TypeAdapter(VesselGeometry).validate_python(shape)
+
+
+def example() -> MillConfig:
+    """The tumbling mill of the handbook."""
+    text = (ROOT / "config/README.md").read_text().split("### A tumbling mill")[1]
+    return check_model(yaml.safe_load(text.split("```yaml")[1].split("```")[0]), MillConfig, "tumbler.yaml")
+
+
+def test_the_example_of_the_handbook_is_a_mill_that_can_be_run():
+    mill = example()
+    check_volume(mill, build_vessel(mill))
+    cases = mill_cases(mill, MillsConfig(contact="steel"))
+    check_mixtures(cases, {mill.name: mill}, {mill.name: build_bodies(mill, 45)}, "tumbler.yaml: sweep")
+    assert len(cases) == 6 and all(case.mixture for case in cases)
+
+
+def test_lifters_survive_a_file(tmp_path):
+    vessel = build_vessel(example())
+    vertices, triangles = vessel.triangles()
+    # A drawing's normals point from the hollow into the wall.
+    trimesh.Trimesh(1e3 * vertices, triangles[:, ::-1], process=False).export(tmp_path / "drum.stl")
+    assert abs(trimesh.load(tmp_path / "drum.stl").volume) == pytest.approx(1e9 * vessel.volume_m3, rel=1e-5)
+
+
+def test_a_drum_with_lifters_is_enlarged_and_swept_as_a_drum():
+    mill = example()
+    large, factor = enlarged(mill, 8 * mill.volume_ml / 1e3, "large")
+    assert factor == pytest.approx(2)
+    assert build_vessel(large).volume_m3 == pytest.approx(8 * build_vessel(mill).volume_m3, rel=1e-9)
+    sweep = default_sweep(mill.model_copy(update={"sweep": None}))
+    assert all(size <= 8 for size in sweep.ball_diameters_mm)
+    critical = 30 / math.pi * math.sqrt(9.81 / (0.15 - sweep.ball_diameters_mm[0] / 2e3))
+    assert sweep.speeds_rpm == pytest.approx([0.6 * critical, 0.8 * critical], rel=0.02)
