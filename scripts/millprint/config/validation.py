@@ -225,9 +225,9 @@ class BeadDrumConfig(DrumOfBallsConfig):
     """ball volume over the volume of the drum [-]"""
     speed_rpm: PositiveSpeed = 11.6
     """speed of the drum [rpm]"""
-    discard_s: Positive = 1.3
+    discard_s: Positive = 1.55
     """time of motion before the averages begin [s]"""
-    window_s: Positive = 1.04
+    window_s: Positive = 2.08
     """time of motion that is averaged [s]"""
     half_width_diameters: Positive = 1.5
     """half the width, along the surface, of the part about the axis in which speeds are averaged [ball diameters]"""

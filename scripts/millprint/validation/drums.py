@@ -144,8 +144,8 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
 
     interval = f"{BLOCKS} and {CONTACT}" if len(short) > 1 else BLOCKS
 
-    def pair(place: int, quantity: str, unit: str, id: str, x: float = math.nan) -> list[dict]:
-        """The rows of one number: of the long slice and of the short one."""
+    def rows_of(place: int, quantity: str, unit: str, id: str, x: float = math.nan) -> list[dict]:
+        """The rows of one number: of the long slice, of the short one, and of the short one with the other sets."""
         other = short[settings.contact][place]
         return [
             prediction(
@@ -155,17 +155,21 @@ def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
                 quantity, unit, other, id=id, x=x, lower=other - short_scatter[place],
                 upper=other + short_scatter[place], interval=BLOCKS, model=SHORT,
             ),
+            *(
+                prediction(quantity, unit, short[name][place], id=id, x=x, model=f"{SHORT}, {name}")
+                for name in settings.further_contacts
+            ),
         ]  # fmt: skip
 
     ids, omega = inputs.ids_of(SPEED), settings.speed_rpm * math.pi / 30
     rows = [
-        *pair(0, ANGLE, "deg", _single(inputs, ANGLE)),
-        *pair(1, ZERO, "m", _single(inputs, ZERO)),
+        *rows_of(0, ANGLE, "deg", _single(inputs, ANGLE)),
+        *rows_of(1, ZERO, "m", _single(inputs, ZERO)),
     ]
     for place, depth in enumerate(depths.tolist(), start=2):
         if not math.isnan(found[place]):
             id = ids.get(depth, "")
-            rows += pair(place, SPEED, "m/s", id, depth)
+            rows += rows_of(place, SPEED, "m/s", id, depth)
             rows.append(prediction(SPEED, "m/s", omega * depth, id=id, x=depth, model=TURNING))
     return pd.DataFrame(rows)
 

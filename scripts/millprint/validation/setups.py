@@ -81,6 +81,11 @@ SETUPS = {
                     "down the slope and along the normal of the surface that the simulation itself has",
                     "the surface is fitted over half the radius on both sides of the axis",
                 ),
+                Assumption(
+                    "Young's modulus",
+                    "0.01 GPa, not that of glass",
+                    "overlaps stay below 6 % of a radius; it makes long steps possible",
+                ),
                 Assumption("speed", "11.6 rpm", "the post-processing of the source; its parameter file has 11.6 rad/s"),
                 Assumption(
                     "interval of the contact parameters", "from clean to worn beads", "the further contact sets"
