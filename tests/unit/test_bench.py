@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.bench import compare, physics
+from millprint.bench import compare, physics, tumbling
 from millprint.bench.cases import (
     Setup,
     Timing,
@@ -39,7 +39,9 @@ from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
 from millprint.dem.packing import pack
+from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError, SimulationError
 from millprint.mill.vessel import build_vessel
 
@@ -396,3 +398,55 @@ def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):
     # Twelve balls of 4 g at about the jar's speed of 1.07 m/s.
     assert 0.2 < means["kinetic_translation_J"] / (12 * 0.00403 * 1.068**2 / 2) < 3
     assert means["wall_contacts"] > 0
+
+
+@pytest.fixture(scope="module")
+def drum() -> tuple[MillConfig, ContactConfig]:
+    return (
+        load_named(ROOT / "config/mills", "slice_mill", MillConfig, "mill"),
+        load_named(ROOT / "config/contacts", "slice_mill", ContactConfig, "contact set"),
+    )
+
+
+def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
+    mill, contact = drum
+    case = tumbling.case_of(mill, contact, config.tumbling, 40.81, 0)
+    simulation = Simulation(case, mill, contact, DemConfig(ledger_samples_per_revolution=tumbling.ROW))
+    text = tumbling.input_text(simulation, mill.geometry, config)
+    shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)
+    assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell
+    assert len(lifters) == 12 and len(re.findall("^fix lifter", text, re.MULTILINE)) == 12
+    # A block of 22 mm, its inner face 22 mm from the shell.
+    low, high, *_, bottom = (float(word) for word in words(text, "region lifter0 block")[:5])
+    assert high - low == pytest.approx(0.022) and bottom == pytest.approx(0.275 - 0.022)
+    angles = [float(value) for value in re.findall(r"equal v_turned\+(\S+)", text)]
+    assert np.diff(angles) == pytest.approx(np.full(11, math.pi / 6))
+    # Friction of two balls, and of ball and wall.
+    assert (
+        words(text, "pair_coeff * *")[8] == "0.14"
+        and words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
+    )
+    settle, discard, window = tumbling.steps_of(simulation, config.tumbling)
+    assert (
+        window * simulation.step == pytest.approx(2 * 60 / 40.81)
+        and discard % tumbling.ROW == settle % tumbling.ROW == 0
+    )
+    data = tumbling.data_text(simulation, mill.geometry)
+    assert "120 atoms" in data and len(data.splitlines()) == 11 + 120
+
+
+def test_a_drum_that_lammps_lacks_is_refused(drum, mill):
+    slice_mill, _ = drum
+    lifters = slice_mill.geometry.lifters.model_copy(update={"face_angle_deg": 60})
+    slanted = slice_mill.model_copy(update={"geometry": slice_mill.geometry.model_copy(update={"lifters": lifters})})
+    for other in (mill, slanted):
+        with pytest.raises(ConfigError, match="needs a lifter_drum with square lifters"):
+            tumbling.check_drum(other)
+
+
+def test_the_table_of_powers_has_a_row_for_each_speed():
+    rows = [(40.0, 120, 20.0, 22.0, 1e-5, "x"), (40.0, 120, 22.0, 20.0, 1e-5, "x"), (20.0, 120, 10.0, 11.0, 2e-5, "x")]
+    table = tumbling.tabulate_power(rows).set_index("speed_rpm")
+    assert table.loc[40.0, ["millprint_W", "lammps_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
+    assert table.loc[20.0, "difference_pct"] == pytest.approx(10)
+    assert table.loc[40.0, "millprint_se_W"] == pytest.approx(1.0)

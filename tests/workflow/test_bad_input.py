@@ -18,6 +18,9 @@ DRUM = "config/mills/drum.yaml"
 MIXER = "config/mills/mixer.yaml"
 ATTRITOR = "config/mills/attritor.yaml"
 CALIBRATED = "config/contacts/calibrated.yaml"
+BARS = {"number": 8, "height_mm": 6, "width_mm": 8}
+LIFTED = {"kind": "lifter_drum", "axis": "y", "radius_mm": 50, "length_mm": 30, "facets": 48, "lifters": BARS}
+CHARGE = {"name": "two", "sizes_mm": [10, 8], "shares": [0.5, 0.5]}
 
 
 @pytest.mark.parametrize("key", ["time_stp_s", "rayleigh_fraction_max"], ids=["unknown key", "impossible value"])
@@ -115,6 +118,34 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("sweeps", 1, "name"), "fill_ratio_10mm", ["sweeps: two have the name fill_ratio_10mm"]),
         (EMAX, ("geometry", "heigth_mm"), 3, ["emax.yaml: geometry.heigth_mm = 3", "did you mean height_mm?"]),
         (EMAX, ("geometry", "facets_per_half_circle"), 360, ["emax.yaml", "facets"]),
+        # Drums with lifters, charges of several sizes, and frictions of walls.
+        (
+            DRUM,
+            ("geometry",),
+            LIFTED | {"lifters": BARS | {"height_mm": 46}},
+            ["lifters.height_mm", "no room for a ball"],
+        ),
+        (
+            DRUM,
+            ("geometry",),
+            LIFTED | {"lifters": BARS | {"width_mm": 40}},
+            ["lifters.width_mm", "lifters of that width"],
+        ),
+        (DRUM, ("geometry",), LIFTED | {"lifters": BARS | {"face_angle_deg": 100}}, ["face_angle_deg", "90"]),
+        (DRUM, ("geometry",), LIFTED | {"lifters": BARS | {"number": 0}}, ["lifters.number", "greater than"]),
+        (DRUM, ("geometry",), LIFTED | {"radius_mm": 30}, ["drum.yaml: volume_ml = 235", "lifter_drum"]),
+        (DRUM, ("sweep", "ball_diameters_mm"), [CHARGE | {"shares": [0.5, 0.4]}], ["shares", "add up to 0.9"]),
+        (DRUM, ("sweep", "ball_diameters_mm"), [CHARGE | {"shares": [1.0]}], ["shares", "one value for each of 2"]),
+        (DRUM, ("sweep", "ball_diameters_mm"), [CHARGE | {"sizes_mm": [10, 60]}], ["60", "does not fit", "drum"]),
+        (STEEL, ("wall_static_friction",), -0.1, ["steel.yaml", "wall_static_friction", "greater than"]),
+        (STEEL, ("wall_restitution",), 2, ["steel.yaml", "wall_restitution", "less than"]),
+        # What others measured, uncertainty, and the study of the settings.
+        (CONFIG, ("validation",), {"setups": ["cannon"]}, ["validation", "unknown set-up 'cannon'", "alumina_impact"]),
+        (CONFIG, ("validation",), {"measured": "config/data/no.tsv"}, ["config/data/no.tsv", "no such"]),
+        (CONFIG, ("uncertainty",), {"base_samples": 100}, ["uncertainty", "base_samples = 100", "power of two"]),
+        (CONFIG, ("uncertainty",), {"mills": ["emaks"]}, ["emaks", "unknown mill"]),
+        (CONFIG, ("convergence", "study"), {"step_factors": [2]}, ["convergence.study", "step_factors", "finer step"]),
+        (CONFIG, ("convergence", "study"), {"seeds": 1}, ["convergence.study.seeds", "greater than or equal to 2"]),
         # Volumes that disagree with the geometry.
         (
             PLANETARY,

@@ -6,7 +6,16 @@ from pydantic import Field, model_validator
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry, CylinderGeometry
-from millprint.config.section import Count, Name, NonNegative, Positive, Section, first_repeated
+from millprint.config.section import (
+    Count,
+    Fraction,
+    Name,
+    NonNegative,
+    Positive,
+    PositiveSpeed,
+    Section,
+    first_repeated,
+)
 
 
 class BenchCase(Section):
@@ -100,6 +109,31 @@ class PhysicsConfig(Section):
     """contact laws to compare"""
 
 
+class TumblingConfig(Section):
+    """Power of a drum with lifters from both codes: `make bench SLICE=1`."""
+
+    mill: Name
+    """a file in config/mills: a lifter_drum with square lifters, its axis along y"""
+    contact: Name
+    """contact set: a file in config/contacts"""
+    ball_diameter_mm: Positive
+    """diameter of the balls [mm]"""
+    fill_ratio: Fraction
+    """ball volume over the nominal volume [-]"""
+    speeds_rpm: Annotated[list[PositiveSpeed], Field(min_length=1, max_length=12)]
+    """speeds of the drum [rpm]"""
+    seeds: Annotated[int, Field(ge=2, le=100)]
+    """runs of each code at each speed, each from another start [-]"""
+    rayleigh_fraction: Fraction
+    """step of both codes over the Rayleigh time [-]"""
+    settle_s: Positive
+    """time for the balls to come to rest [s]"""
+    discard_turns: Annotated[int, Field(ge=1, le=1000)]
+    """turns before the means begin [-]"""
+    window_turns: Annotated[int, Field(ge=1, le=1000)]
+    """turns averaged over [-]"""
+
+
 class QuickConfig(Section):
     """Sizes of the quick benchmark."""
 
@@ -132,6 +166,7 @@ class BenchConfig(Section):
     large: LargeCase
     lammps: LammpsConfig
     physics: PhysicsConfig
+    tumbling: TumblingConfig
     quick: QuickConfig
 
     def case_named(self, name: str) -> BenchCase:
