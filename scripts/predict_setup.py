@@ -24,5 +24,6 @@ if "snakemake" in globals():
             setup_cases(settings, dem),
             given.runs,
             measured_points(read_measurements(snakemake.input.measured, SETUPS)),
+            given.folder,
         )
         write_table(table, snakemake.output.predictions)

@@ -26,11 +26,17 @@ def setup_runs(name: str) -> list[str]:
     return [f"{RESULTS}/dem/{path}/{file}" for path in SETUP_CASES[name] for file in files]
 
 
+def own_tables(name: str) -> list[str]:
+    """The tables of the simulations that a set-up runs on its own."""
+    return [f"{VALIDATION}/{name}/{table}" for table in CONFIG.validation.chosen[name].own_tables]
+
+
 rule predict_setup:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=CONFIG.validation.measured,
         runs=lambda wildcards: setup_runs(wildcards.setup),
+        tables=lambda wildcards: own_tables(wildcards.setup),
     output:
         predictions=f"{VALIDATION}/{{setup}}/predictions.tsv",
     log:
@@ -43,6 +49,7 @@ rule predict_setup:
         contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
         dem=settings("dem"),
         runs=f"{RESULTS}/dem",
+        folder=lambda wildcards: f"{VALIDATION}/{wildcards.setup}",
         library=library("predict_setup.py"),
     message:
         "Predicting set-up {wildcards.setup}"
@@ -153,6 +160,7 @@ VALIDATION_OUTPUTS = [
     *expand(rules.plot_bed.output, setup=[name for name in CONFIG.validation.chosen if name in FLOWING_BEDS]),
     *rules.tabulate_verdicts.output,
     *rules.tabulate_validation.output,
+    *expand([*rules.plot_charge.output], setup=CONFIG.validation.tumbling),
 ]
 
 

@@ -246,6 +246,16 @@ def _place_sizes(
     return points, species
 
 
+def _free_way(vessel: Vessel, normal: np.ndarray, diameter_m: float) -> float:
+    """How far a laid ball may move to either side across its plane [m]: 0 where there is more than one plane.
+
+    In a slice that is hardly wider than a ball, balls that all start in the middle would stay there, since no force
+    points out of a plane that holds every centre: the charge would never touch the ends.
+    """
+    room = float(np.ptp(vessel.vertices @ normal)) - diameter_m * (1 + GAP)
+    return 0.99 * room / 2 if 0 < room < PLANES * diameter_m * (1 + GAP) else 0.0
+
+
 def pack(
     vessel: Vessel, diameter_m: float, count: int, seed: int, volume_m3: float, inserts: Sequence[Vessel] = ()
 ) -> np.ndarray:
@@ -273,9 +283,9 @@ def pack(
         room = (spacing - diameter_m) / 2 * 0.99
         move = draw.uniform(-1, 1, chosen.shape) * room / math.sqrt(3)
         if sites_of is _laid_sites:
-            # There may be no room perpendicular to the planes; within them every ball moves.
             normal = thin_direction(vessel)
-            move -= np.outer(move @ normal, normal)
+            share = move @ normal / (room / math.sqrt(3))
+            move += np.outer(share * _free_way(vessel, normal, diameter_m) - move @ normal, normal)
         moved = chosen + move
         fits = inside(vessel, moved, diameter_m / 2, inserts)
         return by_cell(np.where(fits[:, None], moved, chosen), spacing)

@@ -9,7 +9,7 @@ import pandas as pd
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.files import read_json
+from millprint.files import read_json, read_table
 
 PLACE_COLUMNS = ("id", "quantity", "unit", "x")
 
@@ -20,7 +20,8 @@ class Inputs:
 
     settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
     predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,
-    unit and x of the measured points of this set-up, without their values.
+    unit and x of the measured points of this set-up, without their values; folder: of the set-up's own tables, for one
+    that simulates before it predicts.
     """
 
     settings: Any
@@ -30,6 +31,7 @@ class Inputs:
     cases: dict[str, Case]
     runs: Path
     places: pd.DataFrame
+    folder: Path = Path()
 
     @property
     def contact(self) -> ContactConfig:
@@ -39,6 +41,10 @@ class Inputs:
     def summary(self, path: str) -> dict:
         """The summary of a case. Raises DamagedFile for one that is no JSON."""
         return read_json(self.runs / path / "summary.json")
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A table of the set-up's own folder. Raises ConfigError as `read_table`."""
+        return read_table(self.folder / name)
 
     def places_of(self, quantity: str) -> pd.Series:
         """The measured places of a quantity."""

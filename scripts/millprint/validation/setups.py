@@ -17,6 +17,7 @@ from millprint.validation.impacts import predict_alumina_impact, predict_elastic
 from millprint.validation.inputs import PLACE_COLUMNS, Inputs
 from millprint.validation.predictions import check_predictions
 from millprint.validation.shaker import predict_ball_speeds
+from millprint.validation.tumbling import predict_tumbling
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,19 @@ class Setup:
     assumptions: tuple[Assumption, ...] = ()
     known: bool = True
 
+
+TUMBLING = (
+    Assumption("power", "work of all walls on the balls: net of bearings, gears and motor", "our definition"),
+    Assumption("end walls", "turn with the shell, with its friction", "assumed; photographs show closed drums"),
+    Assumption(
+        "ranges of contact parameters",
+        "restitution 0.45 to 0.90, friction of balls 0.14 to 0.70 and of walls 0.20 to 0.70",
+        "all contact sets of tumbling mills in Govender, Rajamani, Kok and Wilke 2015, Tables 1 to 6",
+    ),
+    Assumption(
+        "range of the rolling friction", "0 to 0.02", "none in that source; twice clean steel, thesis Table 3.2"
+    ),
+)
 
 SETUPS = {
     setup.name: setup
@@ -120,6 +134,35 @@ SETUPS = {
                 Assumption("speed", "17.5 Hz", "as commonly given; not in the source"),
             ),
         ),
+        Setup(
+            name="slice_mill",
+            number="1",
+            title="Slice mill with lifters, 550 mm",
+            predict=predict_tumbling,
+            assumptions=(
+                *TUMBLING,
+                Assumption("filling for the formulas", "25 and 35 %", "printed with the numbers of balls"),
+                Assumption("critical speed", "58.3 rpm", "printed"),
+            ),
+        ),
+        Setup(
+            name="drum_90cm",
+            number="2",
+            title="Drum with lifters, 900 mm",
+            predict=predict_tumbling,
+            assumptions=(*TUMBLING, Assumption("filling for the formulas", "20 %", "printed")),
+        ),
+        Setup(
+            name="bond_mill",
+            number="5",
+            title="Bond mill, 305 mm",
+            predict=predict_tumbling,
+            assumptions=(
+                *TUMBLING,
+                Assumption("ore", "none in the mill; its friction and restitution are in the contact set", "assumed"),
+                Assumption("filling for the formulas", "19 %", "20.1 kg of steel, packed to 0.60"),
+            ),
+        ),
     )
 }
 
@@ -140,6 +183,7 @@ def predict(
     cases: dict[str, Case],
     runs: str | Path,
     measured: pd.DataFrame,
+    folder: str | Path = "",
 ) -> pd.DataFrame:
     """The predictions of a set-up, checked; `measured` are points as of `measured_points`, the others as of `Inputs`.
 
@@ -148,7 +192,8 @@ def predict(
     """
     setup = setup_named(name)
     places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
-    table = check_predictions(setup.predict(Inputs(settings, mill, contacts, dem, cases, Path(runs), places)), name)
+    inputs = Inputs(settings, mill, contacts, dem, cases, Path(runs), places, Path(folder))
+    table = check_predictions(setup.predict(inputs), name)
     known = dict.fromkeys(table["quantity"])
     for id, quantity in zip(places["id"], places["quantity"], strict=True):
         if quantity not in known:

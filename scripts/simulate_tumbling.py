@@ -1,0 +1,33 @@
+"""Simulates a tumbling mill at every speed, number of balls, seed and contact set of its section."""
+
+from pathlib import Path
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import DemConfig
+from millprint.config.validation import ValidationConfig
+from millprint.files import write_table
+from millprint.job import job
+from millprint.validation.measured import measured_points, read_measurements
+from millprint.validation.setups import SETUPS
+from millprint.validation.tumbling_runs import design, run_all
+
+if "snakemake" in globals():
+    name, given = snakemake.wildcards.setup, snakemake.params
+    with job(snakemake.log[0], f"simulate {name}"):
+        settings = type(getattr(ValidationConfig(), name))(**given.settings)
+        contacts = {contact["name"]: ContactConfig(**contact) for contact in given.contacts}
+        points = measured_points(read_measurements(snakemake.input.measured, SETUPS))
+        places = points.loc[points["setup"] == name, "x"].dropna()
+        done = Path(snakemake.output.runs).with_name("runs.partial")
+        runs, charge = run_all(
+            design(settings, contacts, places),
+            settings,
+            MillConfig(**given.mill),
+            contacts[settings.contact],
+            DemConfig(**given.dem),
+            done,
+        )
+        write_table(runs, snakemake.output.runs)
+        write_table(charge, snakemake.output.charge)
+        done.unlink(missing_ok=True)
