@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -75,7 +74,6 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
-    check_measured(config)
     faults = [*fingerprint_faults(config, cases, source), *uncertainty_faults(config, mills, contacts, source)]
     chapters = config.chapters
     # Only a run with chapters needs these checks.
@@ -237,14 +235,6 @@ def check_step_and_cost(
             f"{source}: sweeps: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
             "look at snapshot_interval_s, window_s, dem.ledger_samples_per_revolution and dem.occupancy_cell_m"
         )
-
-
-def check_measured(config: WorkflowConfig) -> None:
-    """Check the table of what others measured, and that of the fixed predictions."""
-    read_measurements(config.validation.measured, config.validation.all_setups)
-    # A run without that table predicts nothing that was fixed before.
-    if Path(config.validation.fixed).exists():
-        read_fixed(config.validation.fixed)
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:

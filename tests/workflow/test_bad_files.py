@@ -50,23 +50,6 @@ def test_a_bad_run_of_the_screening(project, refusal, row, changed, parts):
     assert all(part in line for part in ["screening.tsv", *parts])
 
 
-@pytest.mark.parametrize(
-    ("column", "value", "words"),
-    [
-        ("unit", "kW", "column unit, row 1"),
-        ("setup", "cannon", "unknown set-up; known: "),
-        ("value", "a lot", "must be a number, a series"),
-    ],
-)
-def test_a_bad_row_of_what_others_measured(project, refusal, column, value, words):
-    path = project / "config/data/measured.tsv"
-    rows = [line.split("\t") for line in path.read_text().splitlines()]
-    rows[1][rows[0].index(column)] = value
-    path.write_text("\n".join("\t".join(row) for row in rows) + "\n")
-    line = refusal()
-    assert "config/data/measured.tsv: column" in line and value in line and words in line
-
-
 def test_a_bad_study_of_the_literature(project, refusal):
     table = project / "config/data/literature_yields.tsv"
     table.write_text(table.read_text().replace("\t76\n", "\t760\n", 1))
