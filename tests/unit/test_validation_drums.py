@@ -57,7 +57,8 @@ BEAD_PLACES = [
 
 
 def test_the_drum_of_beads_is_predicted_at_every_measured_place_that_holds_beads(tmp_path):
-    inputs = inputs_of(BeadDrumConfig(), tmp_path, BEAD_PLACES)
+    settings = BeadDrumConfig(further_contacts=["glass_beads_clean", "glass_beads_worn"])
+    inputs = inputs_of(settings, tmp_path, BEAD_PLACES)
     table = check_predictions(drums.predict_bead_drum(inputs), "bead_drum")
     dem = table[table["model"] == DEM]
     angle, zero = (dem[dem["id"] == id].iloc[0] for id in ("4b", "4c"))

@@ -231,7 +231,7 @@ class BeadDrumConfig(DrumOfBallsConfig):
 
     contact: Name = "glass_beads"
     """contact set that predicts: a file in config/contacts"""
-    further_contacts: list[Name] = ["glass_beads_clean", "glass_beads_worn"]
+    further_contacts: list[Name] = ["glass_beads_clean"]
     """contact sets that bound it; the interval by contact parameters spans them"""
     mill: Name = "bead_drum"
     """the drum, or a slice of it: a file in config/mills"""

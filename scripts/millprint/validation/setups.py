@@ -102,7 +102,9 @@ SETUPS = {
                 ),
                 Assumption("speed", "11.6 rpm", "the post-processing of the source; its parameter file has 11.6 rad/s"),
                 Assumption(
-                    "interval of the contact parameters", "from clean to worn beads", "the further contact sets"
+                    "interval of the contact parameters",
+                    "from glass_beads to clean beads",
+                    "worn beads need a step too short for this stage",
                 ),
             ),
         ),
