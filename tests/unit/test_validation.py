@@ -145,8 +145,9 @@ def judge(points, predictions, **options) -> pd.DataFrame:
 @pytest.mark.parametrize(
     ("predicted", "lower", "upper", "verdict"),
     [
-        (100.4, np.nan, np.nan, "within both intervals"),  # the prediction within the measured interval
-        (104.0, 99.0, 106.0, "within both intervals"),  # the measured value within the predicted interval
+        (100.4, 99.0, 101.0, "within both intervals"),
+        (100.4, np.nan, np.nan, "within 10 %"),  # the prediction has no interval
+        (104.0, 99.0, 106.0, "within 10 %"),  # the prediction lies outside the measured interval
         (101.0, 100.4, 101.5, "within 10 %"),  # the ends overlap, but no number lies within both
         (109.9, 109.0, 110.5, "within 10 %"),
         (110.1, 109.0, 110.5, "off"),
@@ -185,7 +186,8 @@ def test_a_miss_has_the_explanation_of_its_row_and_place(tmp_path):
     because = [Explanation("t1", "It slips.", high=15), Explanation("t2", "Not this row.")]
     rows = judge(points, predictions_of((10, 50), (20, 50)), explanations=because)
     assert rows["explanation"].tolist() == ["It slips.", "unexplained"]
-    hit = judge(points, predictions_of((10, 100), (20, 100)), explanations=because)
+    within = {"lower": 99.0, "upper": 101.0, "interval": CONTACT}
+    hit = judge(points, predictions_of((10, 100), (20, 100), **within), explanations=because)
     assert hit["explanation"].tolist() == ["", ""]
 
 
@@ -207,7 +209,7 @@ def test_an_order_of_magnitude_is_shown_without_a_verdict(tmp_path):
 
 def test_what_was_not_predicted_is_not_run(tmp_path):
     points = points_of(tmp_path, {"value": "10:100;20:100"})
-    rows = judge(points, predictions_of((10, 100)))
+    rows = judge(points, predictions_of((10, 100), lower=99.0, upper=101.0, interval=CONTACT))
     assert rows["verdict"].tolist() == ["within both intervals", "not run"]
     counts = count_verdicts(rows).iloc[0]
     assert counts[["within both intervals", "not run", "off"]].tolist() == [1, 1, 0]

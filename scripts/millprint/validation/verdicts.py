@@ -1,8 +1,7 @@
 """The verdict on every measured number: the prediction, both intervals, the ratio, and why a prediction is off.
 
-- `within both intervals`: one number lies within both, the predicted value within the measured interval or the measured
-  value within the predicted one. That the ends of two intervals overlap is not enough. Without any interval, this
-  verdict is not given.
+- `within both intervals`: the predicted value lies within the measured interval, and the measured value within the
+  predicted one. Where either has no interval, this verdict is not given.
 - `within 10 %`: the deviation is at most 10 % of the measured value. For angles, places and counts it is at most the
   tolerance of their unit (millprint.validation.measured.UNITS); in a series that changes its sign, at most 10 % of the
   measured value or of the mean size of the series, since a ratio says nothing near zero. The column `tolerance` has the
@@ -79,7 +78,7 @@ def verdict_of(point: dict, tolerance: float, unknown: Collection[str] = ()) -> 
     if predicted != predicted:
         return NOT_RUN
     # Comparisons with a bound that is not a number are false.
-    if point["measured_lower"] <= predicted <= point["measured_upper"] or point["lower"] <= measured <= point["upper"]:
+    if point["measured_lower"] <= predicted <= point["measured_upper"] and point["lower"] <= measured <= point["upper"]:
         return BOTH
     return NEAR if abs(predicted - measured) <= tolerance * (1 + 1e-9) else OFF
 
