@@ -92,12 +92,15 @@ def test_a_centrifuge_has_neither_toe_nor_shoulder():
     assert all(math.isnan(angle) for angle in toe_and_shoulder(places, np.full(75, DIAMETER), RADIUS))
 
 
-def test_balls_that_turn_with_the_shell_are_carried_and_others_are_not():
-    angles = np.linspace(0, 2 * math.pi, 30)
-    turning = np.stack([at([math.degrees(angle) + 40, math.degrees(angle) * 0.8], 0.2) for angle in angles])
-    resting = np.full((30, 1, 2), 0.1)
-    stay = carried(np.concatenate([turning, resting], axis=1), angles, np.full(3, DIAMETER))
-    assert stay.tolist() == [True, False, False]
+def test_balls_that_go_round_at_one_distance_are_carried_and_others_are_not():
+    angles = np.linspace(0, 2 * math.pi, 60)
+    turns = np.degrees(angles)
+    with_shell, slipping, left_behind = (at(share * turns + 40, 0.2) for share in (1.0, 0.8, 0.3))
+    falling = at(turns, 1.0) * (0.2 + DIAMETER * np.sin(angles))[:, None]
+    resting = np.full((60, 2), 0.1)
+    places = np.stack([with_shell, slipping, left_behind, falling, resting], axis=1)
+    stay = carried(places, angles, np.full(5, DIAMETER))
+    assert stay.tolist() == [True, True, False, False, False]
 
 
 def test_rings_are_counted_from_the_shell_until_one_has_room_for_two_balls():
@@ -184,7 +187,8 @@ def test_the_effect_of_contact_parameters_is_relative_to_the_same_seed_and_inter
     )  # fmt: skip
     factors = contact_factors(runs, "power_W")
     assert factors.to_numpy() == pytest.approx(np.array([[0.8, 1.0], [1.0, 1.2]]))
-    table = intervals(runs, SliceMillConfig()).set_index(["number", "speed"])
+    table = intervals(runs, SliceMillConfig(numbers=[169, 120])).set_index(["number", "speed"])
+    assert list(table.index) == [(169, 20.0), (120, 20.0), (120, 30.0), (120, 40.0)]
     assert table.loc[(120, 30.0), ["contact_lower_W", "contact_upper_W"]].tolist() == pytest.approx(
         [8.1 * 0.9, 8.1 * 1.1]
     )

@@ -37,7 +37,7 @@ def plot_charge(balls: pd.DataFrame, curve: pd.DataFrame, vessel: Vessel, axis: 
     columns = min(COLUMNS, len(runs))
     rows = -(-len(runs) // columns)
     width = PAGE_WIDTH_IN / COLUMNS
-    figure, grid = plt.subplots(rows, columns, figsize=(max(columns, 2) * width, rows * (width + 0.25)), squeeze=False)
+    figure, grid = plt.subplots(rows, columns, figsize=(columns * width, rows * (width + 0.2) + 0.5), squeeze=False)
     outline = _outline(vessel, axis)
     radius = np.linalg.norm(outline, axis=1).max()
     fastest = balls["ball_speed_m_s"].quantile(0.98)
@@ -57,13 +57,17 @@ def plot_charge(balls: pd.DataFrame, curve: pd.DataFrame, vessel: Vessel, axis: 
             if found[column] == found[column]:
                 end = 1.06 * radius * np.array([np.sin(np.radians(found[column])), np.cos(np.radians(found[column]))])
                 panel.plot([0, end[0]], [0, end[1]], style, color=COLOURS[1], linewidth=1.0, label=name)
-        panel.text(0.5, -0.02, f"{first['speed']:g} {unit}, {first['number']:g} balls", ha="center", va="top",
-                   transform=panel.transAxes)  # fmt: skip
+        panel.text(
+            0.5, 0.0, f"{first['speed']:g} {unit},\n{first['number']:g} balls", ha="center", va="top", fontsize=7,
+            transform=panel.transAxes,
+        )  # fmt: skip
         panel.set(xlim=(-1.08 * radius, 1.08 * radius), ylim=(-1.08 * radius, 1.08 * radius), aspect="equal")
         panel.axis("off")
     for panel in list(grid.flat)[len(runs) :]:
         panel.set_visible(False)
     letter_panels(list(grid.flat)[: len(runs)])
     if drawn is not None:
-        figure.colorbar(drawn, ax=grid, shrink=0.6, label="speed of a ball [m/s]")
+        figure.colorbar(
+            drawn, ax=grid, location="bottom", shrink=0.5, fraction=0.05, aspect=40, label="speed of a ball [m/s]"
+        )
     return figure

@@ -15,7 +15,8 @@ GRAVITY = 9.81
 # Toe and shoulder: where the shell is covered by half as many balls as a closed ring has.
 COVERED = 0.5
 BINS = 120
-# A ball that is carried round moves less than this share of its diameter against the shell in a turn.
+# Of a ball that centrifuges: the most by which its distance from the axis varies over its diameter, and the least by
+# which it goes round over the turn of the drum.
 CARRIED = 0.5
 # Distance of two rings over the ball diameter: between that of balls in each other's hollows, 0.87, and 1.
 RING_PITCH = 0.9
@@ -83,15 +84,16 @@ def toe_and_shoulder(
 
 
 def carried(places: np.ndarray, angles: np.ndarray, diameters: np.ndarray) -> np.ndarray:
-    """Which balls (n,) the shell carries round: those that stay where they are, seen from the shell.
+    """Which balls (n,) centrifuge: they go round without leaving their distance from the axis.
 
-    places: (t, n, 2) [m] over a turn; angles: (t,) of the drum, clockwise [rad]; diameters: (n,) [m]. A ball that is
-    carried stays within CARRIED of its diameter from its mean place.
+    places: (t, n, 2) [m] over a turn; angles: (t,) of the drum, clockwise [rad]; diameters: (n,) [m]. Over the turn the
+    distance from the axis varies by less than CARRIED of the diameter, and the ball goes round by more than CARRIED of
+    the angle of the drum: it may slip or roll on the shell, or on the ring outside it.
     """
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    x, z = places[..., 0], places[..., 1]
-    seen = np.stack([cos * x - sin * z, sin * x + cos * z], axis=-1)
-    return np.linalg.norm(seen - seen.mean(axis=0), axis=-1).max(axis=0) < CARRIED * diameters
+    distance = np.linalg.norm(places, axis=-1)
+    way = np.unwrap(np.radians(clock_angle(places)), axis=0)
+    goes_round = way[-1] - way[0] > CARRIED * (angles[-1] - angles[0])
+    return goes_round & (np.ptp(distance, axis=0) < CARRIED * diameters)
 
 
 def complete_rings(

@@ -79,8 +79,8 @@ def intervals(runs: pd.DataFrame, settings: TumblingConfig) -> pd.DataFrame:
                 "rings": group["rings"].mean(), "carried_share": group["carried"].mean() / number,
             }
         )  # fmt: skip
-    order = {number: place for place, number in enumerate(settings.numbers)}
-    return pd.DataFrame(rows).sort_values(["number", "speed"], key=lambda column: column.replace(order))
+    rank = {number: place for place, number in enumerate(settings.numbers)}
+    return pd.DataFrame(sorted(rows, key=lambda row: (rank[row["number"]], row["speed"])))
 
 
 def _named(quantity: str, number: int, settings: TumblingConfig) -> str:
