@@ -114,7 +114,7 @@ class AluminaImpactConfig(ImpactConfig):
     static_friction: Interval | None = (0.087, 0.097)
     speed_m_s: Positive = 3.9
     """speed of the sphere before the impact [m/s]"""
-    angles_deg: list[Angle] = Field(default=[*range(1, 15), *range(15, 90, 5), 88], min_length=1)
+    angles_deg: list[Angle] = Field(default=[float(a) for a in (*range(1, 15), *range(15, 90, 5), 88)], min_length=1)
     """angles of incidence from the normal, beside the measured ones [deg]"""
 
 
@@ -127,7 +127,7 @@ class ElasticImpactConfig(ImpactConfig):
     radius_mm: Positive = 0.01
     normal_speed_m_s: Positive = 5.0
     """normal speed of the sphere before the impact [m/s]"""
-    slopes: list[Positive] = Field(default=[0.1, 0.5, 1, 1.5, 2, 2.5, *range(3, 15)], min_length=1)
+    slopes: list[Positive] = Field(default=[0.1, 0.5, 1.0, 1.5, 2.0, 2.5, *map(float, range(3, 15))], min_length=1)
     """tangential over mu times normal speed at the contact point, beside the measured ones [-]"""
 
 
