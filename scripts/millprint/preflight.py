@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from itertools import chain
 from typing import cast
 
 import numpy as np
@@ -62,7 +63,8 @@ def check_before_running(
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
-    for case in [case for _, group in groups for case in group]:
+    # The sweeps of the configuration first, where a user looks first.
+    for case in chain(cases.values(), *(group for _, group in groups)):
         try:
             _, contact = overridden(case, mills[case.mill], contacts[case.contact])
         except ConfigError as error:

@@ -141,7 +141,12 @@ def test_valid_input_is_checked_only_once(project):
         (STEEL, ("wall_restitution",), 2, ["steel.yaml", "wall_restitution", "less than"]),
         # What others measured, uncertainty, and the study of the settings.
         (CONFIG, ("validation",), {"setups": ["cannon"]}, ["validation", "unknown set-up 'cannon'", "alumina_impact"]),
-        (CONFIG, ("validation",), {"measured": "config/data/no.tsv"}, ["config/data/no.tsv", "no such"]),
+        (
+            CONFIG,
+            ("validation",),
+            {"setups": ["alumina_impact"], "measured": "config/data/no.tsv"},
+            ["config/data/no.tsv", "no such"],
+        ),
         (CONFIG, ("uncertainty",), {"base_samples": 100}, ["uncertainty", "base_samples = 100", "power of two"]),
         (CONFIG, ("uncertainty",), {"mills": ["emaks"]}, ["emaks", "unknown mill"]),
         (CONFIG, ("convergence", "study"), {"step_factors": [2]}, ["convergence.study", "step_factors", "finer step"]),

@@ -109,7 +109,9 @@ def test_a_table_sorts_and_filters(report, page):
 
 @pytest.mark.parametrize("chapter", TABLES)
 def test_every_table_of_the_catalogue_is_shown(report, chapter):
-    text = (report / f"tables_{chapter}.html").read_text()
+    # The validation is a target of its own, and so is its page.
+    own = {"Validation": report.parent / "validation/tables.html"}
+    text = own.get(chapter, report / f"tables_{chapter}.html").read_text()
     assert re.findall("<h2>(.*?)</h2>", text) == [escape(listed.title) for listed in TABLES[chapter]]
 
 

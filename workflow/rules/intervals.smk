@@ -1,18 +1,5 @@
 """Fingerprints with the intervals by contact parameters, and by the shape of a fitted jar; their sheets."""
 
-from millprint.fit import FEWEST_JARS, fitted_mill
-
-INTERVALS = f"{RESULTS}/uncertainty/{{mill}}"
-FIT_SEARCH = f"{RESULTS}/fingerprint/fit_search.tsv"
-
-
-def shape_of(wildcards) -> list[str]:
-    """The file of a fitted jar's shape, if the target `fit` has run: nothing else waits for its search."""
-    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS else None
-    if fitted is None or fitted.name != wildcards.mill or CONFIG.fit.screening.jars < FEWEST_JARS:
-        return []
-    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"] if Path(FIT_SEARCH).exists() else []
-
 
 rule add_uncertainty:
     input:
@@ -98,18 +85,3 @@ rule add_uncertainty_to_chapter:
         "Adding the intervals by contact parameters to the curves of contact set {wildcards.contact}"
     script:
         "../../scripts/add_uncertainty.py"
-
-
-def predicting_chapter(contact: str) -> str:
-    """The fingerprint of chapter 3 of a contact set: with all its intervals if the whole run has their analysis."""
-    analysed = CONFIG.mill in CONFIG.uncertainty.mills and contact == CONFIG.mills.contact_set
-    folder = f"{RESULTS}/uncertainty/{CONFIG.mill}" if analysed else f"{RESULTS}/fingerprint"
-    return f"{folder}/fingerprint_{contact}.json"
-
-
-def intervals_of(mills) -> list[str]:
-    """The fingerprints with intervals of some mills, and their sheets."""
-    files = [*rules.add_uncertainty.output, *rules.tabulate_uncertainty.output, *rules.draw_uncertain_sheet.output]
-    own = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
-    # The curves of chapter 3 are those of the run's mill.
-    return [*expand(files, mill=mills), *(own if CHAPTERS and CONFIG.mill in mills else [])]

@@ -5,17 +5,6 @@ UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
 UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
 
 
-def derived_sweep(wildcards) -> list[str]:
-    """The file of a mill's sweep, if its own file has none."""
-    return [] if mill_named(wildcards.mill).sweep else [f"{MILL}/sweep.json".format(mill=wildcards.mill)]
-
-
-def own_sweep(wildcards) -> dict | None:
-    """The sweep in a mill's own file, as plain values."""
-    sweep = mill_named(wildcards.mill).sweep
-    return sweep and sweep.model_dump(mode="json")
-
-
 rule sample_contacts:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
@@ -102,12 +91,6 @@ rule plot_uncertainty:
         "Drawing Sobol indices and intervals of mill {wildcards.mill}"
     script:
         "../../scripts/plot_uncertainty.py"
-
-
-def uncertainty_of(mills) -> list[str]:
-    """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
-    own = expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
-    return [*own, *intervals_of(mills)]
 
 
 # Part of a whole run.

@@ -6,12 +6,16 @@ if CONFIG.mill in CONFIG.uncertainty.mills:
 
     rule tabulate_contact_intervals:
         input:
-            chapters=[*FINGERPRINT_OUTPUTS, f"{RESULTS}/partition/table_4_2.tsv"],
+            # Figures decide nothing.
+            chapters=[
+                *(path for path in FINGERPRINT_OUTPUTS if path.endswith((".tsv", ".json"))),
+                f"{RESULTS}/partition/table_4_2.tsv",
+            ],
             fingerprint=f"{FINGERPRINT}/fingerprint_{CONFIG.mills.contact_set}.json",
             contact=rules.measure_uncertainty.output.contact.format(mill=CONFIG.mill),
             claims=CONFIG.data.claims,
         output:
-            thesis=UNCERTAINTY.format(mill=CONFIG.mill) + "/thesis.tsv",
+            thesis=f"{UNCERTAINTY}/thesis.tsv".format(mill=CONFIG.mill),
         log:
             f"{LOGS}/uncertainty/tabulate_contact_intervals.log",
         localrule: True

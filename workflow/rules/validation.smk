@@ -1,6 +1,5 @@
 """What others measured, predicted without a fit: set-ups, verdicts, and their page of the report."""
 
-VALIDATION = f"{RESULTS}/validation"
 VALIDATION_CHAPTER = "Validation"
 # Set-ups whose bed is drawn.
 FLOWING_BEDS = ("bead_drum", "repose_drum")
@@ -8,27 +7,6 @@ FLOWING_BEDS = ("bead_drum", "repose_drum")
 
 wildcard_constraints:
     setup="|".join(CONFIG.validation.all_setups),
-
-
-def setup_inputs(name: str) -> dict:
-    """Section, mill and contact sets of a set-up, as plain values."""
-    setup = CONFIG.validation.chosen[name]
-    return {
-        "settings": setup.model_dump(mode="json"),
-        "mill": dumped(MILLS[setup.mill_name]) if setup.mill_name else None,
-        "contacts": [CONTACTS[each].model_dump(mode="json") for each in setup.contact_names],
-    }
-
-
-def setup_runs(name: str) -> list[str]:
-    """The files that a set-up reads of its simulations."""
-    files = CONFIG.validation.chosen[name].run_files
-    return [f"{RESULTS}/dem/{path}/{file}" for path in SETUP_CASES[name] for file in files]
-
-
-def own_tables(name: str) -> list[str]:
-    """The tables of the simulations that a set-up runs on its own."""
-    return [f"{VALIDATION}/{name}/{table}" for table in CONFIG.validation.chosen[name].own_tables]
 
 
 rule predict_setup:
@@ -48,7 +26,7 @@ rule predict_setup:
         mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
         contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
         dem=settings("dem"),
-        runs=f"{RESULTS}/dem",
+        runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
         folder=lambda wildcards: f"{VALIDATION}/{wildcards.setup}",
         library=library("predict_setup.py"),
     message:
@@ -78,11 +56,6 @@ rule plot_setup:
         "Drawing set-up {wildcards.setup}"
     script:
         "../../scripts/plot_setup.py"
-
-
-def bed_case(name: str):
-    """The first simulation of a set-up, the one that is drawn."""
-    return next(iter(SETUP_CASES[name].values()))
 
 
 rule plot_bed:

@@ -1,0 +1,46 @@
+"""Shared by the rules of uncertainty: folders, and the files that they need and make."""
+
+from millprint.fit import FEWEST_JARS, fitted_mill
+
+INTERVALS = f"{RESULTS}/uncertainty/{{mill}}"
+FIT_SEARCH = f"{RESULTS}/fingerprint/fit_search.tsv"
+
+
+def shape_of(wildcards) -> list[str]:
+    """The file of a fitted jar's shape, if the target `fit` has run: nothing else waits for its search."""
+    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS else None
+    if fitted is None or fitted.name != wildcards.mill or CONFIG.fit.screening.jars < FEWEST_JARS:
+        return []
+    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"] if Path(FIT_SEARCH).exists() else []
+
+
+def predicting_chapter(contact: str) -> str:
+    """The fingerprint of chapter 3 of a contact set: with all its intervals if the whole run has their analysis."""
+    analysed = CONFIG.mill in CONFIG.uncertainty.mills and contact == CONFIG.mills.contact_set
+    folder = f"{RESULTS}/uncertainty/{CONFIG.mill}" if analysed else f"{RESULTS}/fingerprint"
+    return f"{folder}/fingerprint_{contact}.json"
+
+
+def derived_sweep(wildcards) -> list[str]:
+    """The file of a mill's sweep, if its own file has none."""
+    return [] if mill_named(wildcards.mill).sweep else [f"{MILL}/sweep.json".format(mill=wildcards.mill)]
+
+
+def own_sweep(wildcards) -> dict | None:
+    """The sweep in a mill's own file, as plain values."""
+    sweep = mill_named(wildcards.mill).sweep
+    return sweep and sweep.model_dump(mode="json")
+
+
+def uncertainty_of(mills) -> list[str]:
+    """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
+    own = expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
+    return [*own, *intervals_of(mills)]
+
+
+def intervals_of(mills) -> list[str]:
+    """The fingerprints with intervals of some mills, and their sheets."""
+    files = [*rules.add_uncertainty.output, *rules.tabulate_uncertainty.output, *rules.draw_uncertain_sheet.output]
+    own = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
+    # The curves of chapter 3 are those of the run's mill.
+    return [*expand(files, mill=mills), *(own if CHAPTERS and CONFIG.mill in mills else [])]
