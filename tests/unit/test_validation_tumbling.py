@@ -22,7 +22,7 @@ from millprint.validation.charge import (
     toe_and_shoulder,
 )
 from millprint.validation.power_formulas import Mill, half_angle, hogg_fuerstenau, morrell, morrell_shape
-from millprint.validation.tumbling import combined, contact_factors, intervals, mean_interval
+from millprint.validation.tumbling import combined, contact_factors, intervals, mean_interval, without_jump
 from millprint.validation.tumbling_runs import CONTACT_KEYS, case_of, design, run_all, sampled_contacts
 
 RADIUS, DIAMETER = 0.275, 0.022
@@ -263,3 +263,10 @@ def test_windows_are_whole_turns_or_longer():
     slow, fast = (case_of(table[table["speed"] == speed].iloc[0].to_dict(), settings, MILL) for speed in (20.0, 140.0))
     assert slow.window_s == pytest.approx(settings.window_turns * 60 / (0.2 * 58.3))
     assert fast.window_s == settings.window_s
+
+
+@pytest.mark.parametrize(("angles", "mean"), [([350.0, 10.0], 0.0), ([359.0, 2.0, 5.0], 2.0), ([140.0, 150.0], 145.0)])
+def test_angles_about_the_top_have_a_mean_there(angles, mean):
+    near = without_jump(np.array(angles))
+    assert (near.mean() - mean + 180) % 360 - 180 == pytest.approx(0.0, abs=0.2)
+    assert np.ptp(near) < 30

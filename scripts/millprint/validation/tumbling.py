@@ -30,6 +30,15 @@ def mean_interval(values: np.ndarray, probability: float = PROBABILITY) -> tuple
     return mean, mean - half, mean + half
 
 
+def without_jump(angles_deg: np.ndarray) -> np.ndarray:
+    """The same angles [deg] within half a turn of their circular mean, so that 359 and 1 are two degrees apart."""
+    angles = np.asarray(angles_deg, dtype=float)
+    if not angles.size:
+        return angles
+    middle = stats.circmean(angles, high=360)
+    return middle + (angles - middle + 180) % 360 - 180
+
+
 def contact_factors(runs: pd.DataFrame, column: str, probability: float = PROBABILITY) -> pd.DataFrame:
     """By what factor contact parameters change a quantity: index speed, columns lower and upper [-].
 
@@ -75,7 +84,7 @@ def intervals(runs: pd.DataFrame, settings: TumblingConfig) -> pd.DataFrame:
                 "number": number, "speed": speed, "speed_rpm": group["speed_rpm"].iloc[0], "seeds": len(group),
                 "power_W": power, "scatter_lower_W": low, "scatter_upper_W": high,
                 "contact_lower_W": power * ends[0], "contact_upper_W": power * ends[1],
-                "toe_deg": group["toe_deg"].mean(), "shoulder_deg": group["shoulder_deg"].mean(),
+                **{name: pd.Series(without_jump(group[name].dropna())).mean() for name in ("toe_deg", "shoulder_deg")},
                 "rings": group["rings"].mean(), "carried_share": group["carried"].mean() / number,
             }
         )  # fmt: skip
@@ -120,7 +129,7 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
         rows += _rows(inputs, _named(RINGS, row["number"], settings), "rings", x, rings, math.nan, math.nan, "")
         for quantity, column in ((TOE, "toe_deg"), (SHOULDER, "shoulder_deg")):
             if group[column].notna().all():
-                mean, lower, upper = mean_interval(group[column].to_numpy())
+                mean, lower, upper = mean_interval(without_jump(group[column].to_numpy()))
                 name = _named(quantity, row["number"], settings)
                 rows += _rows(inputs, name, "deg", x, mean, lower, upper, SCATTER)
     return rows
