@@ -32,18 +32,15 @@ def terms_of(structure: str) -> Terms:
 
     product: one term over all inputs. mains_product: one for each input, and the product. time_product: time, and the
     product, which are the two steps of thesis Sec. 5.2.5 in one model. trend_product: a straight line in each input,
-    and the product. mains_pairs: one for each input and one for each pair, as in an analysis of variance. Raises
-    KeyError for an unknown structure.
+    and the product. Raises KeyError for an unknown structure.
     """
     count = len(INPUTS)
     mains, everything = np.eye(count), np.ones((1, count))
-    first, second = np.triu_indices(count, k=1)
     factors = {
         "product": everything,
         "mains_product": np.vstack([mains, everything]),
         "time_product": np.vstack([mains[[INPUTS.index("time_h")]], everything]),
         "trend_product": np.vstack([mains, everything]),
-        "mains_pairs": np.vstack([mains, mains[first] + mains[second]]),
     }[structure]
     linear = np.zeros(len(factors), dtype=bool)
     if structure == "trend_product":
