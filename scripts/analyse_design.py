@@ -21,7 +21,17 @@ from millprint.figures.style import save
 from millprint.files import read_table, write_table
 
 DESIGN = ("design", "aliases", "confounding", "audit")
-ANALYSIS = ("trends", "contested", "rival_models", "residuals", "residual_checks", "lack_of_fit", "interactions")
+ANALYSIS = (
+    "trends",
+    "contested",
+    "rival_models",
+    "residual_parts",
+    "detectable",
+    "residuals",
+    "residual_checks",
+    "lack_of_fit",
+    "interactions",
+)
 
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:

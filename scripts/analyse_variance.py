@@ -1,12 +1,12 @@
 """Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals."""
 
 from millprint.config.doe import AnalysisConfig
-from millprint.doe.contested import contested_table, rival_models_table
+from millprint.doe.contested import contested_table, residual_parts_table, rival_models_table
 from millprint.doe.model import fit_factors
 from millprint.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.doe.runs import read_runs
 from millprint.doe.trends import interaction_table, trend_table
-from millprint.doe.variance import corrected_table, printed_table
+from millprint.doe.variance import corrected_table, detectable_table, printed_table
 from millprint.files import write_table
 from millprint.job import job
 
@@ -20,6 +20,8 @@ def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> No
     write_table(trend_table(settings, runs), tables["trends"])
     write_table(contested_table(settings, runs), tables["contested"])
     write_table(rival_models_table(settings, runs), tables["rival_models"])
+    write_table(residual_parts_table(settings, runs), tables["residual_parts"])
+    write_table(detectable_table(settings, runs), tables["detectable"])
     write_table(residual_table(runs, fit), tables["residuals"])
     checks = residual_checks(settings, runs, fit, settings.simulations, settings.order_seed)
     write_table(checks, tables["residual_checks"])

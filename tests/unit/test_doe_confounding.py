@@ -7,7 +7,7 @@ from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
-from millprint.doe.contested import contested_table, rival_models_table
+from millprint.doe.contested import contested_table, residual_parts_table, rival_models_table
 from millprint.doe.design import design_table
 from millprint.doe.model import fit_factors, sums_of_squares
 from millprint.doe.residuals import lack_of_fit_table, pure_error, residual_checks
@@ -77,6 +77,47 @@ def test_the_rival_models_hold_one_interaction_of_each_confounded_pair(config, r
     assert np.isnan(table.loc["A + B + C + D + C:D + B:D + A:D", "r2_leave_one_out"])
     # A model with C:D in the place of A:B fits the runs better than the thesis's.
     assert table["aicc"].idxmin() == "A + B + C + D + C:D + A:C + A:D"
+
+
+def test_the_residual_is_the_interactions_of_speed_and_nothing_else(config, runs):
+    table = residual_parts_table(config, runs).set_index("effect")
+    assert table.index.tolist() == ["A:D", "B:D", "C:D", "together"]
+    assert table.loc["together", "share"] == pytest.approx(1)
+    designed = table["share_as_designed"]
+    assert designed["together"] == pytest.approx(1) and designed.drop("together").sum() == pytest.approx(1)
+    assert round(designed["C:D"], 2) == 0.72
+    # Two degrees of freedom each, six in all; the run at another speed gives each a third.
+    assert table["degrees_of_freedom_as_designed"].tolist() == [2, 2, 2, 6]
+    assert table["degrees_of_freedom"].tolist() == [3, 3, 3, 6]
+    assert table.loc["together", "sum_of_squares"] == pytest.approx(fit_factors(config, runs).ssr)
+
+
+def test_a_planted_interaction_of_speed_is_the_residual(config):
+    codes = design_table(config)
+    signal = np.array([-8.0, 1.0, 7.0])[(codes["C"] + codes["D"]) % 3]
+    table = residual_parts_table(config, planted(config, signal, scatter=0.01)).set_index("effect")
+    assert table.loc["C:D", "share"] > 0.999 > 0.001 > table.loc["A:D", "share"]
+
+
+def test_the_third_degree_of_freedom_of_ab_comes_from_the_run_at_another_speed(config, runs):
+    def left(used):
+        row = contested_table(config, used).set_index(["term", "rival"]).loc[("A:B", "C:D")]
+        return row["degrees_of_freedom_if_rival_first"], row["degrees_of_freedom_if_designed"]
+
+    assert left(runs) == (3, 2)
+    mended = runs.copy()
+    mended.loc[mended["case"] == "4", "D"] = 1
+    assert left(mended) == (2, 2)
+
+
+def test_no_table_of_the_analysis_holds_an_infinite_number(config, runs):
+    every = ["A", "B", "C", "D", "A:B", "A:C"]
+    few = runs[runs["A"] < 2].reset_index(drop=True)
+    for model, used in ((config.model, runs), (every, runs), (["A", "B", "C", "D"], few)):
+        own = config.model_copy(update={"model": model})
+        for make in (rival_models_table, contested_table, residual_parts_table):
+            numbers = make(own, used).select_dtypes("number").to_numpy(float)
+            assert not np.isinf(numbers).any(), make.__name__
 
 
 def test_in_a_balanced_design_the_trends_add_up_and_are_differences_of_means(config):

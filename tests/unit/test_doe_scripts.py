@@ -35,6 +35,8 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
             "trends",
             "contested",
             "rival_models",
+            "residual_parts",
+            "detectable",
             "residuals",
             "residual_checks",
             "lack_of_fit",
@@ -88,6 +90,17 @@ def test_the_errata_carry_the_numbers_that_show_them(thesis):
     assert "leave 0 of 26" in found["2.anova.AB.df"].erratum
     assert found["2.wear.1200.loss"].value == pytest.approx(0.33278, abs=1e-5)
     assert "0.323 g" in found["2.wear.1200.loss"].erratum
+
+
+def test_the_claims_say_what_speed_is_tested_against(thesis):
+    found = collect_findings(thesis, CLAIMS, "2.")
+    told = found["2.anova.D.p"].explanation
+    assert "the residual is A:D 20% + B:D 8% + C:D 72% (as designed) and nothing else" in told
+    assert "so D is tested against its interactions" in told and "a range of 17 points" in told
+    assert "tested against" not in found["2.anova.C.p"].explanation
+    assert "type II after Holm p = 0.064" in found["2.anova.A.p"].explanation
+    assert "of which the design has 2" in found["2.anova.AB.ss"].explanation
+    assert found["2.pareto.first"].explanation.endswith("after Holm (type II) C and B stand")
 
 
 def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path):
@@ -144,3 +157,6 @@ def test_another_design_of_two_levels_runs_through_the_same_scripts(tmp_path):
     assert table["F"].idxmax() == "L"
     assert table.loc["K:L", "source"] == "KL, MN"
     assert table.loc["L", "sum_of_squares"] == pytest.approx(table.loc["LL", "sum_of_squares"])
+    # Eight runs and six parameters: the last term of AICc divides by zero.
+    assert read_table(tmp_path / "doe/rival_models.tsv", text=["model"])["aicc"].isna().all()
+    assert not any("inf" in path.read_text().split() for path in (tmp_path / "doe").glob("*.tsv"))

@@ -3,16 +3,17 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
 from millprint.doe.aliases import contrasts
-from millprint.doe.design import design_table
+from millprint.doe.design import as_designed, design_table
 from millprint.doe.model import fit_factors, sums_of_squares
 from millprint.doe.residuals import residual_checks, residual_table
 from millprint.doe.trends import interaction_table, trend_table
 from millprint.doe.variance import (
-    as_designed,
     corrected_table,
+    detectable_table,
     effect_sizes,
     noncentrality,
     pareto_table,
@@ -149,6 +150,45 @@ def test_holm_never_lowers_a_p_value(corrected):
     terms = corrected.dropna(subset="F")
     assert (terms["p_holm"] >= terms["p_value"] - 1e-15).all()
     assert terms.loc["II"]["p_holm"]["C"] == pytest.approx(7 * terms.loc["II"]["p_value"]["C"])
+
+
+def test_after_holm_only_time_and_molar_ratio_stand(corrected):
+    for kind in ("I", "II", "III"):
+        own = corrected.loc[kind].drop("Residual")
+        assert own.index[own["stands_after_holm"] == "yes"].tolist() == ["B", "C"]
+        # Holm: the k-th smallest of n p-values times n + 1 - k, never falling.
+        ranked = own["p_value"].sort_values()
+        by_hand = (ranked * np.arange(len(ranked), 0, -1)).cummax().clip(upper=1)
+        np.testing.assert_allclose(own["p_holm"], by_hand[own.index])
+
+
+def test_the_smallest_effect_of_speed_that_would_be_seen_is_17_points(config, runs):
+    table = detectable_table(config, runs).set_index(["factor", "shape"])
+    row = table.loc[("D", "steps")]
+    assert row["degrees_of_freedom"] == 2 and row["residual_degrees_of_freedom"] == 6
+    assert 16.5 < row["smallest_range_percent"] < 17.5
+    assert row["lower_percent"] < row["smallest_range_percent"] < row["upper_percent"]
+    halves = table.xs("halves", level="shape")["smallest_range_percent"]
+    assert (halves < table.xs("steps", level="shape")["smallest_range_percent"]).all()
+
+
+def test_an_effect_of_the_smallest_size_is_found_as_often_as_the_power_says(config):
+    """A simulation of the screening as designed, with an effect of speed of the tabulated size."""
+    design = design_table(config)
+    generator = np.random.default_rng(3)
+    first = design.assign(yield_percent=50 + generator.normal(size=27))
+    size = detectable_table(config, first).set_index(["factor", "shape"]).loc[("D", "steps")]
+    ratio = size["smallest_range_percent"] / size["residual_percent"]
+    effect = ratio * np.array([-0.5, 0.0, 0.5])[design["D"]]
+    small = np.column_stack([np.ones(27), *(design["D"] == level for level in (1, 2))])
+    model = fit_factors(config, first).model.exog
+    hat, alone = model @ np.linalg.pinv(model), small @ np.linalg.pinv(small)
+    drawn = effect + generator.normal(size=(4000, 27))
+    rest = ((drawn - drawn @ hat) ** 2).sum(axis=1) / 6
+    centred = drawn @ alone - drawn.mean(axis=1, keepdims=True)
+    found = (centred**2).sum(axis=1) / 2 / rest > f_distribution.isf(0.05, 2, 6)
+    # Three binomial standard deviations.
+    assert found.mean() == pytest.approx(0.8, abs=0.02)
 
 
 def test_three_level_contrasts_are_those_of_the_thesis():

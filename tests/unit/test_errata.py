@@ -92,6 +92,11 @@ def test_a_run_off_its_generator_is_found_with_what_it_costs(tmp_path, data):
     assert table["computed"].tolist() == ["D = 1"]
     told = table["calculation"].iloc[0]
     assert "10/8/9" in told and "A and D share 0.0167" in told and "A and B" not in told
+    contested = {"term": ["A:B", "A:C"], "rival": ["C:D", "B:D"]}
+    contested |= {"degrees_of_freedom_if_rival_first": [3, 4], "degrees_of_freedom_if_designed": [2, 4]}
+    write_table(pd.DataFrame(contested), tmp_path / "doe/contested.tsv")
+    told = found(tmp_path, data())["calculation"].iloc[0]
+    assert "A:B after C:D has 3 degrees of freedom, and would have 2 without" in told and "A:C" not in told
 
 
 def test_centres_are_compared_with_the_radius(tmp_path, data):

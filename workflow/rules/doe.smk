@@ -38,6 +38,8 @@ rule analyse_variance:
         trends=f"{DOE}/trends.tsv",
         contested=f"{DOE}/contested.tsv",
         rival_models=f"{DOE}/rival_models.tsv",
+        residual_parts=f"{DOE}/residual_parts.tsv",
+        detectable=f"{DOE}/detectable.tsv",
         residuals=f"{DOE}/residuals.tsv",
         residual_checks=f"{DOE}/residual_checks.tsv",
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",

@@ -5,6 +5,9 @@ from scipy.stats import f as f_distribution
 from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
+# What the printed analysis does not say; for explanations alone.
+CORRECTED, PARTS = "doe/anova_corrected.tsv", "doe/residual_parts.tsv"
+DETECTABLE, CONTESTED = "doe/detectable.tsv", "doe/contested.tsv"
 MAIN_EFFECTS, INTERACTIONS = ("A", "B", "C", "D"), ("A:B", "A:C", "B:C")
 
 
@@ -52,8 +55,47 @@ def sum_of_squares(evidence: Evidence, term: str) -> Finding:
     return Finding(
         row["sum_of_squares"],
         "type I, yield as a fraction, factors as run; the designed level of D in every run would give "
-        f"{row['sum_of_squares_as_designed']:.4f}",
+        f"{row['sum_of_squares_as_designed']:.4f}{only_by_a_departure(evidence, term)}",
     )
+
+
+def only_by_a_departure(evidence: Evidence, term: str) -> str:
+    """What is left of a term beside a rival only because some runs are not at the levels of the design."""
+    where = f"term == '{term}' and degrees_of_freedom_if_rival_first > degrees_of_freedom_if_designed"
+    return "".join(
+        f"; beside {row.rival} it keeps {row.sum_if_rival_first:.3f} on {row.degrees_of_freedom_if_rival_first:.0f} "
+        f"degrees of freedom, of which the design has {row.degrees_of_freedom_if_designed:.0f}: the rest comes from "
+        "the run at another speed alone"
+        for row in evidence.table(CONTESTED, where).itertuples()
+    )
+
+
+def tested_against(evidence: Evidence, term: str) -> str:
+    """What the residual is that the F of a term is over, if it holds interactions of that term alone."""
+    parts = evidence.table(PARTS)
+    if parts.empty:
+        return ""
+    parts, everything = parts[parts["effect"] != "together"], parts[parts["effect"] == "together"].iloc[0]
+    if round(everything["share"], 6) < 1 or not all(term in effect.split(":") for effect in parts["effect"]):
+        return ""
+    shares = in_words(parts, "{effect} {share_as_designed:.0%}", " + ")
+    return f"; the residual is {shares} (as designed) and nothing else, so {term} is tested against its interactions"
+
+
+def smallest_seen(evidence: Evidence, term: str) -> str:
+    """The smallest effect of a factor that the analysis would have found."""
+    rows = evidence.table(DETECTABLE, f"factor == '{term}' and shape == 'steps'")
+    return in_words(
+        rows,
+        "; a range of {smallest_range_percent:.0f} points between its levels would be seen with a probability of "
+        "{power:.0%}",
+    )
+
+
+def after_holm(evidence: Evidence, term: str) -> str:
+    """The p-value of a term with type II sums, corrected by Holm for the number of terms."""
+    rows = evidence.table(CORRECTED, f"sums == 'II' and term == '{term}'")
+    return in_words(rows, "; type II after Holm p = {p_holm:.3f}")
 
 
 @claim("2.anova.{term}.p", "2.anova.A.p 2.anova.B.p 2.anova.C.p 2.anova.D.p 2.anova.AB.p 2.anova.AC.p 2.anova.BC.p")
@@ -65,7 +107,7 @@ def p_value(evidence: Evidence, term: str) -> Finding:
     return Finding(
         row["p_value"],
         f"F = {row['F']:.3f} on {row['degrees_of_freedom']:.0f} and {residual['degrees_of_freedom']:.0f} degrees of "
-        "freedom",
+        f"freedom{after_holm(evidence, term)}{tested_against(evidence, term)}{smallest_seen(evidence, term)}",
     )
 
 
@@ -109,7 +151,12 @@ def interaction_degrees_of_freedom(evidence: Evidence) -> Finding:
 def largest_effect(evidence: Evidence) -> Finding:
     """Fig. 2.3; the table is sorted by F."""
     pareto = evidence.rows("doe/pareto.tsv", "source, F")
-    return Finding(pareto["source"].iloc[0], f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}")
+    stand = pareto[pareto["stands_after_holm"] == "yes"]
+    return Finding(
+        pareto["source"].iloc[0],
+        f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}; after Holm (type II) "
+        f"{in_words(stand, '{source}', ' and ') or 'no term'} {'stands' if len(stand) < 2 else 'stand'}",
+    )
 
 
 @claim("2.best_yield")

@@ -17,6 +17,7 @@ Contradiction = tuple[str, str, str]
 ERRATA_COLUMNS = ["chapter", "locus", "printed", "computed", "calculation", "source"]
 ERRATA: list[tuple[str, str, str, Callable[[Evidence], Iterator[Contradiction]]]] = []
 
+CONTESTED = "doe/contested.tsv"
 AUDIT, LITERATURE, INVERSE = "doe/audit.tsv", "doe/literature_checks.tsv", "fingerprint/inverse.tsv"
 SCREENING = "config/data/screening.tsv"
 TRAINING_RUNS, WALL_CONTACTS = "dem/emax/calibrated/d10_f0.10_n300_s*/summary.json", "surrogate/wall_contacts.tsv"
@@ -59,9 +60,16 @@ def departing_run(evidence: Evidence) -> Iterator[Contradiction]:
         return
     levels = departs[departs["check"] == "runs at each level"]
     shared = departs[departs["check"] == "shared degrees of freedom"]
+    apart = evidence.table(CONTESTED, "degrees_of_freedom_if_rival_first > degrees_of_freedom_if_designed")
     effects = [
         in_words(levels, "{subject} is run {found} times at its levels, not {wanted}", "; "),
         in_words(shared, "{subject} share {found} degrees of freedom", "; "),
+        in_words(
+            apart,
+            "{term} after {rival} has {degrees_of_freedom_if_rival_first} degrees of freedom, and would have "
+            "{degrees_of_freedom_if_designed} without this departure",
+            "; ",
+        ),
     ]
     for row in departs[departs["check"].str.startswith("generator")].itertuples():
         yield (

@@ -85,7 +85,9 @@ class AnalysisConfig(DesignConfig):
     model: list[str] = Field(min_length=1)
     """terms of the analysis of variance in the order of the type I sums, such as A or A:B"""
     confidence: Fraction = 0.95
-    """level of the intervals of the effect sizes [-]"""
+    """level of the intervals of the effect sizes; a term stands if its p-value after Holm is below one minus it [-]"""
+    power: Fraction = 0.8
+    """probability with which the smallest effect in detectable.tsv would be found [-]"""
     simulations: Annotated[int, Field(ge=100, le=100_000)] = 2000
     """simulated sets of normal errors for the p-values of the residual checks"""
     repeatability_percent: Positive | None = None

@@ -29,6 +29,11 @@ def complete(config: DesignConfig, codes: pd.DataFrame) -> pd.DataFrame:
     return codes[config.symbols]
 
 
+def as_designed(config: DesignConfig, runs: pd.DataFrame) -> pd.DataFrame:
+    """The runs with the generated factors at the levels that their generators give."""
+    return runs.assign(**complete(config, runs[config.symbols]).to_dict("series"))
+
+
 def level_codes(config: DesignConfig) -> pd.DataFrame:
     """Level codes of the design in standard order, the last base factor fastest: a column for each factor."""
     base = config.base_factors

@@ -6,14 +6,15 @@ from math import floor, isfinite, log10
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
+from scipy.stats import chi2, ncf
 from scipy.stats import f as f_distribution
-from scipy.stats import ncf
 from statsmodels.stats.multitest import multipletests
 
 from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
-from millprint.doe.design import complete, level_codes
+from millprint.doe.design import as_designed, level_codes
 from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares
+from millprint.doe.runs import YIELD
 
 
 def truncated(value: float, decimals: int = 3) -> str:
@@ -42,11 +43,6 @@ def degrees_of_freedom_of_source(config: AnalysisConfig, term: str) -> int:
     codes = level_codes(config)
     columns = np.hstack([term_columns(config, codes, name) for name in names])
     return int(np.linalg.matrix_rank(columns - columns.mean(axis=0), tol=1e-9))
-
-
-def as_designed(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
-    """The runs with the generated factors at the levels that their generators give."""
-    return runs.assign(**complete(config, runs[config.symbols]).to_dict("series"))
 
 
 def printed_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
@@ -88,15 +84,18 @@ def printed_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
 def corrected_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
     """The analysis with type II and type III sums, which an unbalanced design needs, and with effect sizes.
 
-    Type I is there for comparison. p_holm is the p-value corrected for the number of terms by Holm's method. The
-    effect sizes and their intervals are those of `effect_sizes`.
+    Type I is there for comparison. p_holm is the p-value corrected for the number of terms by Holm's method;
+    stands_after_holm says whether it stays below 1 - `confidence`. The effect sizes and their intervals are those of
+    `effect_sizes`.
     """
     fit = fit_factors(config, runs)
     tables = []
     for kind, name in ((2, "II"), (3, "III"), (1, "I")):
         table = sums_of_squares(config, fit, kind)
         terms = table.index != "Residual"
-        table.loc[terms, "p_holm"] = multipletests(table.loc[terms, "p_value"], method="holm")[1]
+        stands, adjusted = multipletests(table.loc[terms, "p_value"], alpha=1 - config.confidence, method="holm")[:2]
+        table.loc[terms, "p_holm"] = adjusted
+        table.loc[terms, "stands_after_holm"] = np.where(stands, "yes", "no")
         sizes = effect_sizes(table[terms], table.loc["Residual"], len(runs), float(fit.centered_tss), config.confidence)
         table = table.join(sizes)
         table.insert(0, "term", table.index)
@@ -112,15 +111,16 @@ def pareto_table(
     """Terms of an ANOVA table by falling F (thesis Fig. 2.3).
 
     `printed_p` maps sources to published p-values; F_published is the F that gives them with these degrees of freedom.
-    F_type_two is that of the corrected table.
+    F_type_two and stands_after_holm are those of type II in the corrected table.
     """
     residual = anova.loc[anova["term"] == "Residual", "degrees_of_freedom"].iloc[0]
     terms = anova[anova["F"].notna()]
     own = terms["degrees_of_freedom"]
-    second = corrected[corrected["sums"] == "II"].set_index("term")["F"]
+    second = corrected[corrected["sums"] == "II"].set_index("term")
     table = terms[["source", "term", "degrees_of_freedom", "F", "p_value"]].assign(
         critical_F=f_distribution.isf(significance, own, residual),
-        F_type_two=terms["term"].map(second),
+        F_type_two=terms["term"].map(second["F"]),
+        stands_after_holm=terms["term"].map(second["stands_after_holm"]),
         F_published=f_distribution.isf(terms["source"].map(printed_p).astype(float), own, residual),
     )
     return table.sort_values("F", ascending=False, ignore_index=True)
@@ -142,6 +142,60 @@ def noncentrality(statistic: float, degrees_of_freedom: float, residual: float, 
     while excess(high) > 0:
         high *= 2
     return float(brentq(excess, low, high, xtol=1e-9))
+
+
+def detectable_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
+    """The smallest effect of each factor that the analysis would find with a probability of `config.power`.
+
+    A factor's effect is a range of R per cent of yield between its levels. Its F has the noncentrality
+    R^2 q / sigma^2, with sigma^2 the mean square of the residual and R^2 q the type II sum of squares of that effect
+    without errors: q = c'(I - H) c, H the projection onto the terms that do not hold the factor. F exceeds its critical
+    value at 1 - confidence with the probability `power` at the noncentrality that `noncentrality` finds. Two shapes
+    bound what a range can do: `steps`, from low to high in equal steps, the hardest to find of three levels, and
+    `halves`, half of the levels low and half high, the easiest. Columns: factor, shape, the degrees of freedom,
+    critical_F, noncentrality, residual_percent (sigma), smallest_range_percent, found_range_percent (of the mean
+    yields between the levels), power, confidence. sigma is itself known from few degrees of freedom: lower_percent and
+    upper_percent are the smallest range at the ends of its chi-squared interval.
+    """
+    fit = fit_factors(config, runs)
+    rest, table = int(fit.df_resid), sums_of_squares(config, fit, 2)
+    tail = (1 - config.confidence) / 2
+    rows = []
+    for symbol in (term for term in config.model if ":" not in term):
+        codes = runs[symbol].to_numpy()
+        levels, own = len(config.factor(symbol).levels), table.loc[symbol, "degrees_of_freedom"]
+        others = [term for term in config.model if symbol not in term.split(":")]
+        columns = np.hstack([np.ones((len(runs), 1)), *(term_columns(config, runs, term) for term in others)])
+        critical = float(f_distribution.isf(1 - config.confidence, own, rest))
+        needed = noncentrality(critical, own, rest, 1 - config.power)
+        means = runs[YIELD].groupby(codes).mean()
+        shapes = {
+            "steps": np.linspace(-0.5, 0.5, levels),
+            "halves": np.where(np.arange(levels) < levels / 2, -0.5, 0.5),
+        }
+        for shape, heights in shapes.items():
+            effect = heights[codes]
+            alone = effect - columns @ np.linalg.lstsq(columns, effect, rcond=None)[0]
+            least = 100 * np.sqrt(needed * fit.mse_resid / (alone @ alone))
+            ends = np.sqrt(rest / chi2.isf([tail, 1 - tail], rest))
+            rows.append(
+                {
+                    "factor": symbol,
+                    "shape": shape,
+                    "degrees_of_freedom": own,
+                    "residual_degrees_of_freedom": rest,
+                    "critical_F": critical,
+                    "noncentrality": needed,
+                    "residual_percent": 100 * np.sqrt(fit.mse_resid),
+                    "smallest_range_percent": least,
+                    "lower_percent": least * ends[0],
+                    "upper_percent": least * ends[1],
+                    "found_range_percent": float(np.ptp(means)),
+                    "power": config.power,
+                    "confidence": config.confidence,
+                }
+            )
+    return pd.DataFrame(rows)
 
 
 def effect_sizes(terms: pd.DataFrame, residual: pd.Series, runs: int, total: float, confidence: float) -> pd.DataFrame:

@@ -17,13 +17,16 @@ MARKERS = "os^Dv"
 def pareto(effects: pd.DataFrame, names: dict[str, str]) -> Figure:
     """F of each term, largest first, with the F that would be significant (thesis Fig. 2.3).
 
-    Columns source, F, critical_F, F_type_two, and F_published (empty where no table prints one); `names` the label
-    of each factor's letter.
+    Columns source, F, critical_F, F_type_two, stands_after_holm, and F_published (empty where no table prints one);
+    `names` the label of each factor's letter. Terms that do not stand after Holm's correction are pale.
     """
     figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 0.85 * COLUMN_WIDTH_IN))
     ranked = effects.sort_values("F")
     place = np.arange(len(ranked))
-    axes.barh(place, ranked["F"], height=0.62, color=COLOURS[5], label="type I")
+    stands = (ranked["stands_after_holm"] == "yes").to_numpy()
+    for shown, alpha, name in ((stands, 1.0, "type I"), (~stands, 0.35, "does not stand after Holm")):
+        if shown.any():
+            axes.barh(place[shown], ranked["F"][shown], height=0.62, color=COLOURS[5], alpha=alpha, label=name)
     axes.plot(ranked["F_type_two"], place, "|", color=COLOURS[0], markersize=9, markeredgewidth=2, label="type II")
     if ranked["F_published"].notna().any():
         axes.plot(ranked["F_published"], place, **PUBLISHED, label="from the printed p")
