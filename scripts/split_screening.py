@@ -1,14 +1,31 @@
-"""Splits the screening runs into training and test rows, so that training jobs cannot see a test row."""
+"""Splits the screening runs into training and test rows, so that training jobs cannot see a test row.
+
+Runs of others join the training rows only if the configuration says so; the test rows are always those of the split.
+"""
+
+import logging
+
+import pandas as pd
 
 from millprint.config.design import Factor
+from millprint.config.other_sources import OtherSourcesConfig
 from millprint.files import write_table
 from millprint.job import job
+from millprint.predict.other_sources import read_other_runs
 from millprint.predict.tables import read_parts
 
+logger = logging.getLogger("millprint")
 
-def main(screening: str, split: str, train_path: str, test_path: str, factors: list[Factor]) -> None:
-    """Write both parts in the order of the split."""
+
+def main(
+    screening: str, split: str, train_path: str, test_path: str, factors: list[Factor], others: OtherSourcesConfig
+) -> None:
+    """Write both parts in the order of the split, the runs of others last."""
     train, test = read_parts(screening, split, factors)
+    if others.in_training:
+        added = read_other_runs(others, {screening: [*train["case"], *test["case"]]}, "the configuration")
+        logger.info("%d runs of other sources join the %d training rows", len(added), len(train))
+        train = pd.concat([train, added[train.columns]], ignore_index=True)
     write_table(train, train_path)
     write_table(test, test_path)
 
@@ -21,4 +38,5 @@ if "snakemake" in globals():
             snakemake.output.train,
             snakemake.output.test,
             [Factor(**factor) for factor in snakemake.params.factors],
+            OtherSourcesConfig(**snakemake.params.other_sources),
         )

@@ -6,6 +6,7 @@ from itertools import chain
 from typing import cast
 
 import numpy as np
+import pandas as pd
 
 from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
@@ -29,8 +30,9 @@ from millprint.fingerprint.regimes import read_regimes
 from millprint.fit.preflight import fit_faults
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel, check_volume
+from millprint.predict.other_sources import check_folds, read_other_runs, with_other_runs
 from millprint.predict.region import check_region
-from millprint.predict.tables import check_yield_tables
+from millprint.predict.tables import check_yield_tables, read_parts, read_rows
 from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
@@ -180,8 +182,22 @@ def check_tables(config: ChapterSections, source: str) -> None:
     read_reported_yields(config.doe.literature_yields)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
     regimes = read_regimes(config.data.regimes)
+    check_other_sources(config, regimes, source)
     if config.yields.proposals.curves == "published":
         check_region(config.yields.proposals.region, regimes, source)
+
+
+def check_other_sources(config: ChapterSections, regimes: pd.DataFrame, source: str) -> None:
+    """Check the table of others' runs, and that every source leaves enough runs to train on."""
+    own = pd.concat(read_parts(config.data.screening, config.data.split, config.doe.factors), ignore_index=True)
+    taken = {
+        config.data.screening: own["case"],
+        config.data.regimes: regimes["case"],
+        config.yields.out_of_domain: read_rows(config.yields.out_of_domain)["case"],
+    }
+    settings = config.yields.other_sources
+    others = read_other_runs(settings, taken, source)
+    check_folds(with_other_runs(own, others, settings.own), config.yields.honest.folds, source)
 
 
 def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -> None:

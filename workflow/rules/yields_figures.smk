@@ -100,6 +100,7 @@ YIELD_OUTPUTS = [
     rules.compare_yield_choices.output.choices,
     rules.try_yield_models.output.tried,
     *rules.leave_regimes_out.output,
+    *SOURCES_OUTPUTS,
     rules.propose_experiments.output.proposals,
     *rules.search_retrospectively.output,
     rules.predict_yields.output.predicted,

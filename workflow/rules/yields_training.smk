@@ -3,6 +3,7 @@
 
 rule split_screening:
     input:
+        **(OTHER_FILES if OTHER_SOURCES.in_training else {}),
         screening=CONFIG.data.screening,
         split=CONFIG.data.split,
     output:
@@ -13,6 +14,7 @@ rule split_screening:
     localrule: True
     params:
         factors=FACTORS,
+        other_sources=yield_settings("other_sources") if OTHER_SOURCES.in_training else {},
         library=library("split_screening.py"),
     message:
         "Splitting the screening runs according to {input.split}"

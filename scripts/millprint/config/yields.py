@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from millprint.config.averaging import AveragingConfig
+from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.regressors import TABLE_5_6, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
@@ -102,6 +103,7 @@ class YieldConfig(Section):
     (two-step models); [] for none. Together they take longer than the models themselves
     """
     honest: EvaluationConfig = EvaluationConfig()
+    other_sources: OtherSourcesConfig = OtherSourcesConfig()
     averaging: AveragingConfig = AveragingConfig()
     proposals: ProposalConfig
     retrospective: RetrospectiveConfig = RetrospectiveConfig()

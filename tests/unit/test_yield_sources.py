@@ -1,0 +1,225 @@
+"""Runs of other sources: what is read and refused, and whether a shift between sources is seen."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scripts import split_screening
+
+from millprint.config.load import check_model
+from millprint.config.other_sources import OtherSourcesConfig
+from millprint.config.yields import YieldConfig
+from millprint.doe.runs import YIELD
+from millprint.errors import ConfigError
+from millprint.figures.chapter5_sources import plot_sources
+from millprint.predict import other_sources as sources
+from millprint.predict.features import CONDITIONS
+from millprint.predict.procedures import procedure_of
+from millprint.predict.tables import read_rows
+from tests.conftest import ROOT
+from tests.unit.doe_settings import SCREENING
+from tests.unit.doe_settings import settings as doe_settings
+from tests.unit.synthetic_mill import fingerprint
+from tests.unit.yield_settings import SPLIT, all_runs, settings
+
+SECTION = (ROOT / "config/README.md").read_text().split("## Yields of others")[1].split("\n## ")[0]
+TABLE, KEYS = re.findall(r"^```(?:yaml)?\n(.*?)^```", SECTION, re.MULTILINE | re.DOTALL)
+FILE = "my.yaml"
+
+
+@pytest.fixture
+def example(tmp_path, monkeypatch) -> OtherSourcesConfig:
+    """The example of the handbook, with its files in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config/data").mkdir(parents=True)
+    (tmp_path / "config/data/others.tsv").write_text(TABLE)
+    fingerprint().write("config/data/south.json")
+    return OtherSourcesConfig(**yaml.safe_load(KEYS)["yields"]["other_sources"])
+
+
+def test_the_handbooks_example_is_read_and_its_energies_are_those_of_the_fingerprint(example):
+    runs = sources.read_other_runs(example, {}, FILE)
+    assert runs["descriptors"].tolist() == ["given"] * 5 + ["gap_3ms"] * 2
+    assert runs[list(CONDITIONS)].notna().all(axis=None)
+    model = fingerprint()
+    condition = model.condition(speed_hz=700 / 60, ball_diameter_m=0.010, fill_ratio=0.10)
+    told = model.predict(condition)
+    row = runs.set_index("case").loc["s1"]
+    assert row["normal_energy_uJ"] == pytest.approx(1e6 * told.normal_energy_J.value, rel=1e-9)
+    assert row["tangential_energy_uJ"] == pytest.approx(1e6 * told.tangential_energy_J.value, rel=1e-9)
+    assert row["specific_frequency_hz"] == pytest.approx(told.frequency_per_ball_hz.value, rel=1e-9)
+
+
+def test_the_handbooks_example_is_scored(example):
+    yields = settings()
+    rows = sources.with_other_runs(all_runs(), sources.read_other_runs(example, {}, FILE), example.own)
+    procedures = {("linear", "primary"): procedure_of("linear", "primary", yields.training, yields.honest, None)}
+    predictions = sources.leave_sources_out(rows, procedures, yields.prediction, 0.8)
+    table = sources.score_sources(predictions, rows, yields.honest, 0.8).set_index("source")
+    assert table["runs"].to_dict() == {"thesis": 27, "north": 5, "south": 2}
+    assert table["training_runs"].to_dict() == {"thesis": 7, "north": 29, "south": 32}
+    assert table.loc["thesis", "verdict"] == sources.TOO_FEW_TRAINED
+    assert table.loc["south", "verdict"] == sources.TOO_FEW_HELD
+    assert np.isfinite(table.loc["north", ["r2", "r2_lower", "r2_upper", "skill", "mean_error_pp"]].astype(float)).all()
+    assert table.loc["south", "outside_domain"] == 1 and table.loc["north", "outside_domain"] == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\tyield_percent\n", "\tyield\n", "column yield_percent is missing"),
+        ("n2\tnorth", "n2\tnroth", "column source, case n2 = 'nroth': not in yields.other_sources.sources of my.yaml"),
+        ("n2\tnorth", "n1\tnorth", "column case = n1 appears twice"),
+        ("n2\tnorth", "14\tnorth", "column case, row 2 = '14': screening.tsv has a run of that name"),
+        (
+            "n1\tnorth\t30\t10\t10\t",
+            "n1\tnorth\t30\t10\t36000\t",
+            "column time_h, case n1 = 36000: must be above 0",
+        ),
+        ("\t221\t500\t400\t55", "\t0.000221\t0.0005\t400\t55", "normal_energy_uJ, case n1 = 0.000221: must be between"),
+        (
+            "\t221\t500\t400\t55",
+            "\t221\t\t400\t55",
+            "column tangential_energy_uJ, case n1 = nan: must be a number",
+        ),
+        (
+            "\t221\t500\t400\t55",
+            "\t\t\t\t55",
+            "normal_energy_uJ, case n1 = nan: source north has no fingerprint",
+        ),
+        (
+            "\t0.10\t700\t10",
+            "\t0.60\t700\t10",
+            "fill_ratio, case s1 = 0.6: outside what config/data/south.json was",
+        ),
+        (
+            "\t0.10\t700\t10",
+            "\t0.10\t9000\t10",
+            "speed_rpm, case s1 = 9000: outside what config/data/south.json was",
+        ),
+        ("\t0.10\t700\t10", "\t0.10\t700\t", "ball_diameter_mm, case s1 = nan: must be a number, since the row has no"),
+        ("\t66\n", "\t0.66\n", None),
+    ],
+)
+def test_a_bad_table_is_refused_in_one_line(example, tmp_path, old, new, message):
+    assert old in TABLE
+    text = TABLE.replace(old, new, 1)
+    if message is None:
+        # Fractions are known by the whole source: one yield below 1 % may be meant.
+        text = text.replace("\t78\n", "\t0.78\n")
+        message = "column yield_percent, case s1 = 0.66: no yield of source south is above 1; must be in %"
+    (tmp_path / example.runs).write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        sources.read_other_runs(example, {"screening.tsv": ["14"]}, FILE)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f"{example.runs}: ")
+
+
+def test_a_source_without_runs_is_refused(example):
+    more = OtherSourcesConfig(**{**example.model_dump(), "sources": [*example.sources, {"name": "east"}]})
+    with pytest.raises(ConfigError, match=r"my.yaml: yields.other_sources.sources: 'east': .* has no run of it"):
+        sources.read_other_runs(more, {}, FILE)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"runs": "config/data/others.tsv"}, "sources is missing"),
+        ({"sources": [{"name": "north"}]}, "runs is missing"),
+        ({"in_training": True}, "there is no table of others"),
+        ({"runs": "a.tsv", "sources": [{"name": "a"}, {"name": "a"}]}, "two have the name 'a'"),
+        ({"runs": "a.tsv", "sources": [{"name": "screening"}]}, "two have the name 'screening'"),
+    ],
+)
+def test_keys_that_do_not_go_together_are_refused(keys, message):
+    section = settings().model_dump(mode="json") | {"other_sources": keys}
+    with pytest.raises(ConfigError, match=message):
+        check_model(section, YieldConfig, FILE)
+
+
+def test_with_one_source_nothing_can_be_said(close_figures):
+    rows = sources.with_other_runs(all_runs(), sources.read_other_runs(OtherSourcesConfig(), {}, FILE), "thesis")
+    predictions = sources.leave_sources_out(rows, {}, settings().prediction, 0.8)
+    table = sources.score_sources(predictions, rows, settings().honest, 0.8)
+    assert table[["source", "runs", "verdict"]].values.tolist() == [
+        ["thesis", 27, "one source: nothing can be said on transfer"]
+    ]
+    assert "nothing can be said" in plot_sources(table, predictions).axes[0].texts[0].get_text()
+
+
+def two_sources(shift: float) -> pd.DataFrame:
+    """The 27 conditions with yields by a smooth rule, and 18 others between them that yield `shift` points more."""
+    generator = np.random.default_rng(3)
+    own = all_runs()
+    others = own.iloc[generator.permutation(len(own))[:18]].reset_index(drop=True)
+    others = others.assign(case=[f"o{i}" for i in range(len(others))])
+    for name in ("bpr", "molar_ratio", "time_h"):
+        others[name] = generator.uniform(own[name].min(), own[name].max(), len(others))
+
+    def truth(rows: pd.DataFrame) -> np.ndarray:
+        smooth = 40 + 0.3 * (rows["bpr"] - 30) + 1.6 * (rows["time_h"] - 12.5) + 3 * (rows["molar_ratio"] - 10)
+        return smooth.to_numpy(float) + generator.normal(0, 2, len(rows))
+
+    own = own.assign(**{YIELD: truth(own)})
+    others = others.assign(source="other", **{YIELD: truth(others) + shift})
+    return sources.with_other_runs(own, others, "own")
+
+
+def scored(rows: pd.DataFrame, model: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    yields = settings()
+    procedures = {(model, "primary"): procedure_of(model, "primary", yields.training, yields.honest, yields.averaging)}
+    predictions = sources.leave_sources_out(rows, procedures, yields.prediction, 0.8)
+    table = sources.score_sources(predictions, rows, yields.honest, 0.8)
+    return table.set_index("source"), predictions
+
+
+@pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
+def test_without_a_shift_yields_transfer(model):
+    table, predictions = scored(two_sources(0.0), model)
+    assert table["verdict"].tolist() == [sources.TRANSFERS] * 2
+    assert (table["skill_lower"] > 0).all() and (table["r2"] > 0.7).all()
+    assert (table["mean_error_pp"].abs() < 5).all()
+    assert len(predictions) == 45 and predictions["case"].is_unique
+
+
+@pytest.mark.parametrize("model", ["linear", "averaged_gpr"])
+def test_a_shift_between_sources_is_seen_in_both_directions(model):
+    table, _ = scored(two_sources(30.0), model)
+    assert table["verdict"].tolist() == [sources.ORDER_ONLY] * 2
+    assert (table["r2_upper"] < 0).all()
+    # Predicted less measured: the other source yields 30 points more.
+    assert table["mean_error_pp"].tolist() == pytest.approx([30, -30], abs=5)
+    assert table.loc["other", "mean_error_pp_upper"] < -25
+    # The reason why the skill does not decide.
+    assert (table["skill"] > 0).all()
+
+
+def test_yields_of_another_order_do_not_transfer():
+    rows = two_sources(0.0)
+    other = rows["source"] == "other"
+    rows.loc[other, YIELD] = 2 * rows.loc[other, YIELD].mean() - rows.loc[other, YIELD]
+    table, _ = scored(rows, "linear")
+    assert table["verdict"].tolist() == [sources.FAILS] * 2
+    assert (table["rank_correlation_upper"] < 0).all() and (table["skill"] < 0).all()
+
+
+def test_a_source_is_predicted_without_any_of_its_own_runs():
+    """Poisoned yields of a source must change the predictions of the other one only."""
+    rows = two_sources(0.0)
+    other = (rows["source"] == "other").to_numpy()
+    _, before = scored(rows, "linear")
+    _, after = scored(rows.assign(**{YIELD: np.where(other, 1.0, rows[YIELD])}), "linear")
+    changed = before["predicted_percent"].to_numpy() != after["predicted_percent"].to_numpy()
+    assert (changed == (before["source"] == "own")).all()
+
+
+@pytest.mark.parametrize("in_training", [False, True])
+def test_others_join_the_training_rows_only_if_told_and_never_the_test_rows(example, tmp_path, in_training):
+    factors = doe_settings().factors
+    told = OtherSourcesConfig(**{**example.model_dump(), "in_training": in_training})
+    split_screening.main(str(SCREENING), str(SPLIT), "train.tsv", "test.tsv", factors, told)
+    train, test = (read_rows(str(tmp_path / f"{part}.tsv")) for part in ("train", "test"))
+    assert test["case"].tolist() == ["9", "14", "10", "22", "1", "12"]
+    assert train["case"].tolist()[21:] == (["n1", "n2", "n3", "n4", "n5", "s1", "s2"] if in_training else [])
