@@ -20,7 +20,7 @@ def main(inputs, output) -> None:
     save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
     save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)
-    retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["strategy"])
+    retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["target", "strategy"])
     save(plot_retrospective(retrospective), output.retrospective_svg, output.retrospective_png)
     proposals = read_table(inputs.proposals, numeric=["predicted_percent"], text=["purpose"])
     save(plot_proposals(proposals), output.proposals_svg, output.proposals_png)

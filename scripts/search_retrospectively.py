@@ -1,4 +1,4 @@
-"""How many runs the search for the next experiment needs to find the best run, compared with random choice."""
+"""How many runs the search for the next experiment needs to find the best run, compared with simple baselines."""
 
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -9,30 +9,40 @@ from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job, progress
 from millprint.predict.retrospective import (
-    MERITS,
+    STRATEGIES,
     draw_starts,
     search_best,
     search_table,
     smaller_library,
     summarise_search,
+    without_best,
 )
 from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
     """Write the fraction of starts that have found the best run after each number of runs, and the mean number."""
-    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    yields = rows[YIELD].to_numpy(float)
-    library, starts = smaller_library(averaging, plan), draw_starts(yields, plan)
-    reached: dict[str, list] = {name: [] for name in MERITS}
-    with threadpool_limits(1), progress(len(MERITS) * len(starts), "searching retrospectively", "start") as bar:
-        for name, merit in MERITS.items():
-            for start in starts:
-                reached[name].append(search_best(rows, start, merit, library))
-                bar.update()
-    table = search_table(reached, yields, plan.start_runs, level)
-    write_table(table, output.retrospective)
-    write_table(summarise_search(table, reached, level), output.summary)
+    every = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    library = smaller_library(averaging, plan)
+    tables, paths, targets = [], [], []
+    total = plan.targets * len(STRATEGIES) * plan.starts
+    with threadpool_limits(1), progress(total, "searching retrospectively", "start") as bar:
+        for count in range(plan.targets):
+            rows = without_best(every, count)
+            yields = rows[YIELD].to_numpy(float)
+            reached: dict[str, list] = {name: [] for name in STRATEGIES}
+            for name, strategy in STRATEGIES.items():
+                for number, start in enumerate(draw_starts(yields, plan)):
+                    reached[name].append(search_best(rows, start, strategy, library, plan.seed + number))
+                    bar.update()
+            target = str(rows["case"].iloc[int(yields.argmax())])
+            table = search_table(reached, yields, plan.start_runs, level)
+            table.insert(0, "target", target)
+            tables.append(table)
+            paths.append(reached)
+            targets.append(target)
+    write_table(pd.concat(tables, ignore_index=True), output.retrospective)
+    write_table(summarise_search(tables, paths, targets, level), output.summary)
 
 
 if "snakemake" in globals():

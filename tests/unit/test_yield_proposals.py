@@ -25,13 +25,14 @@ from millprint.predict.regimes import (
 )
 from millprint.predict.region import Mill, check_region, region_conditions
 from millprint.predict.retrospective import (
-    MERITS,
+    STRATEGIES,
     chance,
     draw_starts,
     search_best,
     search_table,
     smaller_library,
     summarise_search,
+    without_best,
 )
 from millprint.predict.structured import Process
 from tests.conftest import ROOT
@@ -187,24 +188,64 @@ def test_search_ends_with_the_best_run_and_uses_the_yields_of_known_runs_only():
     starts = draw_starts(yields, config.retrospective)
     assert all(yields[start].max() < yields.max() and len(set(start)) == 8 for start in starts)
     averaging = smaller_library(config.averaging, config.retrospective)
-    reached = {name: [search_best(rows, start, merit, averaging) for start in starts] for name, merit in MERITS.items()}
+    reached = {
+        name: [search_best(rows, start, strategy, averaging) for start in starts]
+        for name, strategy in STRATEGIES.items()
+    }
     for paths in reached.values():
         for path in paths:
             assert path[-1] == yields.max() and (np.diff(path) >= 0).all() and (path[:-1] < yields.max()).all()
     # A choice uses the yields of known runs only, so it stays the same if the other yields are changed.
-    wrong = rows.copy()
-    first = search_best(rows, starts[0], MERITS["highest_mean"], averaging)
     hidden = np.setdiff1d(np.arange(27), [*starts[0], int(yields.argmax())])
+    wrong = rows.copy()
     wrong.loc[hidden, "yield_percent"] = 1.0
-    other = search_best(wrong, starts[0], MERITS["highest_mean"], averaging)
-    assert first[0] == other[0]
+    for name in ("highest_mean", "least_squares", "most_balls_longest_time"):
+        first, other = (search_best(table, starts[0], STRATEGIES[name], averaging) for table in (rows, wrong))
+        assert first[0] == other[0]
     table = search_table(reached, yields, 8, 0.95)
-    summary = summarise_search(table, reached, 0.95).set_index("strategy")
-    assert summary.loc["random", "mean_runs"] == pytest.approx(18)
-    assert summary.loc["highest_mean", "mean_runs"] == pytest.approx(
-        np.mean([7 + len(p) for p in reached["highest_mean"]])
+    summary = summarise_search([table, table], [reached, reached], ["24", "again"], 0.95).set_index(
+        ["target", "strategy"]
     )
+    assert summary.loc[("24", "random"), "mean_runs"] == pytest.approx(18)
+    lengths = {name: np.mean([7 + len(path) for path in reached[name]]) for name in STRATEGIES}
+    for name in STRATEGIES:
+        assert summary.loc[("24", name), "mean_runs"] == pytest.approx(lengths[name])
+        # The same target twice: no spread between targets.
+        assert summary.loc[("all", name), "upper"] == pytest.approx(lengths[name])
+    fewer = summary.loc[("all", "random"), "fewer_than_search"]
+    assert fewer == pytest.approx(lengths["expected_improvement"] - 18)
+    assert "more runs" in summary.loc[("all", "random"), "conclusion"]
     assert (table["lower"] <= table["found"]).all() and (table["found"] <= table["upper"]).all()
+
+
+def test_the_rule_takes_the_most_balls_and_then_the_longest_time():
+    rows, config = all_runs(), settings()
+    merit = STRATEGIES["most_balls_longest_time"](rows, np.zeros(27), rows, config.averaging, np.random.default_rng(0))
+    ranked = rows.iloc[np.argsort(-merit)]
+    assert (np.diff(ranked["bpr"]) <= 0).all() and ranked["bpr"].iloc[8] == 50
+    assert (np.diff(ranked["time_h"].iloc[:9]) <= 0).all()
+    assert sorted(merit) == list(range(27))
+    # Ties fall differently for other seeds.
+    firsts = {
+        int(STRATEGIES["most_balls_longest_time"](rows, None, rows, None, np.random.default_rng(seed)).argmax())
+        for seed in range(20)
+    }
+    assert len(firsts) == 3
+
+
+def test_a_linear_yield_is_ranked_right_by_least_squares_and_by_ridge():
+    rows, config = all_runs(), settings()
+    yields = describe(rows)["bpr"].to_numpy() + 2 * describe(rows)["time_h"].to_numpy()
+    for name in ("least_squares", "ridge"):
+        merit = STRATEGIES[name](rows.iloc[:12], yields[:12], rows, config.averaging, np.random.default_rng(0))
+        assert np.corrcoef(merit, yields)[0, 1] > 0.999
+
+
+def test_without_the_best_runs_the_next_is_the_target():
+    rows = all_runs()
+    left = without_best(rows, 2)
+    assert len(left) == 25 and left["yield_percent"].max() == sorted(rows["yield_percent"])[-3]
+    assert without_best(rows, 0)["case"].tolist() == rows["case"].tolist()
 
 
 def test_regime_rows_are_those_of_table_5_7():

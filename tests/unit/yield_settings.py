@@ -46,7 +46,7 @@ def settings(**choices) -> YieldConfig:
     section["honest"] |= {**SMALL, **SMALL_EVALUATION, "resamples": 200}
     section["averaging"] |= SMALL_LIBRARY
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
-    section["retrospective"] |= {"starts": 2, "links": ["identity"]}
+    section["retrospective"] |= {"starts": 2, "targets": 2, "links": ["avrami"]}
     return check_model(section, YieldConfig, "config.yaml")
 
 

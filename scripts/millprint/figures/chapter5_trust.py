@@ -25,6 +25,9 @@ METHODS = {
 SEARCHES = {
     "expected_improvement": ("expected improvement", COLOURS[0], "-"),
     "highest_mean": ("highest mean", COLOURS[2], "--"),
+    "least_squares": ("least squares", COLOURS[1], "-."),
+    "ridge": ("ridge", COLOURS[3], "-."),
+    "most_balls_longest_time": ("most balls, longest time", COLOURS[4], "--"),
     "random": ("random", "#666666", ":"),
 }
 PURPOSES = {"yield": ("for a higher yield", COLOURS[1], "s"), "learning": ("for a better model", COLOURS[0], "o")}
@@ -121,10 +124,11 @@ def plot_coverage(coverage: pd.DataFrame) -> Figure:
 
 
 def plot_retrospective(table: pd.DataFrame) -> Figure:
-    """Share of starts that have found the best run against the runs done.
+    """Share of starts that have found the best run against the runs done, for the first target alone.
 
-    table: strategy, runs, found, lower, upper.
+    table: target, strategy, runs, found, lower, upper.
     """
+    table = table[table["target"] == table["target"].iloc[0]]
     figure, axis = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.4))
     for strategy, (title, colour, line) in SEARCHES.items():
         rows = table[table["strategy"] == strategy]

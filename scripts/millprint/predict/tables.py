@@ -73,7 +73,11 @@ def check_yield_tables(settings: YieldConfig, screening: str, split: str, design
         "honest.outer_folds": (evaluation.outer_folds, runs, "the runs"),
         "honest.folds": (evaluation.folds, smallest, "the rows that an outer fold trains on"),
         "honest.conformal_folds": (evaluation.conformal_folds, smallest, "the rows that an outer fold trains on"),
-        "retrospective.start_runs": (settings.retrospective.start_runs, runs - 2, "the runs but two"),
+        "retrospective.start_runs": (
+            settings.retrospective.start_runs,
+            runs - 1 - settings.retrospective.targets,
+            "the runs but one, without the targets",
+        ),
     }
     for key, (value, limit, rows) in limits.items():
         if value > limit:
