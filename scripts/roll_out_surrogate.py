@@ -29,5 +29,6 @@ if "snakemake" in globals():
             rules.snap_back_m,
             choose_device(snakemake.threads),
             until_s=max(starts_s) + 0.01,
+            member=rules.member,
         )
         main(setting, snakemake.output.rollout, rules, snakemake.params.case, starts_s)

@@ -8,11 +8,13 @@ from millprint.tables import read_printed
 
 
 def main(
-    metrics: list[str], histories: dict[str, str], claims: str, output: str, changes: dict, length_s: dict
-) -> None:
+    metrics: list[str], histories: dict[str, str], claims: str, output: str, changes: dict, length_s: dict,
+    trainings: dict[str, list[str]],
+) -> None:  # fmt: skip
+    """Write a row for each ablation, with the interval over its trainings or those of the baseline."""
     rows = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in metrics])
     losses = {variant: read_table(path, numeric=["elapsed_s"]) for variant, path in histories.items()}
-    write_table(ablation_table(rows, losses, changes, length_s, read_printed(claims)), output)
+    write_table(ablation_table(rows, losses, changes, length_s, read_printed(claims), trainings), output)
 
 
 if "snakemake" in globals():
@@ -24,4 +26,5 @@ if "snakemake" in globals():
             snakemake.output.ablations,
             snakemake.params.changes,
             snakemake.params.length_s,
+            snakemake.params.trainings,
         )

@@ -5,7 +5,7 @@ from pathlib import Path
 from millprint.claims.errata import collect_errata
 from millprint.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
 from millprint.figures.style import save
-from millprint.files import whole_file, write_table
+from millprint.files import read_table, whole_file, write_table
 from millprint.job import job
 from millprint.report.summary import claims_page, plot_verdicts, summary_page
 
@@ -15,9 +15,9 @@ def write_page(text: str, path: str) -> None:
         partial.write_text(text)
 
 
-def main(name: str, results: str, claims_path: str, output) -> None:
-    """Compare every claim with the tables in `results`."""
-    findings = collect_findings(results, claims_path)
+def main(name: str, results: str, claims_path: str, intervals_path: str, output) -> None:
+    """Compare every claim with the tables in `results`, and those with an interval by that."""
+    findings = collect_findings(results, claims_path, intervals=read_table(intervals_path, text=["lower", "upper"]))
     table = tabulate_claims(claims_path, findings)
     counts, errata = count_verdicts(table), collect_errata(results, Path(claims_path).parent, table)
     write_table(table, output.claims)
@@ -30,5 +30,6 @@ def main(name: str, results: str, claims_path: str, output) -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate claims") as logger:
-        main(snakemake.params.name, snakemake.params.results, snakemake.input.claims, snakemake.output)
+        inputs, own = snakemake.input, snakemake.params
+        main(own.name, own.results, inputs.claims, inputs.intervals, snakemake.output)
         logger.info("wrote %s", snakemake.output.claims)

@@ -141,6 +141,6 @@ def test_verdicts_are_counted_by_chapter_with_the_appendix_last():
     )
     counts = count_verdicts(table)
     assert counts["chapter"].tolist() == ["chapter 2", "chapter 10", "appendix A"]
-    assert counts.columns.tolist() == ["chapter", "claims", "reproduced", "erratum", "deviates", "not run"]
+    assert counts.columns.tolist() == ["chapter", "claims", "reproduced", "erratum", "undecided", "deviates", "not run"]
     assert counts["claims"].tolist() == [2, 1, 1] and counts["deviates"].tolist() == [0, 0, 0]
     assert chapter_of("A.window3") == "appendix A"

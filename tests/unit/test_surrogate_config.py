@@ -270,9 +270,38 @@ def test_the_contact_surrogate_never_learns_from_a_test(content):
 
 def test_variants_have_their_kind(content):
     config = settings(content)
-    assert config.of_kind("contact") == ["contact"]
+    assert config.of_kind("contact") == config.trainings_of("contact")
     assert "thesis" in config.of_kind("graph")
-    assert set(config.of_kind("graph")) | {"contact"} == set(config.variants) | set(config.ablations)
+    names = {*config.of_kind("graph"), *config.of_kind("contact")}
+    assert names == {*config.variants, *config.ablations, *config.trained_again}
+
+
+def test_every_training_has_its_own_seed_or_its_own_member(content):
+    config = settings(content)
+    assert config.trainings_of("thesis") == ["thesis", "thesis_training2", "thesis_training3"]
+    own = [config.variant(name).training for name in config.trainings_of("thesis")]
+    assert [one.seed for one in own] == [0, 1, 2]
+    assert len({one.model_copy(update={"seed": 0}).model_dump_json() for one in own}) == 1
+    assert [config.weights_of(name) for name in config.trainings_of("thesis")] == config.trainings_of("thesis")
+    assert [config.variant(name).rollout.member for name in config.trainings_of("contact")] == [0, 1, 2]
+    assert {config.weights_of(name) for name in config.trainings_of("contact")} == {"contact"}
+    assert [config.weights_of(name) for name in config.trainings_of("baseline")] == config.trainings_of("thesis")
+    # Each ablation with weights of its own is trained once.
+    assert config.trainings_of("window3") == ["window3"]
+    assert settings(content | {"trainings": 1}).trained_again == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"trainings": 4}, r"trainings = 4: contact\.members = 3 must be as many or more"),
+        ({"variants": {"thesis": {}, "thesis_training2": {}}}, "thesis_training2: is the name of a further training"),
+        ({"variants": {"thesis": {"rollout": {"member": 1}}}}, r"thesis\.rollout\.member = 1: the first of its 1"),
+    ],
+)
+def test_trainings_that_cannot_be_are_refused(content, change, said):
+    with pytest.raises(ConfigError, match=said):
+        settings(content | {"ablations": {}} | change)
 
 
 def test_a_trace_without_time_is_refused(content):

@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from millprint.claims.compare import VERDICTS
 from millprint.claims.tabulate import CLAIM_COLUMNS
 from millprint.files import read_json, read_table
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
@@ -28,10 +29,21 @@ def test_every_claim_has_a_row_and_a_verdict(claims):
     expected = read_table(ROOT / "config/data/claims.tsv", text=CLAIM_COLUMNS)
     assert list(claims.columns) == [
         *("id", "locus", "quantity", "published", "unit", "kind", "tolerance"),
-        *("reproduced", "deviation", "verdict", "explanation", "source"),
+        *("reproduced", "lower", "upper", "interval_from", "deviation", "verdict", "explanation", "source"),
     ]
     assert claims["id"].tolist() == expected["id"].tolist()
-    assert set(claims["verdict"]) <= {"reproduced", "deviates", "erratum", "not run"}
+    assert set(claims["verdict"]) <= set(VERDICTS)
+
+
+def test_what_is_simulated_or_trained_has_an_interval_that_holds_the_value(claims):
+    """But for a word that nothing draws again."""
+    found = claims[claims["kind"].isin(["simulated", "trained"]) & (claims["verdict"] != "not run")]
+    known = found[found["interval_from"] != ""]
+    assert len(known) > 30 and {"bootstrap of windows", "trainings", "seeds"} <= set(known["interval_from"])
+    numbers = known[pd.to_numeric(known["lower"], errors="coerce").notna()]
+    value, lower, upper = (numbers[name].astype(float) for name in ("reproduced", "lower", "upper"))
+    assert ((lower <= value * (1 + 1e-5)) & (value * (1 - 1e-5) <= upper)).all()
+    assert (claims.loc[claims["kind"] == "computed", "interval_from"] == "").all()
 
 
 def test_errata_and_claims_not_run_are_explained(claims):

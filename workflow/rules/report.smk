@@ -30,10 +30,41 @@ rule record_run:
         "../../scripts/record_run.py"
 
 
+rule draw_claims:
+    input:
+        stages=STAGE_OUTPUTS,
+        claims=CONFIG.data.claims,
+        summaries=rules.tabulate_descriptors.input.summaries,
+        of_modulus=summaries_over("young_moduli_gpa"),
+    output:
+        intervals=f"{RESULTS}/report/intervals.tsv",
+    log:
+        f"{LOGS}/report/draw_claims.log",
+    benchmark:
+        f"{BENCHMARKS}/draw_claims/draw_claims.tsv"
+    params:
+        results=lambda wildcards, output: str(Path(output.intervals).parents[1]),
+        settings=settings("claims"),
+        trainings=TRAININGS,
+        tables={
+            "mill": CONFIG.mill,
+            "contacts": CONFIG.contacts,
+            "counting_rule": CONFIG.fingerprint.counting_rule,
+            "further_rules": CONFIG.convergence.counting_rules,
+        },
+        ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
+        library=library("draw_claims.py"),
+    message:
+        "Drawing simulations again, for the intervals of the claims"
+    script:
+        "../../scripts/draw_claims.py"
+
+
 rule tabulate_claims:
     input:
         stages=STAGE_OUTPUTS,
         claims=CONFIG.data.claims,
+        intervals=rules.draw_claims.output.intervals,
     output:
         summary=report(
             f"{RESULTS}/report/summary.html",

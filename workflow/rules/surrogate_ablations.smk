@@ -3,7 +3,7 @@
 
 rule tabulate_ablations:
     input:
-        metrics=[path for variant in CONFIG.surrogate.ablations for path in measured(variant)],
+        metrics=[path for variant in CONFIG.surrogate.ablations for path in measured_trainings(variant)],
         histories=[
             f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/loss.tsv" for variant in CONFIG.surrogate.ablations
         ],
@@ -14,6 +14,7 @@ rule tabulate_ablations:
         f"{LOGS}/surrogate/tabulate_ablations.log",
     localrule: True
     params:
+        trainings={variant: CONFIG.surrogate.trainings_of(variant) for variant in CONFIG.surrogate.ablations},
         changes={variant: changes(variant) for variant in CONFIG.surrogate.ablations},
         length_s={
             variant: CONFIG.surrogate.rollout_of(variant, CONFIG.surrogate.trained_test).length_s

@@ -2,11 +2,13 @@
 
 SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
+# By variant, the names of all of its trainings.
+TRAININGS = {variant: CONFIG.surrogate.trainings_of(variant) for variant in CONFIG.surrogate.variants}
 MOVING_TESTS = [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
 
 
 wildcard_constraints:
-    variant="|".join([*CONFIG.surrogate.variants, *CONFIG.surrogate.ablations]),
+    variant="|".join([*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again]),
     test="|".join(SURROGATE_TESTS),
 
 
@@ -17,7 +19,7 @@ def simulated(case: str) -> str:
 
 def tests_of(variant: str) -> list[str]:
     """The tests in which a variant is rolled out: all tests; for an ablation only the test on the training motion."""
-    ablation = variant in CONFIG.surrogate.ablations
+    ablation = CONFIG.surrogate.training_of(variant)[0] in CONFIG.surrogate.ablations
     return [CONFIG.surrogate.trained_test] if ablation else SURROGATE_TESTS
 
 
@@ -25,6 +27,11 @@ def measured(variant: str) -> list[str]:
     """The tables of measures of a variant: of its roll-outs and, for a graph network, of its single steps."""
     names = ["metrics", *(["single_steps"] if variant in CONFIG.surrogate.of_kind("graph") else [])]
     return [f"{SURROGATE}/{variant}/{name}.tsv" for name in names]
+
+
+def measured_trainings(variant: str) -> list[str]:
+    """The tables of measures of every training of a variant or ablation."""
+    return [path for training in CONFIG.surrogate.trainings_of(variant) for path in measured(training)]
 
 
 def variant_settings(section: str):

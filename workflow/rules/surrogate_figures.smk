@@ -45,6 +45,11 @@ rule plot_surrogate:
     input:
         **rules.evaluate_surrogate.output,
         history=f"{SURROGATE}/{{variant}}/loss.tsv",
+        spread=f"{SURROGATE}/metrics.tsv",
+        trainings=lambda wildcards: expand(
+            rules.evaluate_surrogate.output.dissipation,
+            variant=CONFIG.surrogate.trainings_of(wildcards.variant),
+        ),
     output:
         loss_svg=report(
             f"{SURROGATE}/{{variant}}/loss.svg",
@@ -129,7 +134,7 @@ SURROGATE_OUTPUTS = [
     rules.build_surrogate_dataset.output.wall_contacts,
     rules.check_measures.output.controls,
     rules.time_surrogates.output.runtime,
-    rules.collect_surrogate.output.metrics,
+    *rules.collect_surrogate.output,
     *rules.plot_surrogate_data.output,
     *expand([*rules.plot_surrogate.output, *rules.compare_motion.output], variant=CONFIG.surrogate.variants),
 ]

@@ -15,13 +15,15 @@ from millprint.claims.chapter3_causes import (
     mean_cause,
     spread_cause,
 )
-from millprint.claims.evidence import CLAIMS, Evidence, Finding, NotRun, claim, yes_no
+from millprint.claims.evidence import CLAIMS, Evidence, Finding, Interval, NotRun, claim, interval_of, yes_no
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import ball_count
 from millprint.fingerprint.condition import effective_restitution
 
+# What the interval of the fitted pair is from.
+FIT = "profile of the fit"
 INVERSE = "target == 'thesis_reference' and kept == 'normal energy' and fill_ratio == 0.10 and ball_diameter_mm == 5"
 
 
@@ -34,6 +36,7 @@ def restitution(evidence: Evidence) -> Finding:
     return Finding(
         float(found.mean()),
         f"mean of {len(drops)} simulated drops with {given:g} put in; from {found.min():.4f} to {found.max():.4f}",
+        interval=interval_of(found.tolist(), "drops from several heights"),
     )
 
 
@@ -49,6 +52,7 @@ def friction_fit(evidence: Evidence) -> Finding:
         f"calibration.oscillation has no simulated experiment of contact set {CONTACT} in mill {MILL}",
     )
     pair = same[same["experiment"] == same["experiment"].iloc[0]].set_index("parameter").loc[list(FRICTION_PAIR)]
+    lower, upper = ("/".join(f"{end:.4g}" for end in pair[name]) for name in ("lower", "upper"))
     intervals = " and ".join(f"{row.lower:.4g} to {row.upper:.4g}" for row in pair.itertuples())
     told = [
         f"; a track made in {name} gives {'/'.join(f'{value:.3g}' for value in other['estimate'])} here"
@@ -58,6 +62,7 @@ def friction_fit(evidence: Evidence) -> Finding:
         "/".join(f"{value:.4g}" for value in pair["estimate"]),
         f"fitted to a simulated track of {pair['frames'].iloc[0]:.0f} frames that misses it by "
         f"{pair['rms_mm'].iloc[0]:.2g} mm; intervals {intervals}; the thesis prints no track{''.join(told)}",
+        interval=Interval(lower, upper, FIT),
     )
 
 

@@ -3,12 +3,14 @@
 import pandas as pd
 
 from millprint.claims.compare import agrees
-from millprint.claims.evidence import Evidence, Finding, claim, in_words
+from millprint.claims.evidence import Evidence, Finding, Interval, claim, in_words, interval_of
 from millprint.predict.held_out import LEFT_OUT, NESTED, RANDOM
 from millprint.predict.metrics import GAINS
 from millprint.predict.regressors import regressor
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
+# Rows of yield/choices.tsv of models that differ in a seed alone.
+SEEDED = ("seed", "search_seed")
 # Other ways to split the rows, in the order in which an explanation names them.
 SCHEMES = {LEFT_OUT: "leave-one-out", NESTED: "nested cross-validation", RANDOM: "other splits of this size"}
 
@@ -45,7 +47,15 @@ def error_on_the_locked_split(
     value, printed = float(locked["value"]), float(evidence.printed[evidence.id])
     gain = value - printed if metric in GAINS else printed - value
     better = f"; better than printed by {abs(gain):.3g}" if gain > 0.1 * abs(printed) else ""
-    return Finding(value, f"{'; '.join(filter(None, parts))}{better}. {regressor(model).settled}")
+    told = f"{'; '.join(filter(None, parts))}{better}. {regressor(model).settled}"
+    return Finding(value, told, interval=_over_seeds(evidence, model, strategy, metric, value))
+
+
+def _over_seeds(evidence: Evidence, model: str, strategy: str, column: str, value: float) -> Interval | None:
+    """The interval of a value with those of other seeds of search and trees; None of a model without any."""
+    own = f"model == '{model}' and strategy == '{strategy}' and choice in {SEEDED}"
+    others = evidence.table("yield/choices.tsv", own)
+    return interval_of([value, *others[column]], "seeds") if len(others) else None
 
 
 @claim("5.ood.{case}.{model}", "5.ood.27.gpr 5.ood.28.gpr 5.ood.27.xgb 5.ood.28.xgb")
@@ -60,6 +70,7 @@ def prediction_outside_the_domain(evidence: Evidence, case: str, model: str) -> 
     return Finding(
         float(row["predicted_percent"]),
         f"measured {row['yield_percent']:g} %, error {row['error_pp']:+.1f} points{interval}; not fitted again",
+        interval=_over_seeds(evidence, model, "two_step", f"case_{case}_percent", float(row["predicted_percent"])),
     )
 
 

@@ -4,12 +4,14 @@ import numpy as np
 import pandas as pd
 
 from millprint.claims.chapter3_causes import CONTACT, MILL
-from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
-from millprint.surrogate.ablations import BASELINE, DISSIPATION, OPEN, PLATEAU
+from millprint.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, interval_of, yes_no
+from millprint.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
 from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"
+# What an interval is over.
+SEEDS, TRAININGS = "seeds", "trainings"
 # Tables 6.1 and 6.3.
 SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
 
@@ -38,7 +40,8 @@ def contact_duration(evidence: Evidence) -> Finding:
     case = f"{MILL}/{CONTACT}/d10_f0.10_n300"
     runs = evidence.rows(f"dem/{case}_s*/summary.json", "median_contact_duration_s", "", f"no simulation of {case}")
     durations = runs["median_contact_duration_s"]
-    return Finding(float(np.median(durations)), f"contact lifetimes of 24 balls, median of {len(runs)} seed(s)")
+    told = f"contact lifetimes of 24 balls, median of {len(runs)} seed(s)"
+    return Finding(float(np.median(durations)), told, interval=interval_of(durations.tolist(), SEEDS))
 
 
 def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
@@ -76,7 +79,7 @@ def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
         f"against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single steps from DEM states, with "
         f"the edges of the roll-out, are off by {own['one_step_dissipation_bias_percent']:+.3g} % and explain "
         f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; {_course(own)}{_budget(evidence)}"
-        f"{_others(evidence, test, DISSIPATION, '%')}",
+        f"{_trainings(evidence, test, DISSIPATION, '%')}{_others(evidence, test, DISSIPATION, '%')}",
     )
 
 
@@ -101,6 +104,15 @@ def _budget(evidence: Evidence) -> str:
         return ""
     last = history.iloc[-1]
     return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000)"
+
+
+def _trainings(evidence: Evidence, test: str, measure: str, unit: str) -> str:
+    """The values of all trainings of the variant of the thesis, as text."""
+    where = f"variant == '{VARIANT}' and test == '{test}' and measure == '{measure}'"
+    values = evidence.table("surrogate/trainings.tsv", where)
+    if len(values) < 2:
+        return ""
+    return f"; {len(values)} trainings: {in_words(values, '{value:.3g}')} {unit}"
 
 
 def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
@@ -191,7 +203,30 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
         f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
         f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
-    return Finding(row[column], nothing + told)
+    return Finding(row[column], nothing + told + _scatter(row), interval=_interval(row, column))
+
+
+def _scatter(row: pd.Series) -> str:
+    """What the scatter between trainings leaves of an ablation, as text."""
+    if row.get("says") not in (SOMETHING, NOTHING):
+        return ""
+    told = (
+        f"its error is {row['from_baseline_percent']:.3g} points from the baseline's, and two trainings of the "
+        f"baseline are up to {row['baseline_apart_percent']:.3g} points apart"
+    )
+    return f"; {told}{', so this row says nothing' if row['says'] == NOTHING else ''}"
+
+
+def _interval(row: pd.Series, column: str) -> Interval | None:
+    """The interval of a column of an ablation; None where the baseline was trained once."""
+    if row.get("says") not in (SOMETHING, NOTHING):
+        return None
+    if column == DISSIPATION:
+        origin = TRAININGS if row["trainings"] > 1 else f"{TRAININGS} of the baseline"
+        return Interval(float(row["lower_percent"]), float(row["upper_percent"]), origin)
+    open_to_chance = row["says"] == NOTHING or row["holds"] == OPEN
+    lower, upper = ("no", "yes") if open_to_chance else (row[column], row[column])
+    return Interval(lower, upper, f"{TRAININGS} of the baseline")
 
 
 @claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")

@@ -1,28 +1,59 @@
-"""The verdict on a claim: the computed value against the published one, within the claim's tolerance."""
+"""The verdict on a claim: the computed value, or its interval, against the published one and the claim's tolerance."""
 
 import math
 import re
 from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
 
-from millprint.claims.evidence import Finding
+from millprint.claims.evidence import Finding, Interval
 
 REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
-VERDICTS = (REPRODUCED, ERRATUM, DEVIATES, NOT_RUN)
+UNDECIDED = "undecided: the interval crosses the tolerance"
+VERDICTS = (REPRODUCED, ERRATUM, UNDECIDED, DEVIATES, NOT_RUN)
 
 # Relative bounds for fitted pairs (tolerance `recover`) and for claims with the tolerance `report`.
 RECOVER_BOUND = 0.05
 REPORT_BOUND = 0.10
 
+# A bound on the value itself.
+BOUND = re.compile(r"(<=|>=|<|>)\s*([-+.\deE]+)%?")
 _ORDERS = {"<=": lambda a, b: a <= b, ">=": lambda a, b: a >= b, "<": lambda a, b: a < b, ">": lambda a, b: a > b}
 
 
 def verdict(published: str, tolerance: str, finding: Finding) -> str:
-    """One of `reproduced`, `deviates`, `erratum`, `not run`."""
+    """One of VERDICTS.
+
+    With an interval: `reproduced` if it lies inside the tolerance, `deviates` if wholly outside, else undecided.
+    """
     if finding.erratum:
         return ERRATUM
     if finding.value is None:
         return NOT_RUN
-    return REPRODUCED if agrees(published, tolerance, finding.value) else DEVIATES
+    if finding.interval is None:
+        return REPRODUCED if agrees(published, tolerance, finding.value) else DEVIATES
+    return _of_interval(published, tolerance, finding.interval)
+
+
+def in_short(verdict: str) -> str:
+    """The first word or words of a verdict, for a legend or the head of a column."""
+    return verdict.partition(":")[0]
+
+
+def _of_interval(published: str, tolerance: str, interval: Interval) -> str:
+    ends = str(interval.lower), str(interval.upper)
+    if tolerance == "recover":
+        # A pair is inside if both of its numbers are, and outside if either is.
+        parts = [
+            _of_interval(theirs, f"{100 * RECOVER_BOUND:g}%", Interval(lower, upper, interval.origin))
+            for theirs, lower, upper in zip(published.split("/"), *(end.split("/") for end in ends), strict=True)
+        ]
+        return DEVIATES if DEVIATES in parts else UNDECIDED if UNDECIDED in parts else REPRODUCED
+    inside = [agrees(published, tolerance, end) for end in ends]
+    if all(inside):
+        return REPRODUCED
+    # What a tolerance allows is in one piece. Where it is about a printed number, it holds that number.
+    spans = is_number(published) and not BOUND.fullmatch(tolerance) and all(map(is_number, ends))
+    crossed = any(inside) or (spans and float(ends[0]) <= float(published) <= float(ends[1]))
+    return UNDECIDED if crossed else DEVIATES
 
 
 def agrees(published: str, tolerance: str, value: float | str) -> bool:
@@ -33,13 +64,13 @@ def agrees(published: str, tolerance: str, value: float | str) -> bool:
     within 5 %), `report` (10 %, or the same word), and any word, which must be equal.
     Raises ValueError for a number instead of a word, or the reverse.
     """
-    bound = re.fullmatch(r"(<=|>=|<|>)\s*([-+.\deE]+)%?", tolerance)
+    bound = BOUND.fullmatch(tolerance)
     if bound:
         return _ORDERS[bound[1]](float(value), float(bound[2]))
     if tolerance == "recover":
         pairs = zip(published.split("/"), str(value).split("/"), strict=True)
         return all(_relative(float(ours), float(theirs)) <= RECOVER_BOUND for theirs, ours in pairs)
-    if not _is_number(published):
+    if not is_number(published):
         return str(value) == published
     value = float(value)
     if not math.isfinite(value):
@@ -55,7 +86,9 @@ def agrees(published: str, tolerance: str, value: float | str) -> bool:
 
 def deviation(published: str, value: float | str | None) -> float | None:
     """Relative deviation from the published number, in per cent; None where either is no number or the latter is 0."""
-    if value is None or not _is_number(published) or not _is_number(str(value)) or float(published) == 0:
+    if value is None or not is_number(published) or not is_number(value) or float(published) == 0:
+        return None
+    if not math.isfinite(float(value)):
         return None
     return 100 * (float(value) - float(published)) / abs(float(published))
 
@@ -73,8 +106,9 @@ def _relative(value: float, published: float) -> float:
     return abs(value - published) / abs(published) if published else abs(value)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: float | str) -> bool:
+    """Whether a value or a text is a number, infinite ones included."""
     try:
-        return Decimal(text).is_finite()
+        return not Decimal(str(text)).is_nan()
     except InvalidOperation:
         return False

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pandas as pd
@@ -10,6 +10,19 @@ import pandas as pd
 from millprint.claims.sources import Source, source_in
 from millprint.errors import ConfigError
 from millprint.files import read_json, read_table
+from millprint.repeats import student
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
+
+    lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044.
+    """
+
+    lower: float | str
+    upper: float | str
+    origin: str
 
 
 @dataclass(frozen=True)
@@ -17,6 +30,7 @@ class Finding:
     """The computed value for one claim.
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
+    interval: of a value that is simulated or trained; None of one that is computed from data.
     explanation: how it was computed, from how many runs, or why it was not run.
     erratum: a computed reason why the printed value cannot be right; the verdict is then `erratum`.
     sources: the rows of the results that decide the value.
@@ -26,6 +40,7 @@ class Finding:
     explanation: str = ""
     erratum: str = ""
     sources: tuple[Source, ...] = ()
+    interval: Interval | None = None
 
 
 class NotRun(Exception):
@@ -37,7 +52,8 @@ class Evidence:
     """What the code of one claim reads: the results of a run, and the values that the thesis prints.
 
     results: folder of the run; data: folder of claims.tsv; printed: every claim's printed value, as text, by id;
-    id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`.
+    id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`;
+    tables: by path, those that were read before, or that stand in the place of a file.
     """
 
     results: Path
@@ -45,6 +61,7 @@ class Evidence:
     printed: pd.Series
     id: str = ""
     sources: list[Source] = field(default_factory=list)
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
 
     def table(self, path: str, where: str = "") -> pd.DataFrame:
         """Rows of a table of the results, for an explanation alone; empty where the run did not write the table.
@@ -52,10 +69,12 @@ class Evidence:
         path: from the results folder; several files if it is a pattern such as calibration/*/friction_fit.tsv.
         A JSON file is a table of one row. where: a condition on the columns, as `pandas.DataFrame.query` takes it.
         """
-        paths = sorted(self.results.glob(path))
-        tables = [pd.DataFrame([read_json(p)]) if p.suffix == ".json" else read_table(p) for p in paths]
-        table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-        return table.query(where, engine="python") if where and tables else table
+        if path not in self.tables:
+            paths = sorted(self.results.glob(path))
+            tables = [pd.DataFrame([read_json(p)]) if p.suffix == ".json" else read_table(p) for p in paths]
+            self.tables[path] = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+        table = self.tables[path]
+        return table.query(where, engine="python") if where and len(table.columns) else table.copy()
 
     def rows(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.DataFrame:
         """The rows that decide the claim, at least one; they become its source.
@@ -132,7 +151,7 @@ def find_claim(evidence: Evidence) -> Finding:
         found = own.find(evidence, **own.parts)
     except NotRun as lacking:
         found = Finding(None, f"not run: {lacking}")
-    return Finding(found.value, found.explanation, found.erratum, tuple(evidence.sources))
+    return replace(found, sources=tuple(evidence.sources))
 
 
 def in_words(table: pd.DataFrame, form: str, separator: str = ", ") -> str:
@@ -143,3 +162,8 @@ def in_words(table: pd.DataFrame, form: str, separator: str = ", ") -> str:
 def yes_no(holds: bool, explanation: str) -> Finding:
     """The finding of a claim that holds or does not."""
     return Finding("yes" if holds else "no", explanation)
+
+
+def interval_of(values: list[float], origin: str) -> Interval | None:
+    """The interval of the mean of a few repeats, such as seeds; None of one."""
+    return Interval(*student(values), origin) if len(values) > 1 else None

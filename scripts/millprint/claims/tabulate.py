@@ -7,8 +7,8 @@ import pandas as pd
 
 # Importing a chapter registers its claims.
 from millprint.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
-from millprint.claims.compare import DEVIATES, VERDICTS, deviation, verdict
-from millprint.claims.evidence import CLAIMS, Evidence, Finding, find_claim
+from millprint.claims.compare import DEVIATES, UNDECIDED, VERDICTS, deviation, in_short, verdict
+from millprint.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
 from millprint.errors import ConfigError
 from millprint.files import read_table
 
@@ -28,17 +28,24 @@ def read_claims(path: str | Path) -> pd.DataFrame:
     return claims
 
 
-def collect_findings(results: str | Path, claims_path: str | Path, beginning: str = "") -> dict[str, Finding]:
+def collect_findings(
+    results: str | Path, claims_path: str | Path, beginning: str = "", intervals: pd.DataFrame | None = None
+) -> dict[str, Finding]:
     """What the run in the folder `results` says of each claim whose id has this beginning, by id.
 
+    intervals: as `millprint.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code says.
     A value that deviates is explained further, where the results show a reason. Raises ConfigError as `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
+    drawn = {} if intervals is None else {row.id: row for row in intervals.itertuples()}
+    read: dict[str, pd.DataFrame] = {}
     for name in claims.index[claims.index.str.startswith(beginning)]:
-        evidence = Evidence(Path(results), data, claims["value"], name)
+        evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
         finding, own = find_claim(evidence), CLAIMS[name]
+        if finding.value is not None and (row := drawn.get(name)):
+            finding = replace(finding, interval=Interval(row.lower, row.upper, row.interval_from))
         judged = verdict(claims.at[name, "value"], claims.at[name, "tolerance"], finding)
-        if judged == DEVIATES and own.explain_deviation is not None:
+        if judged in (DEVIATES, UNDECIDED) and own.explain_deviation is not None:
             words = (finding.explanation, own.explain_deviation(evidence, **own.parts))
             finding = replace(finding, explanation="; ".join(filter(None, words)))
         found[name] = finding
@@ -48,13 +55,17 @@ def collect_findings(results: str | Path, claims_path: str | Path, beginning: st
 def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd.DataFrame:
     """A row for every claim in the order of `claims_path`.
 
-    Columns: id, locus, quantity, published, unit, kind, tolerance, reproduced, deviation [%], verdict, explanation, and
-    source: file, rows, columns, rule and function of what decides the claim. Raises ConfigError as `read_claims`.
+    Columns: id, locus, quantity, published, unit, kind, tolerance, reproduced, lower, upper and interval_from of its
+    interval, deviation [%], verdict, explanation, and source: file, rows, columns, rule and function of what decides
+    the claim. Raises ConfigError as `read_claims`.
     """
     claims = read_claims(claims_path)
     found = [findings[name] for name in claims.index]
     table = claims.drop(columns="note").rename(columns={"value": "published"}).reset_index(drop=True)
     table["reproduced"] = [_text(finding.value) for finding in found]
+    none = Interval("", "", "")
+    for column, part in (("lower", "lower"), ("upper", "upper"), ("interval_from", "origin")):
+        table[column] = [_text(getattr(finding.interval or none, part)) for finding in found]
     pairs = list(zip(claims.itertuples(), found, strict=True))
     table["deviation"] = [_text(deviation(claim.value, finding.value), digits=3) for claim, finding in pairs]
     table["verdict"] = [verdict(claim.value, claim.tolerance, finding) for claim, finding in pairs]
@@ -70,9 +81,10 @@ def chapter_of(claim: str) -> str:
 
 
 def count_verdicts(table: pd.DataFrame) -> pd.DataFrame:
-    """Number of claims by chapter and verdict: chapter, claims, and a column for every verdict; chapters first."""
+    """Number of claims by chapter and verdict: chapter, claims, and a column for every verdict, by its first words."""
     chapters = table["id"].map(chapter_of)
-    counts = pd.crosstab(chapters, table["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
+    columns = list(map(in_short, VERDICTS))
+    counts = pd.crosstab(chapters, table["verdict"].map(in_short)).reindex(columns=columns, fill_value=0)
     counts.insert(0, "claims", counts.sum(axis=1))
     # By the first claim of each, so that the appendix comes last.
     return counts.loc[chapters.unique()].rename_axis(index="chapter", columns=None).reset_index()

@@ -109,6 +109,8 @@ class RollOutConfig(Section):
     """physical time of a roll-out [s]"""
     frame_interval_s: Positive = 0.001
     """time between the stored states [s]"""
+    member: Annotated[int, Field(ge=0, le=100_000)] = 0
+    """network of an ensemble that moves the balls; 0 is the first, and graph networks have no other [-]"""
 
 
 class ScenarioConfig(Section):
@@ -229,6 +231,8 @@ class SurrogateConfig(Section):
     contact: ContactSurrogateConfig
     variants: dict[Name, VariantConfig] = Field(min_length=1)
     """surrogates that `all` trains, by name; null leaves one out"""
+    trainings: Count = 3
+    """trainings of each variant, with one seed after the other; the first is shown, and all give its spread [-]"""
     ablations: dict[Name, VariantConfig] = Field({})
     """surrogates of the target `ablations`, by name"""
     ablation_budget: VariantConfig = Field(default_factory=VariantConfig)
@@ -261,8 +265,20 @@ class SurrogateConfig(Section):
                 raise ValueError(
                     f"contact.traces[{number}].mill = {trace.mill!r}: is that of a test, never learned from"
                 )
+        for name, base in self.trained_again.items():
+            if name in self.variants or name in self.ablations:
+                raise ValueError(f"variants.{name}: is the name of a further training of {base[0]}")
+        if self.trainings > self.contact.members and any(own.kind == "contact" for own in self.variants.values()):
+            raise ValueError(
+                f"trainings = {self.trainings}: contact.members = {self.contact.members} must be as many or more, "
+                "since each member is a training of the contact surrogate"
+            )
         for name in [*self.variants, *self.ablations]:
-            self.variant(name)
+            member, members = self.variant(name).rollout.member, 1
+            if self.every[name].kind == "contact":
+                members = self.contact.members
+            if member >= members:
+                raise ValueError(f"{name}.rollout.member = {member}: the first of its {members} network(s) is 0")
             source = self.weights_of(name)
             # A variant with the weights of an ablation would make `all` run appendix A.
             known = self.variants | (self.ablations if name in self.ablations else {})
@@ -278,13 +294,21 @@ class SurrogateConfig(Section):
         return self
 
     def variant(self, name: str) -> Variant:
-        """The sections of a variant or ablation, with its overrides on top; raises ValueError for one that fails."""
-        layers = [self.ablation_budget, self.ablations[name]] if name in self.ablations else [self.variants[name]]
-        content = {}
+        """The sections of a variant or ablation, with its overrides on top; raises ValueError for one that fails.
+
+        A further training has the next seeds; that of an ensemble is its next member.
+        """
+        base, number = self.training_of(name)
+        layers = [self.ablation_budget, self.ablations[base]] if base in self.ablations else [self.variants[base]]
+        content: dict[str, dict[str, Any]] = {}
         for section in Variant.model_fields:
             content[section] = getattr(self, section).model_dump()
             for layer in layers:
                 content[section].update(getattr(layer, section))
+        if number > 1 and layers[-1].kind == "contact":
+            content["rollout"]["member"] += number - 1
+        elif number > 1:
+            content["training"]["seed"] += number - 1
         try:
             return Variant.model_validate(content)
         except ValidationError as error:
@@ -298,13 +322,35 @@ class SurrogateConfig(Section):
         """The variants, then the ablations."""
         return self.variants | self.ablations
 
+    @property
+    def trained_again(self) -> dict[str, tuple[str, int]]:
+        """Further trainings by their names: of which variant, or ablation with the weights of one, and which training.
+
+        An ablation that is trained itself is trained once.
+        """
+        bases = [*self.variants, *(name for name, own in self.ablations.items() if own.weights_of in self.variants)]
+        numbers = range(2, self.trainings + 1)
+        return {f"{base}_training{number}": (base, number) for base in bases for number in numbers}
+
+    def training_of(self, name: str) -> tuple[str, int]:
+        """The variant or ablation that a name stands for, and which of its trainings; 1 is the first."""
+        return self.trained_again.get(name, (name, 1))
+
+    def trainings_of(self, base: str) -> list[str]:
+        """Names of all trainings of a variant or ablation, its own first."""
+        return [base, *(name for name, (of, _) in self.trained_again.items() if of == base)]
+
     def of_kind(self, kind: str) -> list[str]:
-        """Names of the variants and ablations of a kind."""
-        return [name for name, variant in self.every.items() if variant.kind == kind]
+        """Names of the variants and ablations of a kind, and of their further trainings."""
+        names = [*self.every, *self.trained_again]
+        return [name for name in names if self.every[self.training_of(name)[0]].kind == kind]
 
     def weights_of(self, name: str) -> str:
         """The variant whose weights `name` is rolled out with."""
-        return self.every[name].weights_of or name
+        base, number = self.training_of(name)
+        source = self.every[base].weights_of or base
+        # An ensemble has all of its members in one file.
+        return source if number == 1 or self.every[base].kind == "contact" else f"{source}_training{number}"
 
     def rollout_of(self, name: str, test: str) -> RollOutConfig:
         """The roll-out settings of a variant in a test; the shorter of both lengths holds."""

@@ -5,6 +5,7 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
+from millprint.config.claims import ClaimsConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
@@ -93,6 +94,7 @@ class WorkflowConfig(Section):
     """chapter 5; for the chapters of the thesis"""
     surrogate: SurrogateConfig | None = None
     """chapter 6; for the chapters of the thesis"""
+    claims: ClaimsConfig = ClaimsConfig()
 
     @field_validator("mills")
     @classmethod

@@ -1,6 +1,7 @@
 """Figures of chapter 6 and appendix A: signed distance, wall contacts, recursion, loss, roll-outs, ablations."""
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -116,6 +117,10 @@ def plot_recursion(window: int, edges: EdgeConfig, snap_back_m: float | None, st
     return figure
 
 
+# Curves of roll-outs after further trainings of the same surrogate.
+OTHER_TRAININGS: LineLook = {"color": COLOURS[1], "linewidth": 0.6, "linestyle": ":"}
+
+
 def plot_loss(history: pd.DataFrame) -> Figure:
     """Loss on training and validation snapshots over the epochs, and its terms (Fig. 6.6).
 
@@ -181,8 +186,13 @@ def plot_error_growth(errors: pd.DataFrame) -> Figure:
     return figure
 
 
-def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure:
-    """Cumulative dissipation of the roll-out and of DEM (Figs 6.8, 6.14, 6.15, 6.17)."""
+def plot_dissipation(
+    dissipation: pd.DataFrame, metrics: pd.DataFrame, trainings: Sequence[pd.DataFrame] = ()
+) -> Figure:
+    """Cumulative dissipation of the roll-out and of DEM (Figs 6.8, 6.14, 6.15, 6.17).
+
+    metrics: as `millprint.surrogate.spread.with_spread`; trainings: the same table of each further training.
+    """
     figure, panels = _grid(list(dissipation["test"].unique()))
     errors = metrics[metrics["measure"] == "dissipation_error_percent"].set_index("test")
     for test, panel in panels.items():
@@ -191,7 +201,13 @@ def plot_dissipation(dissipation: pd.DataFrame, metrics: pd.DataFrame) -> Figure
         if "spread_J" in part and part["spread_J"].notna().any():
             low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
             panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")
+        for number, other in enumerate(trainings):
+            own, label = other[other["test"] == test], "other trainings" if number == 0 else None
+            panel.plot(own["time_s"], own["surrogate_J"], label=label, **OTHER_TRAININGS)
         note = f"error {errors['value'][test]:.3g} %"
+        if trainings:
+            ends = f"{errors['lowest'][test]:.3g} to {errors['highest'][test]:.3g} %"
+            note += f"\n{len(trainings) + 1} trainings {ends}"
         if pd.notna(errors["thesis"][test]):
             note += f"\nthesis {errors['thesis'][test]:g} %"
         # The curve of a roll-out that loses half of the energy crosses the note.

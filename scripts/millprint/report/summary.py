@@ -8,7 +8,7 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from millprint.claims.compare import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED
+from millprint.claims.compare import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, UNDECIDED, in_short
 from millprint.claims.evidence import Finding
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.pages import embed_files, render_page
@@ -24,9 +24,15 @@ class ShownVerdict:
     meaning: str
 
 
+# By the first words of a verdict.
 SHOWN_VERDICTS = {
-    REPRODUCED: ShownVerdict("#009E73", "within the tolerance of the claim"),
+    REPRODUCED: ShownVerdict(
+        "#009E73", "within the tolerance of the claim, with the whole of its interval if it has one"
+    ),
     ERRATUM: ShownVerdict("#56B4E9", "the computation shows that the printed value cannot be right"),
+    in_short(UNDECIDED): ShownVerdict(
+        "#F0E442", "the interval crosses the tolerance: another run or another training may fall on either side"
+    ),
     DEVIATES: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
     NOT_RUN: ShownVerdict("#BBBBBB", "this configuration leaves out what the claim needs"),
 }
@@ -93,7 +99,8 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     note = (
         "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
         "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
-        "function that computed it. claims.tsv also says of what kind a claim is."
+        "function that computed it. lower and upper are the interval of what is simulated or trained, "
+        "interval_from says what was drawn again for it. claims.tsv also says of what kind a claim is."
     )
     introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])

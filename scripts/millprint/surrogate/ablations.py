@@ -4,12 +4,24 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from millprint.repeats import apart, once, student
+
 BASELINE = "baseline"
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
 # A statement that cannot be checked with this budget, because the baseline itself is unstable.
 OPEN = "open"
 # A dissipation that "grows without bound" must have an error larger than itself [%].
 UNBOUNDED_PERCENT = 100.0
+# Whether a row differs from the baseline by more than two trainings of the baseline do.
+SOMETHING, NOTHING = "something", "nothing"
+AGAINST = (
+    "trainings",
+    "lower_percent",
+    "upper_percent",
+    "from_baseline_percent",
+    "baseline_apart_percent",
+    "says",
+)
 MEASURES = (
     "stable",
     "balls_left",
@@ -68,13 +80,24 @@ def ablation_table(
     changes: dict[str, str],
     length_s: dict[str, float],
     printed: pd.Series,
+    trainings: dict[str, list[str]] | None = None,
 ) -> pd.DataFrame:
     """A row for each ablation: its change, its budget, its measures on the trained motion, and the thesis's statement.
 
     metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: texts;
-    length_s: of the roll-outs; printed: as `millprint.tables.read_printed`. Column `holds` is yes, no, OPEN, or empty
-    without a statement or a baseline.
+    length_s: of the roll-outs; printed: as `millprint.tables.read_printed`; trainings: by ablation, the names in
+    metrics of all trainings of its weights, its own first; once if left out. Column `holds` is yes, no, OPEN, or empty
+    without
+    a statement or a baseline.
+
+    One training is one draw. lower_percent and upper_percent: interval of the dissipation error, over the row's own
+    trainings, or else as those of the baseline scatter; from_baseline_percent: how far the error is from that of the
+    baseline, in points; baseline_apart_percent: how far two trainings of the baseline are apart at most; `says` is
+    NOTHING where the first is not above the second and the motion is stable or not as that of some training of the
+    baseline, or where the trainings of the baseline disagree on whether the statement holds. All empty if the
+    baseline was trained once.
     """
+    trainings = trainings or {variant: [variant] for variant in changes}
     rows = []
     for variant, change in changes.items():
         part = metrics[metrics["variant"] == variant].set_index("measure")
@@ -88,16 +111,41 @@ def ablation_table(
         row |= {"dem_seeds_percent": part["dem_reference"][DISSIPATION], "thesis_percent": error_percent}
         rows.append(row | {"thesis_statement": said.text, DISSIPATION: error})
     table = pd.DataFrame(rows)
-    known = table.set_index("variant")
-    table["holds"] = [_verdict(row, known) for _, row in table.iterrows()]
-    return table
+    repeats = {variant: _repeats(metrics, trainings[variant]) for variant in changes}
+    baselines = repeats.get(BASELINE, repeats[next(iter(repeats))].iloc[:0])
+    table["holds"] = [_verdict(row, baselines.iloc[0]) if len(baselines) else "" for _, row in table.iterrows()]
+    against = [_against(row, repeats[row["variant"]], baselines) for _, row in table.iterrows()]
+    return table.join(pd.DataFrame(against, index=table.index))
 
 
-def _verdict(row: pd.Series, known: pd.DataFrame) -> str:
+def _repeats(metrics: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+    """A row for each training: its measures on the trained motion, as far as a statement is about them."""
+    values = metrics[metrics["variant"].isin(names)].pivot_table("value", "variant", "measure", "first", dropna=False)
+    return values.loc[names].reset_index(drop=True)
+
+
+def _verdict(row: pd.Series, baseline: pd.Series) -> str:
     checked = STATEMENTS.get(row["variant"], OURS).checked
-    if not checked or BASELINE not in known.index:
+    if not checked:
         return ""
-    baseline = known.loc[BASELINE]
     if baseline["stable"] != 1:
         return OPEN
     return "yes" if holds(checked, row, baseline) else "no"
+
+
+def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict:
+    """Columns AGAINST of a row: its interval, and whether it says anything against the scatter of the baseline."""
+    found: dict[str, float | str | None] = {"trainings": len(own)} | dict.fromkeys(AGAINST[1:])
+    if len(baselines) < 2:
+        return found | {"says": ""}
+    errors, error = baselines[DISSIPATION].tolist(), float(row[DISSIPATION])
+    found["lower_percent"], found["upper_percent"] = (
+        student(own[DISSIPATION].tolist()) if len(own) > 1 else once(error, errors)
+    )
+    if row["variant"] == BASELINE:
+        return found | {"baseline_apart_percent": apart(errors), "says": ""}
+    difference = apart([error, errors[0]])
+    alike = difference <= apart(errors) and (baselines["stable"] == row["stable"]).any()
+    disagreed = len({_verdict(row, baseline) for _, baseline in baselines.iterrows()}) > 1
+    found |= {"from_baseline_percent": difference, "baseline_apart_percent": apart(errors)}
+    return found | {"says": NOTHING if alike or disagreed else SOMETHING}

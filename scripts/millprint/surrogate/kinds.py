@@ -53,7 +53,7 @@ def _train_contact(dataset: str, checkpoint: Path, settings: dict, device: torch
 def _open_contact(setting: Setting) -> Surrogate:
     from millprint.surrogate.contact.surrogate import ContactSurrogate
 
-    return ContactSurrogate(setting.weights, setting.run)
+    return ContactSurrogate(setting.weights, setting.run, setting.member)
 
 
 # By the name in `surrogate.variants.NAME.kind`.

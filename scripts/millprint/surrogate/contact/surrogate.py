@@ -11,6 +11,7 @@ from tqdm import tqdm
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem.layout import COUNTER, HISTORY_WIDTH, STATUS, TOTAL
+from millprint.errors import ConfigError
 from millprint.hdf5 import open_hdf5
 from millprint.job import progress
 from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState, coarse_step
@@ -29,10 +30,16 @@ COMPARED_MOMENTS = 100
 
 
 class ContactSurrogate:
-    """An ensemble that advances a batch of trajectories one after the other, with its first member or with another."""
+    """An ensemble that advances a batch of trajectories one after the other, with one member or with another.
 
-    def __init__(self, weights: str | Path, run: str | Path) -> None:
+    member: the one that leads, 0 for the first. Raises ConfigError where the ensemble has none of that number.
+    """
+
+    def __init__(self, weights: str | Path, run: str | Path, member: int = 0) -> None:
         self.members, self.recipe = read_ensemble(weights)
+        if member >= len(self.members):
+            raise ConfigError(f"{weights}: has {len(self.members)} member(s), and none of number {member}")
+        self.leading = member
         self.run_path = run
         attributes = read_attributes(run)
         mill, contact = MillConfig(**attributes["mill"]), ContactConfig(**attributes["contact"])
@@ -67,7 +74,7 @@ class ContactSurrogate:
         none = np.zeros(0, dtype=np.int64)
         per_snapshot = round(self.interval_s / self.step_s)
         first = round(float(self.times_s[rows.start]) / self.interval_s) * per_snapshot
-        coarse, coarse.weights = self.coarse, self.members[0]
+        coarse, coarse.weights = self.coarse, self.members[self.leading]
         coarse.load(SavedState(position[0].astype(float), rate[0], none, none, np.zeros((0, HISTORY_WIDTH)), first))
         for place in range(1, len(position)):
             coarse.run(per_snapshot)
@@ -75,12 +82,18 @@ class ContactSurrogate:
         return coarse.saved()
 
     def begin(self, starts_s: list[float]) -> Run:
-        """Take the first states from the simulation, one a start [s], for roll-outs by the first member."""
+        """Take the first states from the simulation, one a start [s], for roll-outs by the leading member."""
         return partial(self.run, self.first_states(starts_s))
 
     def roll_out(self, starts_s: list[float], steps: int, steps_per_frame: int) -> RollOut:
-        """A roll-out by the first member; from the first start also by every member, and how far they differ."""
+        """A roll-out by the leading member; from the first start also by every member, and how far they differ.
+
+        The members are compared where the first leads; a further training is rolled out alone.
+        """
         states = self.first_states(starts_s)
+        if self.leading:
+            with progress(steps * len(states), "roll out", "step") as bar:
+                return self.run(states, steps, steps_per_frame, bar)
         with progress(steps * (len(states) + len(self.members)), "roll out", "step") as bar:
             rollout = self.run(states, steps, steps_per_frame, bar)
             members = range(len(self.members))
@@ -93,10 +106,14 @@ class ContactSurrogate:
         return replace(rollout, member_dissipated_J=member_dissipated_J, force_disagreement=disagreement)
 
     def run(
-        self, states: list[SavedState], steps: int, steps_per_frame: int, bar: tqdm | None = None, member: int = 0
-    ) -> RollOut:
-        """Advance every trajectory by `steps` steps with one member and keep every `steps_per_frame`-th state."""
-        self.coarse.weights = self.members[member]
+        self, states: list[SavedState], steps: int, steps_per_frame: int, bar: tqdm | None = None,
+        member: int | None = None,
+    ) -> RollOut:  # fmt: skip
+        """Advance every trajectory by `steps` steps with a member, the leading one if none is named.
+
+        Every `steps_per_frame`-th state is kept.
+        """
+        self.coarse.weights = self.members[self.leading if member is None else member]
         start_s = np.array([saved.step * self.step_s for saved in states])
         crossed = np.full((len(states), self.balls), np.inf)
         kept: list[Frames] = []

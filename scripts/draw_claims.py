@@ -1,0 +1,40 @@
+"""Computes the claims that are simulated or trained again, from other draws of chance, for their intervals."""
+
+import pandas as pd
+
+from millprint.claims.intervals import WINDOWS, Repeated, over_draws, repeated_trainings, tabulate_intervals
+from millprint.config.claims import ClaimsConfig
+from millprint.files import read_json, write_table
+from millprint.fingerprint.inputs import read_summaries
+from millprint.fingerprint.redraw import draw_tables
+from millprint.job import job
+
+
+def main(
+    results: str, claims: str, summaries: list[str], of_modulus: list[str], settings: ClaimsConfig,
+    trainings: dict[str, list[str]], tables: dict, output: str,
+) -> pd.DataFrame:  # fmt: skip
+    """Write the interval of every claim that has one; tables: settings of `redrawn_tables`."""
+    drawn = draw_tables(
+        read_summaries(summaries), [read_json(path) for path in of_modulus], settings.draws, settings.seed, **tables
+    )
+    repeated = [Repeated(WINDOWS, drawn, over_draws), *repeated_trainings(results, trainings)]
+    table = tabulate_intervals(results, claims, repeated, settings.level)
+    write_table(table, output)
+    return table
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "draw claims again") as logger:
+        inputs, own = snakemake.input, snakemake.params
+        table = main(
+            own.results,
+            inputs.claims,
+            list(inputs.summaries),
+            list(inputs.of_modulus),
+            ClaimsConfig(**own.settings),
+            own.trainings,
+            own.tables,
+            snakemake.output.intervals,
+        )
+        logger.info("intervals: %s", table["interval_from"].value_counts().to_dict())

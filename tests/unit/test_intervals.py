@@ -1,0 +1,238 @@
+"""A verdict follows from the interval of a claim, and two machines do not contradict each other."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.claims.compare import DEVIATES, REPRODUCED, UNDECIDED, verdict
+from millprint.claims.evidence import Finding, Interval
+from millprint.claims.intervals import WINDOWS, Repeated, over_draws, over_repeats, tabulate_intervals
+from millprint.claims.tabulate import collect_findings, tabulate_claims
+from millprint.files import write_json, write_table
+from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
+from millprint.repeats import apart, once, student
+from millprint.surrogate.spread import tabulate_trainings, with_spread
+from tests.conftest import ROOT
+from tests.unit import synthetic_mill
+
+CLAIMS_TSV = ROOT / "config/data/claims.tsv"
+
+
+@pytest.mark.parametrize(
+    ("published", "tolerance", "lower", "upper", "expected"),
+    [
+        ("20", "15%", 18, 22, REPRODUCED),
+        ("20", "15%", 22, 24, UNDECIDED),
+        ("20", "15%", 24, 26, DEVIATES),
+        # Both ends are outside, and the printed number is between them.
+        ("20", "15%", 10, 40, UNDECIDED),
+        ("2.78", "<=2.78", 1, 2, REPRODUCED),
+        ("2.78", "<=2.78", 1, 23.1, UNDECIDED),
+        ("2.78", "<=2.78", 9.4, 53, DEVIATES),
+        # A bound on the value does not ask for the printed one.
+        ("small", "<=15%", 16, 30, DEVIATES),
+        ("46.62", "<=46.62", 30, float("inf"), UNDECIDED),
+        ("0.30/0.045", "recover", "0.29/0.044", "0.31/0.046", REPRODUCED),
+        ("0.30/0.045", "recover", "0.29/0.044", "0.33/0.046", UNDECIDED),
+        ("0.30/0.045", "recover", "0.33/0.044", "0.35/0.046", DEVIATES),
+        ("yes", "yes", "yes", "yes", REPRODUCED),
+        ("yes", "yes", "no", "yes", UNDECIDED),
+        ("yes", "report", "no", "no", DEVIATES),
+    ],
+)
+def test_a_known_interval_gives_its_verdict(published, tolerance, lower, upper, expected):
+    value = upper if isinstance(upper, str) else (lower + min(upper, 100)) / 2
+    assert verdict(published, tolerance, Finding(value, interval=Interval(lower, upper, "seeds"))) == expected
+
+
+def test_without_an_interval_and_with_an_erratum_the_point_decides():
+    assert verdict("20", "15%", Finding(22.9)) == REPRODUCED
+    assert verdict("20", "15%", Finding(4, erratum="a reason", interval=Interval(1, 40, "seeds"))) == "erratum"
+
+
+def test_student_is_that_of_a_table_and_holds_every_repeat():
+    low, high = student([-1.0, 0.0, 1.0])
+    assert (low, high) == pytest.approx((-4.3027 / 3**0.5, 4.3027 / 3**0.5), rel=1e-4)
+    # Positive values as factors: the geometric mean of 1, 10 and 100 is in the middle of the logarithms.
+    low, high = student([1.0, 10.0, 100.0])
+    assert low * high == pytest.approx(100) and low < 1 and high > 100
+    assert student([2.5, 23.1, np.inf]) == (2.5, np.inf)
+    assert student([3.0, 3.0]) == pytest.approx((3.0, 3.0))
+    with pytest.raises(ValueError, match="two repeats"):
+        student([1.0])
+    assert apart([2.5, 23.1, 9.0]) == pytest.approx(20.6) and apart([1.0, np.inf]) == np.inf
+    low, high = once(6.0, [5.0, 5.5, 4.5])
+    assert low < 6.0 < high and once(6.0, [5.0, np.inf]) == (0.0, np.inf)
+
+
+@pytest.mark.parametrize("trainings", [2, 3, 5])
+def test_student_covers_as_often_as_it_says(trainings):
+    rng, inside = np.random.default_rng(1), []
+    for _ in range(1000):
+        low, high = student(np.exp(1 + 0.8 * rng.standard_normal(trainings)))
+        inside.append(low <= np.exp(1) <= high)
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.025)
+
+
+def test_two_machines_do_not_contradict_each_other():
+    """Each machine draws its own trainings; a flip needs two intervals that both miss the mean, on opposite sides.
+
+    At a level of 0.95 that is 2 x 0.025^2 = 0.1 % of pairs for a mean at the tolerance itself, where it is likeliest.
+    With single values, as verdicts were before, every second pair flips.
+    """
+    rng, flips, single = np.random.default_rng(2), 0, 0
+    pairs = 3000
+    for _ in range(pairs):
+        machines = np.exp(np.log(2.78) + 0.7 * rng.standard_normal((2, 3)))
+        found = {
+            verdict("2.78", "<=2.78", Finding(one[0], interval=Interval(*student(one), "trainings")))
+            for one in machines
+        }
+        flips += {REPRODUCED, DEVIATES} <= found
+        single += len({verdict("2.78", "<=2.78", Finding(one[0])) for one in machines}) == 2
+    assert flips <= 0.004 * pairs and single > 0.4 * pairs
+
+
+def test_intervals_that_both_hold_the_bound_never_flip():
+    rng = np.random.default_rng(3)
+    for _ in range(500):
+        bound = rng.uniform(1, 50)
+        found = set()
+        for _ in range(2):
+            lower, upper = bound * rng.uniform(0.2, 1), bound * rng.uniform(1.001, 5)
+            found.add(
+                verdict(f"{bound:.6f}", f"<={bound:.6f}", Finding(upper, interval=Interval(lower, upper, "seeds")))
+            )
+        assert not {REPRODUCED, DEVIATES} <= found
+
+
+def test_draws_of_words_are_certain_or_not():
+    assert over_draws("yes", ["yes"] * 196 + ["no"] * 4, 0.95) == Interval("yes", "yes", WINDOWS)
+    assert over_draws("yes", ["yes"] * 190 + ["no"] * 10, 0.95) == Interval("no", "yes", WINDOWS)
+    assert over_repeats("yes", ["yes", "yes", "no"], 0.95) == Interval("no", "yes", "trainings")
+    # An interval holds the value of the run itself.
+    assert over_draws(9.0, [1.0, 2.0, 3.0], 0.95).upper == 9.0
+
+
+def test_blocks_keep_neighbours_together_and_differ():
+    assert [block_length(n) for n in (1, 2, 3, 8, 27, 100)] == [1, 1, 1, 2, 3, 5]
+    series = [np.arange(27.0)[:, None], 100 + np.arange(27.0)[:, None]]
+    drawn = draw_blocks(series, 27, np.random.default_rng(0))[:, 0]
+    assert len(drawn) == 27
+    steps = np.diff(drawn.reshape(9, 3), axis=1)
+    assert np.isin(steps, [1, -26]).all() and (drawn >= 100).any() and (drawn < 100).any()
+
+
+def test_drawn_means_scatter_as_independent_runs_do():
+    """A first-order chain with a known standard error of its mean: blocks see most of it, single revolutions half."""
+    rng, n, phi = np.random.default_rng(4), 200, 0.5
+    chain = np.zeros(n)
+    for i in range(1, n):
+        chain[i] = phi * chain[i - 1] + rng.standard_normal()
+    true = 1 / (1 - phi) / n**0.5
+    by_blocks = np.std([draw_blocks([chain[:, None]], n, rng).mean() for _ in range(800)])
+    alone = np.std([rng.choice(chain, n).mean() for _ in range(800)])
+    assert by_blocks == pytest.approx(true, rel=0.3) and alone < 0.75 * true
+
+
+def summaries(counts=(1000, 1000)) -> list[dict]:
+    rng = np.random.default_rng(5)
+    found = []
+    for seed, count in enumerate(counts):
+        summary = synthetic_mill.summary(seed=seed)
+        energies = 1 + 0.1 * rng.standard_normal(20)
+        summary["per_revolution"] = {
+            "normal_J": energies.tolist(),
+            "tangential_J": (2 * energies).tolist(),
+            "wall_J": [],
+        }
+        summary["collisions"] = [
+            rule | {"count": count, "frequency_hz": float(count)} for rule in summary["collisions"]
+        ]
+        found.append(summary)
+    return found
+
+
+def test_collisions_scatter_as_their_seeds_do_and_never_less_than_chance():
+    (name, alike), *_ = dispersions([summaries()]).items()
+    assert alike == 1.0
+    # Two seeds 10 % apart: variance over mean of 900 and 1100 is 20000 / 1000.
+    assert dispersions([summaries((900, 1100))])[name] == pytest.approx(20)
+    assert dispersions([summaries((900,))]) == {}
+
+
+def test_drawn_runs_keep_what_belongs_together():
+    own = summaries()
+    drawn = redraw(own, np.random.default_rng(6))
+    again = redraw(own, np.random.default_rng(6))
+    for run, other, before in zip(drawn, again, own, strict=True):
+        assert run == other and run["case"] == before["case"]
+        energies = run["per_revolution"]
+        np.testing.assert_allclose(energies["tangential_J"], 2 * np.array(energies["normal_J"]))
+        factor = np.mean(energies["normal_J"]) / np.mean(before["per_revolution"]["normal_J"])
+        assert run["power_W"]["normal"] == pytest.approx(factor * before["power_W"]["normal"])
+        assert factor != 1
+        for rule, earlier in zip(run["collisions"], before["collisions"], strict=True):
+            total = rule["mean_normal_J"] * rule["frequency_hz"]
+            assert total == pytest.approx(factor * earlier["mean_normal_J"] * earlier["frequency_hz"])
+
+
+def measures(error: float) -> pd.DataFrame:
+    names = {"dissipation_error_percent": error, "one_step_dissipation_bias_percent": 1.0}
+    names |= {"one_step_acceleration_r2": 0.9, "stable": 1.0, "mean_square_speed_ratio": 1.0, "balls_left": 0.0}
+    rows = [{"variant": "thesis", "test": "trained", "measure": name, "value": value} for name, value in names.items()]
+    return pd.DataFrame(rows).assign(dem_reference=0.5)
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [((2.5, 2.4, 2.45), REPRODUCED), ((2.5, 23.1, 9.4), UNDECIDED), ((30.0, 33.0, 31.0), DEVIATES)],
+)
+def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, errors, expected):
+    for table in (tmp_path / "surrogate/thesis/metrics.tsv", tmp_path / "surrogate/metrics.tsv"):
+        write_table(measures(errors[0]), table)
+    path = "surrogate/thesis/metrics.tsv"
+    trained = Repeated("trainings", [{path: measures(error)} for error in errors], over_repeats)
+    intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [trained])
+    row = intervals.set_index("id").loc["6.energy"]
+    assert (row["lower"], row["upper"]) == pytest.approx(student(errors)) and row["interval_from"] == "trainings"
+    # From a file, the ends are texts.
+    write_table(intervals, tmp_path / "intervals.tsv")
+    as_text = pd.read_csv(tmp_path / "intervals.tsv", sep="\t", dtype=str)
+    table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV, intervals=as_text)).set_index("id")
+    assert table["verdict"]["6.energy"] == expected
+    assert (
+        table["interval_from"]["6.energy"] == "trainings" and float(table["upper"]["6.energy"]) >= max(errors) * 0.999
+    )
+    assert table["interval_from"]["2.full_factorial"] == ""
+
+
+def test_the_spread_stands_beside_the_first_training():
+    metrics = pd.concat([measures(error).assign(variant=name) for name, error in (("thesis", 2.5), ("again", 23.1))])
+    trainings = {"thesis": ["thesis", "again"]}
+    table = with_spread(metrics, trainings).set_index("measure")
+    assert table["value"]["dissipation_error_percent"] == 2.5 and set(table["variant"]) == {"thesis"}
+    assert table.loc["dissipation_error_percent", ["trainings", "lowest", "highest"]].tolist() == [2, 2.5, 23.1]
+    long = tabulate_trainings(metrics, trainings)
+    assert long["training"].tolist() == [1] * 6 + [2] * 6 and set(long["variant"]) == {"thesis"}
+
+
+def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
+    runs = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
+    settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_2ms", "further_rules": []}
+    tables = draw_tables(runs, [], 12, 7, **settings)
+    assert len(tables) == 12 and not tables[0]["fingerprint/descriptors.tsv"].equals(
+        tables[1]["fingerprint/descriptors.tsv"]
+    )
+    for path, table in redrawn_tables(runs, [], np.random.default_rng(0), **settings).items():
+        write_table(table, tmp_path / path)
+    for contact in settings["contacts"]:
+        write_json({"about": {"mill": "emax"}}, tmp_path / f"fingerprint/fingerprint_{contact}.json")
+    table = tabulate_intervals(tmp_path, CLAIMS_TSV, [Repeated(WINDOWS, tables, over_draws)]).set_index("id")
+    assert {"3.curve.0.06.Pn", "3.curve.0.10.f", "3.collapse", "3.reference.En", "3.frequency.calibrated"} <= set(
+        table.index
+    )
+    assert (table["interval_from"] == WINDOWS).all() and (table["repeats"] == 12).all()
+    spread = table.loc["3.curve.0.10.Pn"]
+    # Revolutions ripple by 10 %, so their mean over two speeds and two sizes by a few per cent at most.
+    assert 0 < spread["upper"] / spread["lower"] - 1 < 0.1
