@@ -4,13 +4,16 @@
         --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
 
 Give a fingerprint for each powder or mill that you could use. The target is given as energies per collision [J] and
-collisions of one ball [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALL_MM FILL). A YAML file
-can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take precedence over it.
+collisions of one ball [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALLS FILL). Balls are a
+diameter [mm] or the name of a charge of several sizes that was simulated; between two charges nothing is calculated.
+A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
+precedence over it.
 
 The printed table shows the residuals in per cent, the target descriptors that lie within the interval of the condition
 by the scatter of the simulation (met), and the values outside the simulated ranges; --out writes the whole table. With
 results/uncertainty/MILL/fingerprint.json it also shows by how much, in per cent, contact parameters and the shape of
-the jar may change each descriptor.
+the jar may change each descriptor. Held against another mill (--like), it shows the intervals of the ratio to that
+mill, which has intervals too.
 """
 
 import argparse
@@ -24,6 +27,7 @@ from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.fingerprint.bands import FURTHER, interval_columns
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact
 
@@ -31,6 +35,7 @@ SHOWN = {
     "rank": "rank",
     "mill": "mill",
     "contact": "contact",
+    CHARGE: "charge",
     "ball_diameter_mm": "ball/mm",
     "fill_ratio": "fill",
     "balls": "balls",
@@ -45,16 +50,30 @@ FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(("En
 SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ball_hz": "f"}
 
 
+def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
+    """Intervals in words, "-" for one that is not known; number: the format of an end."""
+    ends = zip(lower, upper, strict=True)
+    return [f"{low:{number}} to {high:{number}}" if low == low else "-" for low, high in ends]
+
+
 def shown(rows: pd.DataFrame) -> pd.DataFrame:
-    """The columns of a ranking that are printed, with short names; intervals as per cent of the value."""
-    found = rows[list(SHOWN)].rename(columns=SHOWN).replace(SHORT, regex=True)
+    """The columns of a ranking that are printed, with short names; a descriptor's interval in per cent of the value."""
+    found = rows[[name for name in SHOWN if name in rows]].rename(columns=SHOWN)
+    found["met"] = found["met"].replace(SHORT, regex=True)
+    for name, short in SHORT.items():
+        if f"{name}_ratio" in rows:
+            words = _words(rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
+            found.insert(len(found.columns) - 1, f"{short} ratio", words)
     for origin in FURTHER:
         for name, short in SHORT.items():
             lower, upper = interval_columns(name, origin)
             if lower in rows:
-                ends = zip(*(100 * (rows[end] / rows[name] - 1) for end in (lower, upper)), strict=True)
-                words = [f"{low:+.0f} to {high:+.0f}" if low == low else "-" for low, high in ends]
+                words = _words(*(100 * (rows[end] / rows[name] - 1) for end in (lower, upper)), "+.0f")
                 found.insert(len(found.columns) - 1, f"{short} by {origin} %", words)
+            lower, upper = interval_columns(f"{name}_ratio", origin)
+            if lower in rows:
+                words = _words(rows[lower], rows[upper], ".2f")
+                found.insert(len(found.columns) - 1, f"{short} ratio by {origin}", words)
     return found
 
 
@@ -66,11 +85,11 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
     parser.add_argument("--frequency", type=float, metavar="HZ", help="target: collisions of one ball [1/s]")
     parser.add_argument(
-        "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALL_MM", "FILL"), help="target: a condition of another mill"
+        "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALLS", "FILL"), help="target: a condition of another mill"
     )
     parser.add_argument("--speeds", nargs=2, type=float, metavar=("FROM", "TO"), help="range of the mill [rpm]")
     parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
-    parser.add_argument("--balls", nargs="+", type=float, metavar="MM", help="available ball diameters [mm]")
+    parser.add_argument("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
     parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
     parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
     parser.add_argument("--out", type=Path, help="TSV file for the whole table")

@@ -2,9 +2,9 @@
 
 from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
-from millprint.config.mixture import ONE_SIZE
-from millprint.errors import ConfigError
+from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.files import write_table
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact
 from millprint.job import job
@@ -13,12 +13,6 @@ from millprint.job import job
 def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
     ranges = fingerprint.about["ranges"]
-    balls = sorted({1e3 * diameter for _, diameter, charge in fingerprint.settings if charge == ONE_SIZE})
-    if not (settings.ball_diameters_mm or balls):
-        raise ConfigError(
-            f"mills.match.ball_diameters_mm: this key is missing; mill {settings.mill} was simulated with charges of "
-            "several sizes alone, and a match is of balls of one size"
-        )
     condition = LikeConfig(
         fingerprint=like,
         speed_rpm=settings.like_speed_rpm,
@@ -29,7 +23,7 @@ def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) 
         targets=[TargetConfig(name=settings.like_mill, like=condition)],
         speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
         fill_ratios=ranges["fill_ratio"],
-        ball_diameters_mm=settings.ball_diameters_mm or balls,
+        ball_diameters_mm=settings.ball_diameters_mm or fingerprint.choices(),
         ranked=settings.ranked,
     )
 
@@ -43,8 +37,9 @@ if "snakemake" in globals():
         write_table(table, snakemake.output[0])
         best = table.iloc[0]
         logger.info(
-            "nearest: %g mm, fill %.3g, %.4g rpm; off by a factor of %.3g on average; outside: %s",
-            best["ball_diameter_mm"], best["fill_ratio"], best["speed_rpm"], 1 + best["distance"], best["outside"],
+            "nearest: %s, fill %.3g, %.4g rpm; off by a factor of %.3g on average; outside: %s",
+            balls_in_words(best["ball_diameter_mm"], best.get(CHARGE, ONE_SIZE)), best["fill_ratio"],
+            best["speed_rpm"], 1 + best["distance"], best["outside"],
         )  # fmt: skip
         for note in shared_contact(request, [mill]):
             logger.info("%s", note)

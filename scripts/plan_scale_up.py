@@ -18,9 +18,9 @@ if "snakemake" in globals():
         fingerprint, run = Fingerprint.read(snakemake.input.fingerprint), read_json(snakemake.input.summary)
         _, factor = enlarged(MillConfig(**snakemake.params.mill), settings.volume_l, "large")
         poisson = snakemake.params.poisson_ratio
-        step = fraction * rayleigh_time(
-            settings.ball_diameter_mm / 2e3, run["density_kg_m3"], run["young_modulus_pa"], poisson
-        )
+        # The smallest ball has the shortest step.
+        smallest = min((run["case"].get("mixture") or {}).get("sizes_mm", [run["case"]["ball_diameter_mm"]]))
+        step = fraction * rayleigh_time(smallest / 2e3, run["density_kg_m3"], run["young_modulus_pa"], poisson)
         sheet = tabulate_scale_up(fingerprint, factor, settings, step, run["ns_per_ball_step"])
         write_table(sheet, snakemake.output.sheet)
         compared = compare_run(sheet, run, counted(run, fingerprint.about["counting_rule"]))

@@ -3,18 +3,28 @@
 import numpy as np
 import pytest
 
-from millprint.config.load import load_named
+import match_conditions
+from match_mills import request_of
+from millprint.config.checks import load_workflow
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
-from millprint.config.mixture import BallMixture
+from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
+from millprint.config.mixture import BallMixture, mixture_of
+from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.figures import mills as figures
 from millprint.files import write_table
+from millprint.fingerprint.cases import WAYS, enlarged, large_case
+from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.inputs import charges_of
 from millprint.fingerprint.mill_collapse import UNKNOWN, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.scale_up import tabulate_scale_up
+from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.fingerprint.zones import find_zones
 from millprint.view.mill_picture import picture_mill
 from tests.conftest import ROOT
@@ -122,3 +132,187 @@ def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     labels = {line.get_label() for axis in page.axes for line in axis.lines}
     assert f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), 600 rpm" in labels
     assert THREE.in_words(balls) in " ".join(text.get_text() for axis in page.axes for text in axis.texts)
+
+
+TWICE = BallMixture(name="twice", sizes_mm=(14, 8), numbers=(1, 3))
+REQUEST = {"speeds_rpm": [600, 1200], "fill_ratios": [0.04, 0.40]}
+
+
+@pytest.fixture(scope="module")
+def unlike() -> Fingerprint:
+    """Balls of one size, and two charges of which each dissipates more than the scaling has it: 1.5 and 3 times."""
+    odd = {THREE: 1.5, TWICE: 3.0}
+    return fitted(
+        summaries(error=0.002)
+        + [
+            summary(fill, speed_rpm=speed, mixture=charge, factor=factor, error=0.002)
+            for charge, factor in odd.items()
+            for fill in FILLS[::2]
+            for speed in (600.0, 1200.0)
+        ]
+    )
+
+
+def described(fingerprint: Fingerprint, choice: float | str, **condition: float) -> dict[str, float]:
+    diameter, charge = fingerprint.balls(choice)
+    found = fingerprint.predict(fingerprint.condition(ball_diameter_m=diameter, **condition), charge=charge)
+    return {name: getattr(found, name).value for name in TARGET_DESCRIPTORS} | {"power_W": found.power_W.value}
+
+
+def test_each_charge_keeps_what_is_its_own(unlike):
+    """Departures of one charge are not carried to another, nor to balls of one size as large as its mean ball."""
+    for choice, factor in ((10.0, 1.0), ("three", 1.5), ("twice", 3.0)):
+        diameter, _ = unlike.balls(choice)
+        known = summary(0.12, 1e3 * diameter, 900.0, factor=factor)["power_W"]
+        balls = ball_count(0.12, VOLUME, diameter)
+        power = described(unlike, choice, speed_hz=15.0, fill_ratio=0.12)["power_W"]
+        assert power / balls == pytest.approx((known["normal"] + known["tangential"]) / balls, rel=0.03)
+    one_size = unlike.condition(speed_hz=15.0, ball_diameter_m=unlike.charge_diameter_m("twice"), fill_ratio=0.12)
+    alike = fitted(summaries(error=0.002)).predict(one_size).power_W.value
+    assert unlike.predict(one_size).power_W.value == pytest.approx(alike, rel=0.05)
+
+
+def test_a_file_keeps_charges_apart(unlike, tmp_path):
+    unlike.write(tmp_path / "fingerprint.json")
+    again = Fingerprint.read(tmp_path / "fingerprint.json")
+    assert again.kinds == ["", "three", "twice"] and again.choices() == [5.0, 10.0, "three", "twice"]
+    condition = {"speed_hz": 15.0, "fill_ratio": 0.12}
+    for choice in again.choices():
+        # The file holds the values; their logarithms are the same to the last but one bit.
+        assert described(again, choice, **condition) == pytest.approx(described(unlike, choice, **condition), rel=1e-9)
+
+
+def test_left_out_conditions_of_charges_are_covered(unlike):
+    table = tabulate_coverage(unlike)
+    assert set(table["left_out"]) == {"condition", "fill ratio", "setting"}
+    assert table.loc[table["left_out"] == "condition", "conditions"].eq(len(FILLS) * 4 + 2 * 2 * len(FILLS[::2])).all()
+
+
+def test_a_charge_is_found_again_from_its_descriptors(unlike):
+    target = described(unlike, "twice", speed_hz=14.0, fill_ratio=0.12)
+    target.pop("power_W")
+    request = MatchConfig(**REQUEST, targets=[{"name": "own", **target}], ball_diameters_mm=[5, 10, "three", "twice"])
+    best = match_targets(request, [unlike]).iloc[0]
+    assert best["charge"] == "twice" and best["distance"] < 1e-3 and best["inside"] == "yes"
+    assert best["ball_diameter_mm"] == pytest.approx(TWICE.mean_diameter_mm)
+    assert best["speed_rpm"] == pytest.approx(840, rel=5e-3) and best["fill_ratio"] == pytest.approx(0.12, rel=5e-3)
+
+
+def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
+    unlike.write(tmp_path / "other.json")
+    like = {
+        "fingerprint": str(tmp_path / "other.json"),
+        "speed_rpm": 800,
+        "ball_diameter_mm": "three",
+        "fill_ratio": 0.1,
+    }
+    # The charge of one mill, with balls of one size in the other, which has no charge.
+    mill, target = fitted(summaries(error=0.002)), TargetConfig(name="other", like=like)
+    request = MatchConfig(**REQUEST, targets=[target], ball_diameters_mm=[5, 8, 10])
+    table = match_targets(request, [mill])
+    assert "charge" not in table and len(table)
+    assert target_descriptors(target, [mill]) == {
+        name: pytest.approx(value)
+        for name, value in described(unlike, "three", speed_hz=800 / 60, fill_ratio=0.1).items()
+        if name in TARGET_DESCRIPTORS
+    }
+
+
+def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
+    alone = fitted(charged())
+    for mill, choice, words in (
+        (alone, 10.0, "balls of 10 mm: emax was simulated with charges of several sizes alone"),
+        (alone, "graded", "charge = graded: the fingerprint of emax has three"),
+        (fitted(summaries(error=0.002)), "three", "charge = three: the fingerprint of emax is of balls of one size"),
+    ):
+        request = MatchConfig(
+            **REQUEST, targets=[{"name": "a", "frequency_per_ball_hz": 400}], ball_diameters_mm=[choice]
+        )
+        with pytest.raises(ConfigError, match=words):
+            match_targets(request, [mill])
+    # What one of two mills knows is asked of that one.
+    request = MatchConfig(
+        **REQUEST, targets=[{"name": "a", "frequency_per_ball_hz": 400}], ball_diameters_mm=[8, "three"]
+    )
+    table = match_targets(request.model_copy(update={"ranked": 100}), [alone, fitted(summaries(error=0.002))])
+    assert set(zip(table["charge"], table["ball_diameter_mm"].round(3), strict=True)) == {
+        ("", 8.0),
+        ("three", round(THREE.mean_diameter_mm, 3)),
+    }
+
+
+def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
+    file = str(tmp_path / "fingerprint.json")
+    unlike.write(file)
+    options = ["--speeds", "600", "1200", "--balls", "10", "twice"]
+    match_conditions.main([file, "--like", file, "800", "twice", "0.12", *options])
+    head, best = capsys.readouterr().out.splitlines()[1:3]
+    assert "charge" in head and best.split()[:4] == ["1", "emax", "calibrated", "twice"]
+    with pytest.raises(SystemExit):
+        match_conditions.main([file, "--like", file, "800", "four", "0.12", *options])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "error: charge = four: the fingerprint of emax has three, twice"
+
+
+def test_a_match_of_mills_searches_the_simulated_charges(unlike):
+    settings = {"mill": "emax", "like_mill": "spex", "like_speed_rpm": 800, "like_fill_ratio": 0.1}
+    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", unlike)
+    assert request.ball_diameters_mm == [5.0, 10.0, "three", "twice"]
+    assert request.targets[0].like.ball_diameter_mm == "graded"
+
+
+def test_a_charge_grows_as_a_whole(unlike):
+    """By similarity every size grows alike, and so every scaled number stays."""
+    plan = ScaleUpConfig(
+        mill="emax", volume_l=8 * VOLUME * 1e3, ball_diameter_mm="twice", fill_ratio=0.1, speed_rpm=600
+    )
+    table = tabulate_scale_up(unlike, 2.0, plan, 2e-6, 40.0).set_index("way")
+    assert (table["charge"] == "twice").all()
+    assert table["sizes_mm"].to_dict() == {way.name: "28, 16" if way.balls_grow else "14, 8" for way in WAYS}
+    assert table.loc["similar", "ball_diameter_mm"] == pytest.approx(2 * TWICE.mean_diameter_mm)
+    assert table.loc["similar", "balls"] == pytest.approx(table.loc["energy", "balls"] / 8, abs=0.5)
+    assert "charge" not in table["outside"].to_string()
+    number = tabulate_scale_up(unlike, 2.0, plan.model_copy(update={"ball_diameter_mm": 10.0}), 2e-6, 40.0)
+    assert "charge" not in number and "sizes_mm" not in number
+
+
+def test_the_large_run_has_the_charge_of_the_small_mill():
+    small = load_named(ROOT / "config/mills", "bond_mill", MillConfig, "mill")
+    plan = {"mill": "bond_mill", "volume_l": 40, "ball_diameter_mm": "bond", "fill_ratio": 0.1, "speed_rpm": 70}
+    settings = MillsConfig(contact="steel", scale_up=plan)
+    large, factor = enlarged(small, 40, "large")
+    case = large_case(small, large, factor, settings)
+    assert case.mixture == mixture_of(small.sweep.ball_diameters_mm[0])
+    assert case.name.startswith("bond_f0.10_")
+
+
+@pytest.mark.parametrize(
+    ("key", "section", "words"),
+    [
+        ("match.like_ball_diameter_mm", {"like_ball_diameter_mm": "graded"}, "must be one of bond"),
+        ("match.ball_diameters_mm", {"ball_diameters_mm": [8, "bond"]}, "balls of one size alone; give a number"),
+    ],
+)
+def test_a_charge_that_no_sweep_has_is_refused_before_a_run(key, section, words):
+    match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "bond"}
+    match |= {"like_fill_ratio": 0.2} | section
+    content = {"name": "x", "mill": "spex", "contacts": ["steel"], "mills": {"box": ["spex"], "match": match}}
+    with pytest.raises(ConfigError) as refused:
+        load_workflow(content, [])
+    (line,) = str(refused.value).splitlines()
+    assert line.startswith(f"configuration: mills.{key} = ") and words in line
+
+
+@pytest.mark.parametrize("value", [0, -3, "a b", "Graded", [10], float("inf"), "nan"])
+def test_balls_that_cannot_be_are_refused_in_one_line(value):
+    with pytest.raises(ConfigError) as refused:
+        check_model(
+            {"fingerprint": "a.json", "speed_rpm": 1, "ball_diameter_mm": value, "fill_ratio": 0.1}, LikeConfig, "x"
+        )
+    (line,) = str(refused.value).splitlines()
+    assert line.startswith("x: ball_diameter_mm: ") and "ball diameter" in line
+
+
+def test_a_diameter_written_as_text_is_a_number():
+    like = LikeConfig(fingerprint="a.json", speed_rpm=1, ball_diameter_mm="10", fill_ratio=0.1)
+    assert like.ball_diameter_mm == 10.0

@@ -309,7 +309,7 @@ def test_each_way_to_run_a_large_mill_keeps_its_quantity(settings):
 def test_the_large_run_is_held_against_the_sheet(settings):
     plan = settings.scale_up
     large, factor = enlarged(mill(plan.mill), plan.volume_l, "large")
-    case = large_case(large, factor, settings)
+    case = large_case(mill(plan.mill), large, factor, settings)
     assert case.speed_rpm == pytest.approx(plan.speed_rpm / factor)
     sheet = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0)
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]

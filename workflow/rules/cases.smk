@@ -19,11 +19,10 @@ SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.va
 
 if CONFIG.mills.scale_up is not None:
     # The large mill is a mill like any other, but it is calculated from the small one and has no file.
-    LARGE, LARGE_FACTOR = enlarged(
-        MILLS[CONFIG.mills.scale_up.mill], CONFIG.mills.scale_up.volume_l, f"{CONFIG.mills.scale_up.mill}_large"
-    )
+    SMALL = MILLS[CONFIG.mills.scale_up.mill]
+    LARGE, LARGE_FACTOR = enlarged(SMALL, CONFIG.mills.scale_up.volume_l, f"{SMALL.name}_large")
     MILLS[LARGE.name] = LARGE
-    LARGE_CASE = large_case(LARGE, LARGE_FACTOR, CONFIG.mills)
+    LARGE_CASE = large_case(SMALL, LARGE, LARGE_FACTOR, CONFIG.mills)
     SCALE_UP_CASES[LARGE_CASE.path] = LARGE_CASE
 
 

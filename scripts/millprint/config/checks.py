@@ -8,6 +8,7 @@ from millprint.config.calibration import ExperimentConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
+from millprint.config.mixture import chosen_balls
 from millprint.config.sources import WORKING_FOLDER, Sources, check_paths
 from millprint.config.sweep import Case, expand_sweep
 from millprint.config.workflow import WorkflowConfig
@@ -49,9 +50,18 @@ def load_workflow(
     contacts = {
         name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set", sources) for name in _contact_names(config)
     }
+    check_chosen_charges(config, mills, source)
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
     return config, mills, contacts, collect_cases(config, source)
+
+
+def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], source: str) -> None:
+    """Refuse a charge that the sections of `mills` name and the sweep of its mill does not have."""
+    for key, name, choices in config.mills.named_balls:
+        sweep = mills[name].sweep
+        for choice in choices:
+            chosen_balls(choice, sweep.ball_diameters_mm if sweep else [], f"{source}: {key}")
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

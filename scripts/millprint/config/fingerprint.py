@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.counting import RuleName
+from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
 TARGET_DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
@@ -20,8 +21,8 @@ class LikeConfig(Section):
     """fingerprint_CONTACT.json of that mill, from the project's root"""
     speed_rpm: Positive
     """mill speed [rpm]"""
-    ball_diameter_mm: Positive
-    """ball diameter [mm]"""
+    ball_diameter_mm: BallChoice
+    """ball diameter [mm], or the name of a charge of several sizes that was simulated"""
     fill_ratio: Fraction
     """fill ratio [-]"""
 
@@ -72,8 +73,8 @@ class MatchConfig(Section):
     """speeds that the user can set, from and to [rpm]"""
     fill_ratios: Range
     """fill ratios that the user can set, from and to [-]"""
-    ball_diameters_mm: list[Positive] = Field(min_length=1)
-    """ball diameters that the user has [mm]"""
+    ball_diameters_mm: list[BallChoice] = Field(min_length=1)
+    """ball diameters that the user has [mm], and names of charges of several sizes that were simulated"""
     densities_kg_m3: list[Positive] = []
     """densities of the balls, if not as simulated [kg/m3]"""
     weights: WeightsConfig = WeightsConfig()

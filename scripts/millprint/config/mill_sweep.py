@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from millprint.config.fingerprint import Range
-from millprint.config.mixture import BallSize, check_charges
+from millprint.config.mixture import BallChoice, BallSize, check_charges
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Section, Seed
 
 Turns = Annotated[float, Field(ge=1, le=10_000)]
@@ -60,14 +60,14 @@ class MatchMillsConfig(Section):
     """mill whose condition is to be met: a file in config/mills"""
     like_speed_rpm: Positive
     """its speed [rpm]"""
-    like_ball_diameter_mm: Positive
-    """its balls [mm]"""
+    like_ball_diameter_mm: BallChoice
+    """its balls [mm], or the name of a charge of several sizes in its sweep"""
     like_fill_ratio: Fraction
     """its fill ratio [-]"""
     speeds_rpm: Range | None = None
     """range of possible speeds [rpm]; the simulated range if left out"""
-    ball_diameters_mm: list[Positive] | None = None
-    """available balls [mm]; the simulated ones if left out"""
+    ball_diameters_mm: Annotated[list[BallChoice], Field(min_length=1)] | None = None
+    """available balls [mm], and names of charges in the mill's sweep; the simulated ones if left out"""
     ranked: Annotated[int, Field(ge=1, le=1000)] = 10
     """conditions to list"""
 
@@ -79,8 +79,8 @@ class ScaleUpConfig(Section):
     """mill that is enlarged: a file in config/mills"""
     volume_l: Annotated[float, Field(gt=0, le=10_000)]
     """nominal volume of the large mill [L]"""
-    ball_diameter_mm: Positive
-    """balls of the small mill [mm]"""
+    ball_diameter_mm: BallChoice
+    """balls of the small mill [mm], or the name of a charge of several sizes in its sweep"""
     fill_ratio: Fraction
     """fill ratio of both [-]"""
     speed_rpm: PositiveSpeed
@@ -135,3 +135,14 @@ class MillsConfig(Section):
         """Every mill that the section names."""
         matched = [self.match.mill, self.match.like_mill] if self.match else []
         return [*self.box, *matched, *([self.scale_up.mill] if self.scale_up else [])]
+
+    @property
+    def named_balls(self) -> list[tuple[str, str, list[float | str]]]:
+        """Every key that names balls of a mill: the key, the mill, and the balls as diameters [mm] or charges."""
+        found: list[tuple[str, str, list[float | str]]] = []
+        if own := self.match:
+            found.append(("mills.match.like_ball_diameter_mm", own.like_mill, [own.like_ball_diameter_mm]))
+            found.append(("mills.match.ball_diameters_mm", own.mill, list(own.ball_diameters_mm or [])))
+        if plan := self.scale_up:
+            found.append(("mills.scale_up.ball_diameter_mm", plan.mill, [plan.ball_diameter_mm]))
+        return found

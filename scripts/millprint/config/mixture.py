@@ -1,11 +1,13 @@
 """Charges of balls of several sizes: an element of `ball_diameters_mm` that is not a number."""
 
+import math
 import re
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from millprint.config.section import PLAIN_VALUE, Name, Positive, Section, first_repeated
+from millprint.config.section import NAME_PATTERN, PLAIN_VALUE, Name, Positive, Section, first_repeated
+from millprint.errors import ConfigError
 
 # Shares written with three decimals add up to 1 within this.
 SHARES_TOLERANCE = 2e-3
@@ -66,6 +68,10 @@ class BallMixture(Section):
         """
         return sum(n * d**3 for n, d in zip(self.fractions, self.sizes_mm, strict=True)) ** (1 / 3)
 
+    def columns(self, factor: float = 1.0) -> dict[str, str]:
+        """The charge in a row of a table: its name, and its sizes [mm], each multiplied by a factor."""
+        return {"charge": self.name, "sizes_mm": ", ".join(f"{factor * size:.4g}" for size in self.sizes_mm)}
+
     def in_words(self, balls: int) -> str:
         """How many of `balls` have each size: "bond: 43 of 36.83 mm, 67 of 29.72 mm"."""
         counts = zip(self.counts(balls), self.sizes_mm, strict=True)
@@ -94,6 +100,37 @@ BallSize = Annotated[
 
 # The charge of balls of one size.
 ONE_SIZE = ""
+
+
+def _number_or_name(balls: Any) -> Any:
+    """A number, also one written as text, or a text that may be the name of a charge. Raises ValueError."""
+    try:
+        number = float(balls)
+    except (TypeError, ValueError):
+        if isinstance(balls, str) and re.fullmatch(NAME_PATTERN, balls):
+            return balls
+        raise ValueError(f"{balls!r}: must be a ball diameter [mm], or the name of a charge of several sizes") from None
+    if not (number > 0 and math.isfinite(number)):
+        raise ValueError(f"{balls!r}: a ball diameter must be over 0 mm")
+    return number
+
+
+# Balls of a fingerprint: their diameter [mm], or the name of a charge of several sizes that was simulated.
+BallChoice = Annotated[Positive | Name, BeforeValidator(_number_or_name)]
+
+
+def chosen_balls(choice: float | str, sizes: "list[float | BallMixture]", place: str) -> "float | BallMixture":
+    """The balls that a choice means: a diameter [mm] as it is, a name as the charge of that name among `sizes`.
+
+    place: file and key of the choice. Raises ConfigError for a name that no charge has.
+    """
+    if not isinstance(choice, str):
+        return choice
+    known = {mixture.name: mixture for mixture in filter(None, map(mixture_of, sizes))}
+    if choice not in known:
+        has = f"must be one of {', '.join(known)}" if known else "its sweep has balls of one size alone; give a number"
+        raise ConfigError(f"{place} = {choice}: no charge of the mill's sweep has that name; {has}")
+    return known[choice]
 
 
 def balls_in_words(diameter_mm: float, charge: str = ONE_SIZE) -> str:

@@ -89,6 +89,26 @@ def share_of(ratio: Band) -> Band:
     return ratio.through(lambda end: end / (1.0 + end))
 
 
+def ratio_of(one: Band, other: Band) -> Band:
+    """one / other [-] of two independent quantities whose logarithms are normal, each interval of one probability.
+
+    Variances of logarithms add up, and so do the squares of the ways from the value to an end:
+    log(r_upper / r)^2 = log(one_upper / one)^2 + log(other / other_lower)^2, and the other way round for the lower end.
+    The interval by a further origin is None where one of the two does not know it.
+    """
+    value = one.value / other.value
+
+    def ends(own: Interval, others: Interval) -> Interval:
+        below = np.hypot(np.log(one.value / own.lower), np.log(others.upper / other.value))
+        above = np.hypot(np.log(own.upper / one.value), np.log(other.value / others.lower))
+        return Interval(float(value * np.exp(-below)), float(value * np.exp(above)))
+
+    known = {origin: (one.by(origin), other.by(origin)) for origin in FURTHER}
+    further = {origin: ends(own, others) for origin, (own, others) in known.items() if own and others}
+    scatter = ends(one.scatter, other.scatter)
+    return Band(value, scatter.lower, scatter.upper, **further)
+
+
 def interval_columns(name: str, origin: str) -> list[str]:
     """The columns of a table for the interval of a quantity by an origin of FURTHER."""
     return [f"{name}_by_{origin}_{end}" for end in ENDS]

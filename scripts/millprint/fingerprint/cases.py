@@ -9,7 +9,7 @@ from itertools import product
 
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
-from millprint.config.mixture import BallMixture
+from millprint.config.mixture import BallMixture, chosen_balls
 from millprint.config.section import Section
 from millprint.config.sweep import Case, balls_of
 from millprint.config.workflow import WorkflowConfig
@@ -127,18 +127,21 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     return cases
 
 
-def large_case(large: MillConfig, factor: float, settings: MillsConfig) -> Case:
+def large_case(small: MillConfig, large: MillConfig, factor: float, settings: MillsConfig) -> Case:
     """The large run of a scale-up: balls as they are, at the speed that keeps the energy of a collision.
 
-    factor: the length of the large mill over the small one's [-]. Raises ValueError for settings without a scale-up.
+    factor: the length of the large mill over the small one's [-]. Raises ValueError for settings without a scale-up,
+    ConfigError for a charge that is not in the sweep of the small mill.
     """
     plan = settings.scale_up
     if plan is None:
         raise ValueError("mills.scale_up: is left out, so that there is no large run")
     speed = plan.speed_rpm * factor**RUN_WAY.power
     turn_s = 60 / speed
+    sizes = small.sweep.ball_diameters_mm if small.sweep else []
+    balls = chosen_balls(plan.ball_diameter_mm, sizes, "mills.scale_up.ball_diameter_mm")
     return Case(
-        mill=large.name, contact=settings.contact_set, ball_diameter_mm=plan.ball_diameter_mm,
+        mill=large.name, contact=settings.contact_set, **balls_of(balls),
         fill_ratio=plan.fill_ratio, speed_rpm=speed, seed=0, rayleigh_fraction=settings.rayleigh_fraction,
         settle_s=plan.run_settle_s,
         discard_s=plan.run_turns / 2 * turn_s, window_s=plan.run_turns / 2 * turn_s, threads=plan.cores,

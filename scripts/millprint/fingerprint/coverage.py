@@ -6,13 +6,14 @@ from scipy.stats import norm
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 
 # Name of what is left out at a time -> the variables that its conditions share.
 LEFT_OUT = {
-    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
+    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
     "fill ratio": ["fill_ratio"],
-    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m"],
+    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
 }
 
 
@@ -57,5 +58,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
 
 def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
     """Indices of the conditions that have equal values of the variables `shared`."""
-    frame = pd.DataFrame(inputs.round(9), columns=VARIABLES)
+    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
+    frame = pd.DataFrame(inputs.round(9), columns=known)
+    shared = [name for name in shared if name in known]
     return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]

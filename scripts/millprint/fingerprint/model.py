@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
-from millprint.config.mixture import ONE_SIZE, BallMixture
+from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
@@ -19,7 +19,7 @@ from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descrip
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, read_content
-from millprint.fingerprint.processes import Predictor, Process, logarithms, varied_components
+from millprint.fingerprint.processes import Predictor, Process, kinds_of, logarithms, varied_components
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
@@ -54,8 +54,9 @@ def describe(
     """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
 
     charges: those of several sizes by name; with any, settings tell the charge of each, and `charges` its sizes.
+    `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
     """
-    built = as_built(descriptors)
+    built, kinds = as_built(descriptors), kinds_of(descriptors[CHARGE])
     first = built.iloc[0]
     columns = ["speed_hz", "ball_diameter_m", *([CHARGE] if charges else [])]
     settings = built[columns].drop_duplicates().sort_values([*SETTING, *columns[2:]])
@@ -74,6 +75,7 @@ def describe(
         "probability": float(probability),
         "settings": settings.to_dict("list"),
         **({"charges": mixed} if mixed else {}),
+        **({"kinds": kinds} if kinds else {}),
         **{name: float(first[name]) for name, of_balls in WALL.items() if first[name] != first[of_balls]},
         "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
     }
@@ -113,7 +115,8 @@ class Fingerprint:
             raise ConfigError(
                 f"sweeps: contact set {contact} is simulated at {fills} fill ratios; a curve needs {FEWEST_FILLS}"
             )
-        inputs, components = logarithms(descriptors), varied_components(descriptors)
+        about = describe(descriptors, volume_m3, probability, charges)
+        inputs, components = logarithms(descriptors, about.get("kinds", ())), varied_components(descriptors)
         processes = {}
         for quantity in CURVES:
             known = descriptors[quantity].to_numpy(dtype=float)
@@ -124,7 +127,7 @@ class Fingerprint:
             # A window of less than two revolutions has no standard error: its scatter is left to the noise.
             errors = (descriptors[f"{quantity}_se"].fillna(0.0) / known).to_numpy(dtype=float)
             processes[quantity] = Process.fit(inputs, np.log(known), errors, components)
-        return cls(describe(descriptors, volume_m3, probability, charges), processes)
+        return cls(about, processes)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
         """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
@@ -132,11 +135,13 @@ class Fingerprint:
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
-        inputs = np.exp(next(iter(self.processes.values())).inputs)
+        inputs = next(iter(self.processes.values())).inputs
+        values = np.exp(inputs[:, : len(VARIABLES)])
+        charges = {CHARGE: [self.kinds[int(place)] for place in inputs[:, -1]]} if self.kinds else {}
         content = {
             "format": FORMAT,
             "about": self.about,
-            "inputs": dict(zip(VARIABLES, inputs.T.tolist(), strict=True)),
+            "inputs": dict(zip(VARIABLES, values.T.tolist(), strict=True)) | charges,
             "processes": {name: process.to_dict() for name, process in self.processes.items()},
             **{origin: factors.model_dump(mode="json") for origin, factors in self.further.items()},
         }
@@ -147,9 +152,11 @@ class Fingerprint:
         """Read what `write` wrote, also without further factors; raises ConfigError, in one line, for another file."""
         content = read_content(path)
         try:
-            inputs = np.log(np.column_stack([content["inputs"][name] for name in VARIABLES]))
-            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
             about = content["about"]
+            kinds = about.get("kinds", ())
+            known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
+            inputs = logarithms(known, kinds)
+            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
             further = {
                 origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
                 for origin in FURTHER
@@ -168,6 +175,11 @@ class Fingerprint:
     def fill_range(self) -> tuple[float, float]:
         """The smallest and the largest fill ratio that was simulated."""
         return tuple(self.about["ranges"]["fill_ratio"])
+
+    @property
+    def kinds(self) -> list[str]:
+        """The kinds of balls, ONE_SIZE and charges of several sizes, if several were simulated."""
+        return self.about.get("kinds", [])
 
     @property
     def charges(self) -> dict[str, BallMixture]:
@@ -192,6 +204,27 @@ class Fingerprint:
             raise ConfigError(f"charge = {charge}: the fingerprint of {self.about['mill']} {has}")
         return known[charge]["ball_diameter_m"]
 
+    def choices(self) -> list[float | str]:
+        """The simulated balls, as `balls` takes them: diameters of one size [mm], rising, and names of charges."""
+        sizes = sorted({1e3 * diameter for _, diameter, charge in self.settings if charge == ONE_SIZE})
+        return [*sizes, *self.about.get("charges", {})]
+
+    def balls(self, choice: float | str) -> tuple[float, str]:
+        """Diameter [m] and charge of balls that are given by a diameter [mm] or by the name of a charge.
+
+        A charge is exactly one that was simulated: nothing is known between two charges, nor between a charge and
+        balls of one size. Raises ConfigError for a charge that was not, and for balls of one size where there are
+        charges alone.
+        """
+        if isinstance(choice, str):
+            return self.charge_diameter_m(choice), choice
+        if not any(charge == ONE_SIZE for _, _, charge in self.settings):
+            raise ConfigError(
+                f"balls of {balls_in_words(choice)}: {self.about['mill']} was simulated with charges of several sizes "
+                f"alone, which tell nothing of other balls; name one of {', '.join(self.charges)}"
+            )
+        return choice * 1e-3, ONE_SIZE
+
     def condition(
         self,
         *,
@@ -210,24 +243,29 @@ class Fingerprint:
             amplitude_m=self.about["amplitude_m"] if amplitude_m is None else amplitude_m,
         )
 
-    def descriptors(self, condition: Condition) -> dict[str, np.ndarray]:
+    def _inputs(self, condition: Condition, charge: str) -> np.ndarray:
+        return logarithms(condition.table().assign(**{CHARGE: charge}), self.kinds)
+
+    def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
         """Energies per collision [J] and collisions of one ball [1/s] (m,) of the conditions, without bands."""
-        inputs = logarithms(condition.table())
+        inputs = self._inputs(condition, charge)
         basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC}
         return descriptors_of(condition, scaled_quantities(basic))
 
-    def scaled(self, condition: Condition) -> pd.DataFrame:
+    def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with Q_lower and Q_upper, the interval of a new condition."""
-        inputs = logarithms(condition.table())
+        inputs = self._inputs(condition, charge)
         logs = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
         values = scaled_quantities({name: np.exp(logs[name][0]) for name in BASIC})
         return banded(values, {name: deviation for name, (_, deviation) in logs.items()}, self.width)
 
-    def at_settings(self, fill_ratios: np.ndarray) -> pd.DataFrame:
-        """Each fill ratio with each speed and ball size of the mill as built: rows of VARIABLES, fill by fill."""
+    def at_settings(self, fill_ratios: np.ndarray) -> np.ndarray:
+        """Inputs (m, 5 or 6) of each fill ratio with each speed and balls of the mill as built, fill by fill."""
         built = {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
-        settings = pd.DataFrame({name: self.about["settings"][name] for name in reversed(SETTING)}).assign(**built)
-        return pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)}).merge(settings, how="cross")
+        columns = [*reversed(SETTING), *([CHARGE] if self.kinds else [])]
+        settings = pd.DataFrame({name: self.about["settings"][name] for name in columns}).assign(**built)
+        fills = pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)})
+        return logarithms(fills.merge(settings, how="cross"), self.kinds)
 
     def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
         """The master curves: fill_ratio, then Q, Q_lower and Q_upper for every quantity Q.
@@ -242,7 +280,7 @@ class Fingerprint:
                 raise ConfigError(
                     f"fill_ratio = {fill:g}: the curves of {self.about['contact']} hold from {low:g} to {high:g}"
                 )
-        inputs = logarithms(self.at_settings(fill_ratios))
+        inputs = self.at_settings(fill_ratios)
         means, deviations = {}, {}
         for name, predictor in self.predictors.items():
             log, deviation = (part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs))
@@ -317,7 +355,7 @@ class Fingerprint:
         for name, value in (*vars(condition).items(), ("volume_m3", volume)):
             if not 0 < value < (1 if name == "fill_ratio" else np.inf):
                 raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
-        scaled = self._with_intervals(bands(self.scaled(condition)), condition.fill_ratio)
+        scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
         balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
         power = balls * power_scale(condition)
         return Prediction(

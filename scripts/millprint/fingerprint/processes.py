@@ -6,9 +6,13 @@ its mean behaviour and learns from the runs how far speed and ball size, amplitu
 each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
 scaling of the thesis, and the band widens to what departures were worth elsewhere. Departures of amplitude and density
 are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
+
+Where several kinds of balls were simulated, such as balls of one size and a charge of several, each kind has a
+departure q(fill) of its own. There is nothing between two kinds: one tells nothing of another's.
 """
 
 import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +21,9 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 
+from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.descriptors import CHARGE
 
 # Component -> its variables besides the fill ratio, and the start and bounds of its variance.
 COMPONENTS = {
@@ -25,24 +31,49 @@ COMPONENTS = {
     "machine": (("speed_hz", "ball_diameter_m"), 0.02, (1e-4, 0.5)),
     "amplitude": (("amplitude_m",), 0.02, (1e-4, 2.0)),
     "density": (("density_kg_m3",), 1e-3, (1e-5, 0.5)),
+    CHARGE: ((CHARGE,), 0.02, (1e-4, 0.5)),
 }
 # Bounds of lengths, in logarithms: a curve turns within a factor exp(0.3) to exp(3) of fill ratio, a departure within
 # a factor 2 to 1000 of a machine's variable.
 FILL_LENGTH, MACHINE_LENGTH = (0.3, 3.0), (0.7, 7.0)
 NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
 IDLE = 1e5  # length of a variable that a component does not depend on
+APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
 
 
-def logarithms(table: pd.DataFrame) -> np.ndarray:
-    """Logarithms (n, 5) of VARIABLES."""
-    return np.log(table[list(VARIABLES)].to_numpy(dtype=float))
+def kinds_of(charges: Iterable[str]) -> list[str]:
+    """The kinds of balls by the names of their charges, if there are several; an empty list if all are of one kind."""
+    found = sorted(set(charges))
+    return found if len(found) > 1 else []
+
+
+def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
+    """Logarithms (n, 5) of VARIABLES; with `kinds`, (n, 6), the last the place of the row's charge among them.
+
+    A charge that is none of them has the place -1, which is as far from each as they are from each other.
+    """
+    logs = np.log(table[list(VARIABLES)].to_numpy(dtype=float))
+    if not kinds:
+        return logs
+    charges = table[CHARGE] if CHARGE in table else [ONE_SIZE] * len(table)
+    places = [kinds.index(charge) if charge in kinds else -1 for charge in charges]
+    return np.column_stack([logs, np.array(places, dtype=float)])
 
 
 def varied_components(table: pd.DataFrame) -> dict[str, list[str]]:
     """Component -> its variables, of those that the conditions of `table` vary; a departure needs one at least."""
-    varied = [name for name in VARIABLES if table[name].nunique() > 1]
+    varied = [name for name in (*VARIABLES, CHARGE) if name in table and table[name].nunique() > 1]
     found = {name: [v for v in others if v in varied] for name, (others, *_) in COMPONENTS.items()}
     return {name: ["fill_ratio", *others] for name, others in found.items() if others or name == "fill"}
+
+
+def held(length: float) -> tuple[float, tuple[float, float]]:
+    """A length and bounds that hold it there."""
+    return length, (length, length * (1 + 1e-9))
+
+
+# Start and bounds of the length of a variable that a component depends on; all others have those of a machine.
+LENGTHS = {"fill_ratio": (1.0, FILL_LENGTH), CHARGE: held(APART)}
 
 
 def build_kernel(components: dict[str, list[str]]) -> Kernel:
@@ -51,11 +82,10 @@ def build_kernel(components: dict[str, list[str]]) -> Kernel:
     for name, variables in components.items():
         _, variance, bounds = COMPONENTS[name]
         lengths, length_bounds = [], []
-        for variable in VARIABLES:
-            own = FILL_LENGTH if variable == "fill_ratio" else MACHINE_LENGTH
-            used = variable in variables
-            lengths.append((1.0 if variable == "fill_ratio" else 2.0) if used else IDLE)
-            length_bounds.append(own if used else (IDLE, IDLE * (1 + 1e-9)))
+        for variable in (*VARIABLES, *([CHARGE] if CHARGE in components else [])):
+            start, own = LENGTHS.get(variable, (2.0, MACHINE_LENGTH)) if variable in variables else held(IDLE)
+            lengths.append(start)
+            length_bounds.append(own)
         part = ConstantKernel(variance, bounds) * Matern(lengths, length_bounds, nu=2.5)
         total = part if total is None else total + part
     return total
@@ -63,7 +93,7 @@ def build_kernel(components: dict[str, list[str]]) -> Kernel:
 
 @dataclass(frozen=True)
 class Process:
-    """One quantity: logarithms of the variables (n, 5), of the values (n,), and their relative standard errors (n,).
+    """One quantity: inputs (n, 5 or 6) of `logarithms`, logarithms of values (n,), their relative standard errors (n,).
 
     components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
     values that no variable explains; stretch widens every deviation to what leaving conditions out has shown.

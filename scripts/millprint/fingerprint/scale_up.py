@@ -3,7 +3,7 @@
 All lengths of vessel and motion grow by L = (V / V_0)^(1/3). With energies per collision ~ rho omega^2 A^2 d^3, a
 frequency ~ omega and a power ~ rho omega^3 A^2 d^3 of one ball (Eqs 3.28, 3.29) each row keeps one of them. Balls as
 they are keep the chemistry of a collision; balls enlarged too, at omega ~ L^(-1/2), keep every scaled number, gravity's
-share A omega^2 / g included.
+share A omega^2 / g included. Of a charge of several sizes every size grows alike, so that it stays the same charge.
 """
 
 from dataclasses import replace
@@ -23,28 +23,29 @@ def tabulate_scale_up(
     """Speed, balls, descriptors, their ratios to the small mill's and the costs, for each way to run the large mill.
 
     factor: L [-]; step_s: the step for the small mill's balls [s], which grows with them; ns_per_ball_step: measured.
+    A charge of several sizes has its name and sizes in columns of their own.
     `hours` is what one core takes for settings.revolutions. Descriptors are those of the fingerprint at the large
     amplitude: beyond what was simulated, so by the scaling of the thesis, and `outside` says so. `froude` is
     A omega^2 / g over that of the small mill: where it is not 1, gravity weighs more or less than in the small mill.
     """
     volume = fingerprint.about["volume_m3"]
+    diameter, charge = fingerprint.balls(settings.ball_diameter_mm)
     small = fingerprint.condition(
-        speed_hz=settings.speed_rpm / 60,
-        ball_diameter_m=settings.ball_diameter_mm / 1e3,
-        fill_ratio=settings.fill_ratio,
+        speed_hz=settings.speed_rpm / 60, ball_diameter_m=diameter, fill_ratio=settings.fill_ratio
     )
-    small_found = fingerprint.predict(small)
+    small_found = fingerprint.predict(small, charge=charge)
     small_mass = small.fill_ratio * volume * small.density_kg_m3
     rows = []
     for way in WAYS:
+        larger = factor if way.balls_grow else 1.0
         large = replace(
             small,
             speed_hz=small.speed_hz * factor**way.power,
-            ball_diameter_m=small.ball_diameter_m * (factor if way.balls_grow else 1.0),
+            ball_diameter_m=small.ball_diameter_m * larger,
             amplitude_m=small.amplitude_m * factor,
         )
-        found = fingerprint.predict(large, volume_m3=volume * factor**3)
-        step = step_s * (factor if way.balls_grow else 1.0)
+        found = fingerprint.predict(large, volume_m3=volume * factor**3, charge=charge)
+        step = step_s * larger
         steps = settings.revolutions / large.speed_hz / step
         rows.append(
             {
@@ -54,6 +55,7 @@ def tabulate_scale_up(
                 "volume_L": 1e3 * volume * factor**3,
                 "amplitude_mm": 1e3 * small.amplitude_m * factor,
                 "ball_diameter_mm": 1e3 * large.ball_diameter_m,
+                **(fingerprint.charges[charge].columns(larger) if charge else {}),
                 "speed_rpm": 60 * large.speed_hz,
                 "balls": found.balls,
                 "froude": factor ** (1 + 2 * way.power),

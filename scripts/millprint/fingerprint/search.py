@@ -9,17 +9,18 @@ import pandas as pd
 from scipy.ndimage import minimum_filter
 from scipy.optimize import minimize
 
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig, TargetConfig
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.bands import FURTHER, Interval, interval_columns
+from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.inverse import residuals
 from millprint.fingerprint.model import Fingerprint
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, each far wider than a step.
 GRID = (81, 61)
 # What two results of the search must differ in, and to how many decimals.
-PLACE = ["mill", "contact", "ball_diameter_mm", "density_kg_m3"]
+PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
 RANKED_COLUMNS = [
     *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
@@ -34,8 +35,8 @@ UNKNOWN = Interval(np.nan, np.nan)
 # What the intervals by contact parameters do not say of a match.
 SHARED_CONTACT = (
     "both mills have the contact set {contact}, whose unknown parameters act in both: a part of what they change "
-    "cancels between the mills, so the match is surer than the intervals by contact parameters; by how much is not "
-    "calculated"
+    "cancels between the mills, so the match is surer than the intervals by contact parameters; the intervals of "
+    "ratios take the two as independent, and so are rather too wide"
 )
 
 
@@ -46,14 +47,15 @@ def distance(found: dict[str, np.ndarray], target: dict[str, float], weights: di
 
 
 def _local_minima(
-    fingerprint: Fingerprint, balls: Condition, target: dict, weights: dict, fills: tuple, speeds: tuple
+    fingerprint: Fingerprint, balls: Condition, charge: str, target: dict, weights: dict, fills: tuple, speeds: tuple
 ) -> Iterator[Condition[float]]:
-    """The conditions of `balls` at every local minimum of the distance, refined from those of a grid in logarithms."""
+    """The conditions of `balls` of a charge at every local minimum of the distance, refined from a grid in logs."""
     ranges = zip((fills, speeds), GRID, strict=True)
     axes = [np.geomspace(low, high, size if high > low else 1) for (low, high), size in ranges]
 
     def distances(fill: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        return distance(fingerprint.descriptors(replace(balls, fill_ratio=fill, speed_hz=speed)), target, weights)
+        found = fingerprint.descriptors(replace(balls, fill_ratio=fill, speed_hz=speed), charge)
+        return distance(found, target, weights)
 
     def cost(place: np.ndarray) -> float:
         return float(distances(*np.exp(place)[:, None])[0] ** 2)
@@ -70,14 +72,15 @@ def _local_minima(
         yield replace(balls, fill_ratio=fill_ratio, speed_hz=speed_hz)
 
 
-def _row(fingerprint: Fingerprint, condition: Condition[float], target: dict, weights: dict) -> dict:
+def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, target: dict, weights: dict) -> dict:
     """One condition with its descriptors, their intervals and residuals, and whether it was simulated."""
-    prediction = fingerprint.predict(condition)
+    prediction = fingerprint.predict(condition, charge=charge)
     bands = {name: getattr(prediction, name) for name in TARGET_DESCRIPTORS}
     found = {name: band.value for name, band in bands.items()}
     row = {
         "mill": fingerprint.about["mill"],
         "contact": fingerprint.about["contact"],
+        CHARGE: charge,
         "ball_diameter_mm": condition.ball_diameter_m * 1e3,
         "density_kg_m3": condition.density_kg_m3,
         "fill_ratio": condition.fill_ratio,
@@ -101,12 +104,34 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], target: dict, we
 
 
 def ranked_columns(fingerprints: list[Fingerprint]) -> list[str]:
-    """The columns of a ranking: RANKED_COLUMNS, and those of the origins of intervals that a fingerprint has."""
+    """The columns of a ranking: RANKED_COLUMNS, and those of the origins of intervals that a fingerprint has.
+
+    The charge has a column only if a fingerprint has charges of several sizes.
+    """
     origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
+    charged = any(each.charges for each in fingerprints)
     return [
-        *RANKED_COLUMNS,
+        *(name for name in RANKED_COLUMNS if charged or name != CHARGE),
         *(column for origin in origins for name in TARGET_DESCRIPTORS for column in interval_columns(name, origin)),
     ]
+
+
+def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> list[list[tuple[float, str]]]:
+    """Diameters [m] and charges of the requested balls that each fingerprint knows something of.
+
+    Raises ConfigError for balls that none of them does.
+    """
+    found: list[list[tuple[float, str]]] = [[] for _ in fingerprints]
+    for choice in choices:
+        faults = []
+        for own, fingerprint in zip(found, fingerprints, strict=True):
+            try:
+                own.append(fingerprint.balls(choice))
+            except ConfigError as error:
+                faults.append(error)
+        if len(faults) == len(fingerprints):
+            raise faults[0]
+    return found
 
 
 def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
@@ -115,40 +140,40 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
     target: some or all of TARGET_DESCRIPTORS. For each fingerprint, ball size and density, every fill ratio and speed
     that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
     descriptors whose target is in the condition's interval by scatter; `outside` names the variables beyond the
-    simulated range. Fill ratios that were not simulated are left out. Descriptors have columns NAME_by_ORIGIN_lower
-    and _upper for each further origin of intervals that any of the fingerprints has.
+    simulated range. Fill ratios that were not simulated are left out. Charges are those that were simulated, exactly.
+    Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
+    fingerprints has. Raises ConfigError for balls of which no fingerprint knows anything.
     """
     weights, speeds = request.weights.model_dump(), tuple(speed / 60.0 for speed in request.speeds_rpm)
     rows = []
-    for fingerprint in fingerprints:
+    candidates = _candidates(fingerprints, request.ball_diameters_mm)
+    for fingerprint, media in zip(fingerprints, candidates, strict=True):
         (lowest, highest), (simulated_low, simulated_high) = request.fill_ratios, fingerprint.fill_range
         fills = max(lowest, simulated_low), min(highest, simulated_high)
         if fills[0] > fills[1]:
             continue
         densities = request.densities_kg_m3 or [fingerprint.about["density_kg_m3"]]
-        for diameter, density in itertools.product(request.ball_diameters_mm, densities):
+        for (diameter, charge), density in itertools.product(media, densities):
             balls = fingerprint.condition(
-                speed_hz=speeds[0], ball_diameter_m=diameter * 1e-3, fill_ratio=fills[0], density_kg_m3=density
+                speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=fills[0], density_kg_m3=density
             )
-            for condition in _local_minima(fingerprint, balls, target, weights, fills, speeds):
-                rows.append(_row(fingerprint, condition, target, weights))
+            for condition in _local_minima(fingerprint, balls, charge, target, weights, fills, speeds):
+                rows.append(_row(fingerprint, condition, charge, target, weights))
     table = pd.DataFrame(rows, columns=ranked_columns(fingerprints)).sort_values("distance", ignore_index=True)
     # Two starts of the search can lead to the same condition.
-    places = table[[*PLACE, *DECIMALS]].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
+    told = [name for name in (*PLACE, *DECIMALS) if name in table]
+    places = table[told].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
     table = table[~places.duplicated()].head(request.ranked).reset_index(drop=True)
     table.insert(0, "rank", np.arange(1, len(table) + 1))
     return table
 
 
-def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint]) -> dict[str, float]:
-    """The descriptors of a target by name: as given, or those that another mill's fingerprint predicts.
+def _of_another_mill(like: LikeConfig, fingerprints: list[Fingerprint]) -> tuple[dict[str, Band], float]:
+    """The descriptors of a condition of another mill with their intervals, and the probability of these.
 
     Raises ConfigError if that fingerprint counts collisions by another gap than those that answer, because energies
-    per collision and frequencies can be compared under one rule only.
+    per collision and frequencies can be compared under one rule only, and for balls of which it knows nothing.
     """
-    like = target.like
-    if like is None:
-        return target.given
     other = Fingerprint.read(like.fingerprint)
     other_gap = other.about["collision_gap_s"]
     for fingerprint in fingerprints:
@@ -158,21 +183,64 @@ def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint]) ->
                 f"{like.fingerprint}: collisions are counted with a gap of {other_gap:g} s, those of "
                 f"{about['mill']}/{about['contact']} with {about['collision_gap_s']:g} s; use one rule for both"
             )
-    prediction = other.predict(
-        other.condition(
-            speed_hz=like.speed_rpm / 60.0, ball_diameter_m=like.ball_diameter_mm * 1e-3, fill_ratio=like.fill_ratio
-        )
-    )
-    return {name: getattr(prediction, name).value for name in TARGET_DESCRIPTORS}
+    diameter, charge = other.balls(like.ball_diameter_mm)
+    condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, fill_ratio=like.fill_ratio)
+    prediction = other.predict(condition, charge=charge)
+    return {name: getattr(prediction, name) for name in TARGET_DESCRIPTORS}, other.about["probability"]
+
+
+def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint]) -> dict[str, float]:
+    """The descriptors of a target by name: as given, or those that another mill's fingerprint predicts.
+
+    Raises ConfigError if a condition of another mill cannot be compared or is not known.
+    """
+    if target.like is None:
+        return target.given
+    return {name: band.value for name, band in _of_another_mill(target.like, fingerprints)[0].items()}
+
+
+def _with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
+    """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
+
+    By the scatter, and by each further origin that both know (`ratio_of`); empty where one of the two does not.
+    """
+    columns: dict[str, list[float]] = {}
+    for name, of_target in target.items():
+        ratios = [ratio_of(_stored_band(row, name), of_target) for row in table.to_dict("records")]
+        for end in ("value", *ENDS):
+            columns[f"{name}_ratio{'' if end == 'value' else f'_{end}'}"] = [getattr(each, end) for each in ratios]
+        for origin in FURTHER:
+            known = [each.by(origin) for each in ratios]
+            if any(known):
+                for column, end in zip(interval_columns(f"{name}_ratio", origin), ENDS, strict=True):
+                    columns[column] = [getattr(interval or UNKNOWN, end) for interval in known]
+    return table.assign(**columns)
+
+
+def _stored_band(row: dict, name: str) -> Band:
+    """The band of a descriptor in a row of a ranking."""
+    further = {}
+    for origin in FURTHER:
+        ends = [row.get(column, np.nan) for column in interval_columns(name, origin)]
+        if np.isfinite(ends).all():
+            further[origin] = Interval(*ends)
+    return Band(row[name], *(row[f"{name}_{end}"] for end in ENDS), **further)
 
 
 def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.DataFrame:
-    """The nearest conditions for every target: `rank_conditions` under a column `target`."""
+    """The nearest conditions for every target: `rank_conditions` under a column `target`.
+
+    A target that is a condition of another mill also has the ratios to it with their intervals, if all intervals are
+    of one probability.
+    """
     tables = []
     for target in request.targets:
-        table = rank_conditions(target_descriptors(target, fingerprints), fingerprints, request)
+        bands, probability = _of_another_mill(target.like, fingerprints) if target.like else ({}, None)
+        values = {name: band.value for name, band in bands.items()} or target.given
+        table = rank_conditions(values, fingerprints, request)
         table.insert(0, "target", target.name)
-        tables.append(table)
+        alike = all(each.about["probability"] == probability for each in fingerprints)
+        tables.append(_with_ratios(table, bands) if alike else table)
     return pd.concat(tables, ignore_index=True)
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.processes import logarithms
 
 ZONE_CURVES = ("Pn", "Pt", "ratio")
 POINTS, SAMPLES = 120, 500
@@ -48,7 +47,7 @@ def zones_of(fill: np.ndarray, normal: np.ndarray, tangential: np.ndarray, ratio
 
 def _curves(fingerprint: Fingerprint, quantity: str, fills: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Log curves over the fills: of each setting (j, m), and the mean over the settings with SAMPLES drawn of it."""
-    inputs = logarithms(fingerprint.at_settings(fills))
+    inputs = fingerprint.at_settings(fills)
     mean, covariance = fingerprint.predictors[quantity].joint(inputs)
     settings = len(inputs) // fills.size
     average = np.kron(np.eye(fills.size), np.full(settings, 1.0 / settings))
