@@ -2,7 +2,7 @@
 
 from millprint.config.fingerprint import InverseConfig
 from millprint.config.proposals import PredictionConfig
-from millprint.explorer.page import explorer_content, explorer_page
+from millprint.explorer.page import Yields, explorer_content, explorer_page
 from millprint.files import whole_file
 from millprint.job import job
 
@@ -13,10 +13,8 @@ def main(fingerprints: list[str], yield_model: str, output: str, about: dict) ->
         about["name"],
         about["title"],
         fingerprints,
-        yield_model,
         InverseConfig(**about["request"]),
-        PredictionConfig(**about["prediction"]),
-        about["level"],
+        Yields(yield_model, PredictionConfig(**about["prediction"]), about["level"]),
     )
     with whole_file(output) as partial:
         partial.write_text(explorer_page(content))

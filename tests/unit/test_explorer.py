@@ -12,7 +12,7 @@ from millprint.config.load import read_yaml
 from millprint.config.proposals import PredictionConfig
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
-from millprint.explorer.page import explorer_content, explorer_page, sliders
+from millprint.explorer.page import Yields, explorer_content, explorer_page, sliders
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -74,7 +74,8 @@ def run(tmp_path_factory) -> dict:
     request = InverseConfig(**read_yaml(ROOT / "config/config.yaml")["fingerprint"]["inverse"])
     request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})
     prediction = PredictionConfig(**section["prediction"])
-    content = explorer_content("test", "A mill <of> ours", paths, folder / "yield.json", request, prediction, LEVEL)
+    yields = Yields(folder / "yield.json", prediction, LEVEL)
+    content = explorer_content("test", "A mill <of> ours", paths, request, yields)
     page = folder / "explorer.html"
     page.write_text(explorer_page(content))
     return {
@@ -309,5 +310,5 @@ def test_another_file_is_refused_in_one_line(run, tmp_path):
     other = tmp_path / "other.json"
     other.write_text("{}")
     with pytest.raises(ConfigError, match="format"):
-        explorer_content("test", "A mill", [other], run["yield"], run["request"], run["prediction"], LEVEL)
+        explorer_content("test", "A mill", [other], run["request"])
     assert Path(run["page"]).is_file()

@@ -162,7 +162,7 @@ if CONFIG.mills.match is not None:
     rule match_mills:
         input:
             mill=predicting(CONFIG.mills.match.mill),
-            like=described(CONFIG.mills.match.like_mill),
+            like=predicting(CONFIG.mills.match.like_mill),
         output:
             f"{RESULTS}/mills/match.tsv",
         log:

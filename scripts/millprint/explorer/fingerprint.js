@@ -1,6 +1,8 @@
 /* The fingerprint of one mill and contact set, as millprint.fingerprint.model computes it. */
 
 const BASIC = ["Pn", "Pt", "f"];
+// The charge of balls of one size.
+const ONE_SIZE = "";
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
@@ -97,21 +99,66 @@ class Fingerprint {
     this.about = content.about;
     this.variables = variables;
     this.width = width;
-    const columns = variables.map((name) => content.inputs[name].map(Math.log));
-    const inputs = columns[0].map((_, i) => Float64Array.from(columns, (column) => column[i]));
+    const conditions = content.inputs.fill_ratio.map((_, i) =>
+      Object.fromEntries(Object.entries(content.inputs).map(([name, column]) => [name, column[i]])),
+    );
+    const inputs = conditions.map((condition) => this.point(condition));
     this.processes = Object.fromEntries(
       Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs)]),
     );
   }
 
-  /** A condition with the mill's own density and amplitude where it gives none. */
+  /**
+   * A condition with the mill's own density and amplitude where it gives none. `charge` names one of several ball sizes,
+   * of which ball_diameter_m is that of mean volume.
+   */
   whole(condition) {
     const { density_kg_m3, amplitude_m } = this.about;
     return { density_kg_m3, amplitude_m, ...condition };
   }
 
+  /** What the processes see of a condition: logarithms and, of several kinds of balls, the place of its kind. */
   point(condition) {
-    return Float64Array.from(this.variables, (name) => Math.log(condition[name]));
+    const { kinds } = this.about;
+    const place = kinds ? [kinds.indexOf(condition.charge ?? ONE_SIZE)] : [];
+    return Float64Array.from([...this.variables.map((name) => Math.log(condition[name])), ...place]);
+  }
+
+  /** Diameters [m] of the simulated balls of one charge; an empty list if it was not simulated. */
+  diameters(charge) {
+    const { ball_diameter_m, charge: charges } = this.about.settings;
+    return ball_diameter_m.filter((_, i) => (charges?.[i] ?? ONE_SIZE) === charge);
+  }
+
+  /** The kinds of balls to choose from: those of one size, if there are any, and each charge. */
+  get media() {
+    const charges = Object.keys(this.about.charges ?? {});
+    return this.diameters(ONE_SIZE).length ? [ONE_SIZE, ...charges] : charges;
+  }
+
+  /** Charge and diameter [m] of balls, given by a diameter [mm] or by a charge's name; null if nothing is known of them. */
+  chosen(choice) {
+    if (typeof choice === "number") {
+      return this.media.includes(ONE_SIZE) ? { charge: ONE_SIZE, ball_diameter_m: choice * 1e-3 } : null;
+    }
+    const found = this.about.charges?.[choice];
+    return found ? { charge: choice, ball_diameter_m: found.ball_diameter_m } : null;
+  }
+
+  /** How many of `balls` have each size of a charge, by the largest remainders. */
+  counts(charge, balls) {
+    const exact = this.about.charges[charge].fractions.map((fraction) => balls * fraction);
+    const found = exact.map(Math.trunc);
+    const byRemainder = exact.map((_, k) => k).sort((one, other) => found[one] - exact[one] - (found[other] - exact[other]));
+    const missing = balls - found.reduce((sum, count) => sum + count, 0);
+    for (const k of byRemainder.slice(0, missing)) found[k] += 1;
+    return found;
+  }
+
+  /** The simulated range of a variable; of the ball diameter, that of balls of the same kind. */
+  range(name, charge = ONE_SIZE) {
+    const own = name === "ball_diameter_m" && this.about.charges ? this.diameters(charge) : [];
+    return own.length ? [Math.min(...own), Math.max(...own)] : this.about.ranges[name];
   }
 
   /** Scaled quantities without bands. */
@@ -160,10 +207,12 @@ class Fingerprint {
   }
 
   outside(condition) {
-    return this.variables.filter((name) => {
-      const [low, high] = this.about.ranges[name];
+    const { charge = ONE_SIZE } = condition;
+    const beyond = this.variables.filter((name) => {
+      const [low, high] = this.range(name, charge);
       return !(low * (1 - 1e-9) <= condition[name] && condition[name] <= high * (1 + 1e-9));
     });
+    return this.media.includes(charge) ? beyond : [...beyond, "charge"];
   }
 
   /** Descriptors and powers of a condition by Eqs 3.28, 3.29 and 4.5, each with its interval. */

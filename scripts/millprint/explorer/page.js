@@ -18,6 +18,7 @@ const CHEMISTRY = {
   time_h: { label: "Milling time", unit: "h", factor: 1, step: 0.5 },
 };
 const NAMES = {
+  charge: "Charge",
   amplitude_m: "Amplitude",
   normal_energy_uJ: "normal energy [µJ]",
   tangential_energy_uJ: "tangential energy [µJ]",
@@ -51,7 +52,9 @@ class Explorer {
     this.fingerprints = content.fingerprints.map(
       (stored, i) => new Fingerprint(stored, content.variables, content.widths[i], this.further),
     );
-    this.yieldModel = new YieldModel(content.yield);
+    // A mill without measured yields has no yield model.
+    this.yieldModel = content.yield && new YieldModel(content.yield);
+    this.chemistry = content.yield ? CHEMISTRY : {};
     this.contact = 0;
     this.state = this.firstState();
     this.axis = "fill_ratio";
@@ -76,10 +79,12 @@ class Explorer {
       return low === high ? low : (Math.round((factor * (low + high)) / 2 / step) * step) / factor;
     };
     const fills = about.ranges.fill_ratio;
+    const [charge] = this.fingerprint.media;
     return {
+      charge,
       speed_hz: middle("speed_hz"),
       fill_ratio: clamp(0.1, fills),
-      ball_diameter_m: about.ranges.ball_diameter_m[1],
+      ball_diameter_m: this.fingerprint.range("ball_diameter_m", charge)[1],
       density_kg_m3: about.density_kg_m3,
       ...Object.fromEntries(Object.entries(this.content.chemistry).map(([name, ends]) => [name, ends[1]])),
     };
@@ -87,8 +92,9 @@ class Explorer {
 
   /** Everything that the page says of a condition. */
   answer(state, fingerprint = this.fingerprint) {
-    const condition = Object.fromEntries(Object.keys(SETTINGS).map((name) => [name, state[name]]));
+    const condition = Object.fromEntries(["charge", ...Object.keys(SETTINGS)].map((name) => [name, state[name]]));
     const prediction = fingerprint.predict(condition);
+    if (!this.yieldModel) return prediction;
     const conditions = {
       ...Object.fromEntries(Object.keys(CHEMISTRY).map((name) => [name, state[name]])),
       normal_energy_uJ: 1e6 * prediction.normal_energy_J.value,
@@ -105,7 +111,7 @@ class Explorer {
     const allowed = {
       speeds_hz: search.speeds_rpm.map((speed) => speed / 60),
       fill_ratios: search.fill_ratios,
-      ball_diameters_m: search.ball_diameters_mm.map((diameter) => diameter * 1e-3),
+      balls: search.ball_diameters_mm,
       densities_kg_m3: search.densities_kg_m3,
     };
     return rankConditions(target, this.fingerprints, allowed, search.weights, search.ranked, search.grid, breathe);
@@ -115,9 +121,10 @@ class Explorer {
     this.controls = {};
     this.buildContacts();
     for (const [name, setting] of Object.entries(SETTINGS)) {
-      this.buildSlider("mill-sliders", name, setting, this.content.sliders[name]);
+      // Without balls of one size there is no diameter to set.
+      if (this.content.sliders[name]) this.buildSlider("mill-sliders", name, setting, this.content.sliders[name]);
     }
-    for (const [name, setting] of Object.entries(CHEMISTRY)) {
+    for (const [name, setting] of Object.entries(this.chemistry)) {
       const [low, , high] = this.content.chemistry[name];
       const beyond = 0.25 * (high - low);
       this.buildSlider("chemistry-sliders", name, setting, [Math.max(low - beyond, setting.step), high + beyond]);
@@ -146,7 +153,51 @@ class Explorer {
     const own = this.state.density_kg_m3 === this.fingerprint.about.density_kg_m3;
     this.contact = index;
     if (own) this.state.density_kg_m3 = this.fingerprint.about.density_kg_m3;
+    const { media } = this.fingerprint;
+    this.take(media.includes(this.state.charge) ? this.state.charge : media[0]);
     this.render();
+  }
+
+  /** Other balls: of one size with the diameter that was set last, or a charge with that of its ball of mean volume. */
+  take(charge) {
+    if (this.state.charge === ONE_SIZE) this.diameter = this.state.ball_diameter_m;
+    const one = this.diameter ?? this.fingerprint.range("ball_diameter_m")[1];
+    this.state.charge = charge;
+    this.state.ball_diameter_m = charge === ONE_SIZE ? one : this.fingerprint.chosen(charge).ball_diameter_m;
+    // There is nothing between two charges, so that nothing changes with the diameter of one.
+    if (charge !== ONE_SIZE && this.axis === "ball_diameter_m") this.axis = "fill_ratio";
+  }
+
+  /** The choice of balls; hidden if all are of one size. */
+  renderMedia(found) {
+    const { about, media } = this.fingerprint;
+    const box = document.getElementById("media");
+    const options = media.map((charge, i) => {
+      const radio = element("input", { type: "radio", name: "charge", id: `charge-${i}`, value: charge });
+      radio.checked = charge === this.state.charge;
+      radio.addEventListener("change", () => {
+        this.take(charge);
+        this.render();
+        document.getElementById(radio.id).focus();
+      });
+      const mean = charge === ONE_SIZE ? null : digits(1e3 * about.charges[charge].ball_diameter_m);
+      const words = mean ? `${charge} (d30 = ${mean} mm)` : "balls of one size";
+      return element("span", {}, radio, element("label", { for: radio.id }, words));
+    });
+    box.replaceChildren(element("legend", {}, "Balls"), ...options);
+    const { charge } = this.state;
+    const said = [];
+    if (charge !== ONE_SIZE) {
+      const counts = this.fingerprint.counts(charge, found.balls);
+      const sizes = about.charges[charge].sizes_m.map((size, k) => `${counts[k]} of ${short(1e3 * size)} mm`);
+      said.push(`${charge}: ${sizes.join(", ")}. Only charges that were simulated: between two of them nothing is calculated.`);
+    }
+    box.append(element("p", { class: "hint", id: "charge-said" }, ...said));
+    box.hidden = media.length === 1 && media[0] === ONE_SIZE;
+    for (const part of [this.controls.ball_diameter_m?.whole, document.querySelector("#axis [value=ball_diameter_m]")]) {
+      if (part) part.hidden = charge !== ONE_SIZE;
+    }
+    document.getElementById("axis").value = this.axis;
   }
 
   buildSlider(place, name, { label, unit, factor, step }, ends) {
@@ -165,15 +216,15 @@ class Explorer {
     slider.addEventListener("input", () => set(slider.value));
     field.addEventListener("change", () => set(field.value));
     const head = element("div", { class: "head" }, element("label", { for: name }, label), element("span", {}, field, ` ${unit}`));
-    document
-      .getElementById(place)
-      .append(element("div", { class: "slider" }, head, element("div", { class: "track" }, known, slider), hint));
-    this.controls[name] = { slider, field, known, hint, low, high, factor, unit };
+    const whole = element("div", { class: "slider" }, head, element("div", { class: "track" }, known, slider), hint);
+    document.getElementById(place).append(whole);
+    this.controls[name] = { whole, slider, field, known, hint, low, high, factor, unit };
   }
 
   buildAxis() {
     const choice = document.getElementById("axis");
-    for (const [name, { label }] of Object.entries({ ...SETTINGS, ...CHEMISTRY })) {
+    for (const [name, { label }] of Object.entries({ ...SETTINGS, ...this.chemistry })) {
+      if (!this.controls[name]) continue;
       choice.append(element("option", { value: name }, label.toLowerCase()));
     }
     choice.value = this.axis;
@@ -227,14 +278,15 @@ class Explorer {
 
   /** Ranges that a control's condition was simulated or trained in, in SI. */
   known(name) {
-    if (name in SETTINGS) return this.fingerprint.about.ranges[name];
+    if (name in SETTINGS) return this.fingerprint.range(name, this.state.charge);
     const [low, , high] = this.content.chemistry[name];
     return [low, high];
   }
 
   render() {
     const found = this.answer(this.state);
-    const outside = new Set([...found.outside, ...found.yield_percent.outside.map((item) => item.name)]);
+    const outside = new Set([...found.outside, ...(found.yield_percent?.outside ?? []).map((item) => item.name)]);
+    this.renderMedia(found);
     for (const [name, control] of Object.entries(this.controls)) this.renderControl(name, control, outside.has(name));
     this.renderResults(found);
     // A slider sends more events than the browser draws pictures: the charts, which cost most, follow the pictures.
@@ -278,10 +330,14 @@ class Explorer {
       const below = others.length ? [`scatter: ${between(band)}`, ...others] : between(band);
       return item(label, `${digits(band.value)} ${unit}`, below, found.outside.length > 0);
     });
-    const { value, lower, upper, outside } = found.yield_percent;
-    const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
-    rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length + found.outside.length > 0));
-    rows.push(item("To weigh in", `${digits(found.powder_g)} g of powder`, `with ${found.balls} balls`, false));
+    const { value, lower, upper, outside = [] } = found.yield_percent ?? {};
+    if (found.yield_percent) {
+      const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
+      rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length + found.outside.length > 0));
+      rows.push(item("To weigh in", `${digits(found.powder_g)} g of powder`, `with ${found.balls} balls`, false));
+    } else {
+      rows.push(item("Balls", String(found.balls), [], false));
+    }
     list.replaceChildren(...rows);
     const words = [
       ...["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"].map((name) => {
@@ -289,7 +345,7 @@ class Explorer {
         return `${digits(found[name].value * factor)} ${unit}`;
       }),
       `${digits(found.power_W.value)} W`,
-      `yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`,
+      ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
     ];
     document.getElementById("brief").textContent = words.join(" · ");
     const said = [];
@@ -325,7 +381,7 @@ class Explorer {
       { title: "Collisions of one ball [1/s]", lines: [line("frequency_per_ball_hz", "collisions", INK, 1)] },
       { title: "Dissipated power [W]", lines: [line("normal_power_W", "normal", NORMAL, 1), line("tangential_power_W", "tangential", TANGENTIAL, 1)] },
       { title: "Tangential share [%]", lines: [line("tangential_share", "share", INK, 100)], top: 100 },
-      { title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 },
+      ...(found.yield_percent ? [{ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 }] : []),
     ];
     const shared = { x, label: withUnit(label, unit).toLowerCase(), known: this.known(name).map((value) => value * factor), at: here };
     document.getElementById("charts").replaceChildren(...charts.map((chart) => drawChart({ ...chart, ...shared })));
@@ -368,13 +424,14 @@ class Explorer {
     use.addEventListener("click", () => {
       this.contact = this.fingerprints.indexOf(fingerprint);
       document.getElementById(`contact-${this.contact}`).checked = true;
-      for (const name of Object.keys(SETTINGS)) this.state[name] = condition[name];
+      for (const name of ["charge", ...Object.keys(SETTINGS)]) this.state[name] = condition[name];
+      if (condition.charge !== ONE_SIZE && this.axis === "ball_diameter_m") this.axis = "fill_ratio";
       this.render();
       document.getElementById("results-title").scrollIntoView({ block: "start" });
     });
     const cells = [
       fingerprint.about.contact,
-      short(Number((condition.ball_diameter_m * 1e3).toFixed(3))),
+      condition.charge || short(Number((condition.ball_diameter_m * 1e3).toFixed(3))),
       condition.fill_ratio.toFixed(3),
       (condition.speed_hz * 60).toFixed(0),
     ].map((text) => element("td", {}, text));

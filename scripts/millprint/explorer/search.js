@@ -68,7 +68,7 @@ function solvePair(slopes, gradient, free, damping) {
 
 /**
  * The nearest conditions, nearest first. target: some or all of the descriptors; allowed: speeds_hz and fill_ratios
- * from-to, ball_diameters_m and densities_kg_m3 as lists (an empty one: each fingerprint's own).
+ * from-to, balls (diameters [mm], names of charges) and densities_kg_m3 as lists (an empty one: each fingerprint's own).
  */
 async function rankConditions(target, fingerprints, allowed, weights, best, grid, breathe = async () => {}) {
   const rows = [];
@@ -77,10 +77,10 @@ async function rankConditions(target, fingerprints, allowed, weights, best, grid
     const fills = [Math.max(low, allowed.fill_ratios[0]), Math.min(high, allowed.fill_ratios[1])];
     const densities = allowed.densities_kg_m3.length ? allowed.densities_kg_m3 : [fingerprint.about.density_kg_m3];
     if (fills[0] > fills[1]) continue;
-    for (const ball_diameter_m of allowed.ball_diameters_m) {
+    for (const media of allowed.balls.map((choice) => fingerprint.chosen(choice)).filter(Boolean)) {
       for (const density_kg_m3 of densities) {
         const at = ([fill, speed]) =>
-          fingerprint.whole({ fill_ratio: fill, speed_hz: speed, ball_diameter_m, density_kg_m3 });
+          fingerprint.whole({ fill_ratio: fill, speed_hz: speed, density_kg_m3, ...media });
         const residualsAt = (place) =>
           residualsOf(fingerprint.descriptors(at(place.map(Math.exp))), target, weights);
         await breathe();
@@ -100,8 +100,8 @@ function distinct(rows) {
   const seen = new Set();
   return rows.filter(({ fingerprint, condition }) => {
     const { contact } = fingerprint.about;
-    const { ball_diameter_m, density_kg_m3, fill_ratio, speed_hz } = condition;
-    const key = [contact, ball_diameter_m, density_kg_m3, fill_ratio.toFixed(3), (60 * speed_hz).toFixed(0)].join();
+    const { ball_diameter_m, charge, density_kg_m3, fill_ratio, speed_hz } = condition;
+    const key = [contact, charge, ball_diameter_m, density_kg_m3, fill_ratio.toFixed(3), (60 * speed_hz).toFixed(0)].join();
     return !seen.has(key) && seen.add(key);
   });
 }

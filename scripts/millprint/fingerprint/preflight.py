@@ -7,7 +7,7 @@ from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.curves import FEWEST_FILLS
-from millprint.fingerprint.inputs import read_content
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.published import read_published
 from millprint.fingerprint.regimes import read_regimes
 
@@ -68,6 +68,12 @@ def _charge_faults(config: WorkflowConfig, cases: dict[str, Case], source: str) 
             f"{source}: sweeps: ball_diameters_mm: charge {name}: the chapters of the thesis compare balls of one "
             "size; simulate it in the sweep of a mill, for results/mills, or with snapshots"
         )
+    for choice in config.fingerprint.inverse.ball_diameters_mm if config.fingerprint.inverse else []:
+        if isinstance(choice, str):
+            yield (
+                f"{source}: fingerprint.inverse.ball_diameters_mm = {choice}: the chapters of the thesis compare balls "
+                "of one size; give a number"
+            )
 
 
 def _fills(config: WorkflowConfig, cases: dict[str, Case], contact: str) -> list[float]:
@@ -112,7 +118,7 @@ def _target_faults(chapters: ChapterSections, source: str) -> Iterator[str]:
     for target in chapters.inverse.targets:
         try:
             if target.like:
-                read_content(target.like.fingerprint)
+                Fingerprint.read(target.like.fingerprint).balls(target.like.ball_diameter_mm)
         except ConfigError as error:
             yield f"{source}: fingerprint.inverse.targets.{target.name}.like: {error}"
 

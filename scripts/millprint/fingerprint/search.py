@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -219,7 +220,7 @@ def _with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
 
 def _stored_band(row: dict, name: str) -> Band:
     """The band of a descriptor in a row of a ranking."""
-    further = {}
+    further: dict[str, Any] = {}
     for origin in FURTHER:
         ends = [row.get(column, np.nan) for column in interval_columns(name, origin)]
         if np.isfinite(ends).all():
@@ -242,6 +243,24 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
         alike = all(each.about["probability"] == probability for each in fingerprints)
         tables.append(_with_ratios(table, bands) if alike else table)
     return pd.concat(tables, ignore_index=True)
+
+
+def simulated_request(fingerprint: Fingerprint) -> MatchConfig:
+    """The request that asks a fingerprint for everything that was simulated: all balls, the ranges of fill and speed.
+
+    The target is the condition in the middle of the fill ratios, of the slowest speed and the first balls.
+    """
+    ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
+    speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range
+    diameter, charge = fingerprint.balls(choices[0])
+    middle = fingerprint.condition(speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
+    found = fingerprint.predict(middle, charge=charge)
+    return MatchConfig(
+        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in TARGET_DESCRIPTORS})],
+        speeds_rpm=[60 * speed for speed in speeds],
+        fill_ratios=ranges["fill_ratio"],
+        ball_diameters_mm=choices,
+    )
 
 
 def shared_contact(request: MatchConfig, fingerprints: list[Fingerprint]) -> list[str]:

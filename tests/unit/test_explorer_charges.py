@@ -1,0 +1,165 @@
+"""The explorer of a mill with charges of several ball sizes: a choice by name, with the numbers of the library."""
+
+import numpy as np
+import pytest
+
+import explore_mill
+from millprint.config.fingerprint import TARGET_DESCRIPTORS
+from millprint.config.mixture import BallMixture
+from millprint.explorer.page import balls_searched, explorer_content
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.inputs import charges_of
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import rank_conditions, simulated_request
+from tests.browser import browser_page, needs_browser
+from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
+
+THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
+TWICE = BallMixture(name="twice", sizes_mm=(14, 8), numbers=(1, 3))
+BANDS = (*TARGET_DESCRIPTORS, "normal_power_W", "tangential_power_W", "power_W", "tangential_share")
+
+
+def _charged(charges: dict[BallMixture, float]) -> list[dict]:
+    """Runs of charges that dissipate more than the scaling has it, each by its factor."""
+    return [
+        summary(fill, speed_rpm=speed, mixture=charge, factor=factor)
+        for charge, factor in charges.items()
+        for fill in FILLS[::2]
+        for speed in (600.0, 1200.0)
+    ]
+
+
+@pytest.fixture(scope="module")
+def mills(tmp_path_factory) -> dict:
+    """Fingerprints of balls of two sizes and two charges, and of one charge alone, with their pages."""
+    folder, found = tmp_path_factory.mktemp("charges"), {}
+    for name, runs in {
+        "both": summaries(fills=FILLS[::2]) + _charged({THREE: 1.5, TWICE: 3.0}),
+        "alone": _charged({THREE: 1.0}),
+    }.items():
+        file, page = folder / f"{name}.json", folder / f"{name}.html"
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95, charges_of(runs)).write(file)
+        explore_mill.main(str(file), str(page), "a_run", "A mill")
+        found[name] = {"file": file, "page": page, "fingerprint": Fingerprint.read(file)}
+    return found
+
+
+@pytest.fixture
+def page(tmp_path):
+    with browser_page(tmp_path) as page:
+        yield page
+        assert page.errors == []
+
+
+@needs_browser
+@pytest.mark.parametrize("name", ["both", "alone"])
+def test_the_page_computes_what_the_library_computes_of_charges(mills, page, name):
+    own, generator = mills[name]["fingerprint"], np.random.default_rng(3)
+    states, theirs = [], []
+    for choice in (*own.choices(), *own.choices()):
+        diameter, charge = own.balls(choice)
+        speed, fill = generator.uniform(8, 22), generator.uniform(0.03, 0.45)
+        condition = own.condition(speed_hz=speed, ball_diameter_m=diameter, fill_ratio=fill)
+        states.append({**vars(condition), "charge": charge})
+        found = own.predict(condition, charge=charge)
+        bands = [[getattr(getattr(found, band), end) for end in ("value", "lower", "upper")] for band in BANDS]
+        counts = own.charges[charge].counts(found.balls) if charge else []
+        theirs.append({"bands": bands, "outside": sorted(found.outside), "counts": counts})
+    # Balls that were not simulated.
+    states.append(states[0] | {"charge": "other"})
+    found = own.predict(own.condition(**{k: states[0][k] for k in CONDITION}), charge="other")
+    bands = [[getattr(getattr(found, band), end) for end in ("value", "lower", "upper")] for band in BANDS]
+    theirs.append({"bands": bands, "outside": sorted(found.outside), "counts": []})
+    page.open(mills[name]["page"])
+    ours = page.run(f"""return {states!r}.map((state) => {{
+      const found = explorer.answer(state);
+      const own = explorer.fingerprint;
+      return {{ bands: {list(BANDS)!r}.map((name) => [found[name].value, found[name].lower, found[name].upper]),
+        outside: [...found.outside].sort(),
+        counts: own.about.charges[state.charge] ? own.counts(state.charge, found.balls) : [] }};
+    }});""")
+    np.testing.assert_allclose([each["bands"] for each in ours], [each["bands"] for each in theirs], rtol=1e-6)
+    for key in ("outside", "counts"):
+        assert [each[key] for each in ours] == [each[key] for each in theirs]
+    assert ours[-1]["outside"][0] == "charge"
+
+
+CONDITION = ("speed_hz", "ball_diameter_m", "fill_ratio")
+
+
+@needs_browser
+def test_a_charge_is_chosen_by_its_name(mills, page):
+    page.open(mills["both"]["page"])
+    said = page.run("""
+      const shown = (id) => document.getElementById(id).closest(".slider").checkVisibility();
+      const labels = [...document.querySelectorAll("#media label")].map((e) => e.textContent);
+      const start = { diameter: explorer.state.ball_diameter_m, slider: shown("ball_diameter_m"),
+        text: document.getElementById("charge-said").textContent };
+      explorer.axis = "ball_diameter_m"; explorer.render();
+      const radio = document.querySelector("#media input[value=twice]"); radio.checked = true;
+      radio.dispatchEvent(new Event("change"));
+      const chosen = { diameter: explorer.state.ball_diameter_m, slider: shown("ball_diameter_m"), axis: explorer.axis,
+        shown: document.getElementById("axis").value, text: document.getElementById("charge-said").textContent,
+        balls: explorer.answer(explorer.state).balls, outside: document.getElementById("outside").textContent };
+      document.querySelector("#media input[value='']").dispatchEvent(new Event("change"));
+      return { labels, start, chosen, back: explorer.state.ball_diameter_m, again: shown("ball_diameter_m"),
+        yields: document.body.innerText.includes("yield"),
+        charts: document.querySelectorAll("#charts svg").length };""")
+    mean = f"{TWICE.mean_diameter_mm:.3g}"
+    assert said["labels"][0] == "balls of one size" and said["labels"][2] == f"twice (d30 = {mean} mm)"
+    assert said["start"] == {"diameter": pytest.approx(0.01), "slider": True, "text": ""}
+    chosen = said["chosen"]
+    assert chosen["diameter"] == pytest.approx(TWICE.mean_diameter_mm / 1e3) and not chosen["slider"]
+    assert chosen["axis"] == chosen["shown"] == "fill_ratio" and chosen["outside"] == ""
+    assert chosen["text"].startswith(TWICE.in_words(chosen["balls"]) + ".")
+    assert "between two of them nothing is calculated" in chosen["text"]
+    assert said["back"] == pytest.approx(0.01) and said["again"]
+    # A mill without measured yields has the four charts of its dissipation.
+    assert said["charts"] == 4 and not said["yields"]
+
+
+@needs_browser
+def test_charges_alone_leave_no_diameter_to_set(mills, page):
+    page.open(mills["alone"]["page"])
+    said = page.run("""return { slider: document.getElementById("ball_diameter_m"), state: explorer.state.charge,
+      options: [...document.getElementById("axis").options].map((e) => e.value),
+      labels: [...document.querySelectorAll("#media label")].map((e) => e.textContent) };""")
+    assert said["slider"] is None and said["state"] == "three"
+    assert said["options"] == ["speed_hz", "fill_ratio", "density_kg_m3"]
+    assert said["labels"] == [f"three (d30 = {THREE.mean_diameter_mm:.3g} mm)"]
+
+
+@needs_browser
+def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, page):
+    own = mills["both"]["fingerprint"]
+    condition = own.condition(speed_hz=13.0, ball_diameter_m=own.charge_diameter_m("twice"), fill_ratio=0.12)
+    found = own.predict(condition, charge="twice")
+    target = {name: getattr(found, name).value for name in TARGET_DESCRIPTORS}
+    table = rank_conditions(target, [own], simulated_request(own))
+    page.open(mills["both"]["page"])
+    ours = page.run(f"""const rows = await explorer.search({target!r});
+      return rows.map(({{ condition, distance }}) =>
+        [condition.charge, distance, condition.fill_ratio, condition.speed_hz * 60]);
+    """)
+    assert [row[0] for row in ours] == table["charge"].tolist() and ours[0][0] == "twice"
+    theirs = table[["distance", "fill_ratio", "speed_rpm"]].to_numpy(float)
+    np.testing.assert_allclose([row[1:] for row in ours[1:]], theirs[1:], rtol=2e-3, atol=1e-6)
+    used = page.run("""
+      document.querySelector("#media input[value=twice]").dispatchEvent(new Event("change"));
+      document.getElementById("take").click(); explorer.take(""); await explorer.showSearch();
+      const row = document.querySelector("#found tbody tr"); row.querySelector("button").click();
+      return { cells: [...row.querySelectorAll("td")].map((e) => e.textContent), charge: explorer.state.charge };""")
+    assert used["cells"][1] == "twice" and used["charge"] == "twice"
+
+
+def test_a_page_names_the_balls_that_its_search_tries(mills):
+    assert balls_searched([5.0, 10.0]) == "balls of 5, 10\u00a0mm"
+    assert balls_searched(["three"]) == "the charge three"
+    assert balls_searched([5.0, "three", "twice"]) == "balls of 5\u00a0mm, the charges three, twice"
+    assert "the charges three, twice" in mills["both"]["page"].read_text()
+
+
+def test_a_slider_of_the_diameter_reaches_over_balls_of_one_size_alone(mills):
+    own = mills["both"]["fingerprint"]
+    content = explorer_content("a_run", "A mill", [mills["both"]["file"]], simulated_request(own))
+    assert content["sliders"]["ball_diameter_m"] == pytest.approx([0.005 / 1.25, 0.01 * 1.25])
