@@ -3,11 +3,22 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scripts.store_verdicts import main
 
 from millprint.claims.compare import DEVIATES, REPRODUCED, UNDECIDED, verdict
+from millprint.claims.elsewhere import (
+    EXPECTED,
+    TIMED,
+    UNEXPECTED,
+    compare_verdicts,
+    in_a_line,
+    read_stored,
+    with_run,
+)
 from millprint.claims.evidence import Finding, Interval
 from millprint.claims.intervals import WINDOWS, Repeated, over_draws, over_repeats, tabulate_intervals
 from millprint.claims.tabulate import collect_findings, tabulate_claims
+from millprint.errors import ConfigError
 from millprint.files import write_json, write_table
 from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.repeats import apart, once, student
@@ -236,3 +247,65 @@ def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     spread = table.loc["3.curve.0.10.Pn"]
     # Revolutions ripple by 10 %, so their mean over two speeds and two sizes by a few per cent at most.
     assert 0 < spread["upper"] / spread["lower"] - 1 < 0.1
+
+
+def judged(**verdicts) -> pd.DataFrame:
+    kinds = {"runtime": "runtime", "point": "computed"}
+    rows = [
+        {"id": name, "kind": kinds.get(name, "trained"), "verdict": said, "reproduced": "2", "lower": "1", "upper": "3"}
+        for name, said in verdicts.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+MACHINE = {"processor": "znver4", "instructions": "AVX-512", "date": "2026-11-20"}
+
+
+def test_a_run_says_which_verdicts_are_others_on_another_machine(tmp_path):
+    there = judged(a=REPRODUCED, b=REPRODUCED, c=DEVIATES, runtime=REPRODUCED, point=REPRODUCED, missing="not run")
+    nothing = read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0]
+    stored = with_run(nothing, there, "thesis", MACHINE)
+    # What is computed from data is the same everywhere.
+    assert stored["id"].tolist() == ["a", "b", "c", "runtime"]
+    write_table(stored, tmp_path / "stored.tsv")
+    stored = read_stored(tmp_path / "stored.tsv")
+    here = judged(a=UNDECIDED, b=DEVIATES, c=DEVIATES, runtime=DEVIATES, point=REPRODUCED)
+    table = compare_verdicts(here, stored, "thesis").set_index("id")
+    assert table["reason"].to_dict() == {"a": EXPECTED, "b": UNEXPECTED, "runtime": TIMED}
+    assert table.loc["a", ["verdict", "verdict_elsewhere", "processor"]].tolist() == [
+        "undecided",
+        "reproduced",
+        "znver4",
+    ]
+    said = in_a_line(table.reset_index(), stored, "thesis")
+    assert said.startswith(
+        "verdicts of other machines (4 of znver4, AVX-512, 2026-11-20): 3 differ here, 1 of them not"
+    )
+    assert "a (undecided here, reproduced there: undecided on one of them)" in said
+    assert in_a_line(compare_verdicts(there, stored, "thesis"), stored, "thesis").endswith("none differs here")
+    assert in_a_line(table, stored, "smoke") == "verdicts of other machines: none is stored of the run smoke"
+    # The same machine again takes the place of its earlier verdicts; another one stands beside it.
+    assert with_run(stored, here, "thesis", MACHINE).set_index("id")["verdict"]["a"] == "undecided"
+    assert len(with_run(stored, here, "thesis", MACHINE | {"processor": "other"})) == 8
+
+
+def test_stored_verdicts_are_refused_with_another_word(tmp_path):
+    write_table(
+        with_run(
+            read_stored(ROOT / "config/data/verdicts_elsewhere.tsv").iloc[:0], judged(a=REPRODUCED), "thesis", MACHINE
+        ).assign(verdict="perhaps"),
+        tmp_path / "stored.tsv",
+    )
+    with pytest.raises(ConfigError, match="column verdict"):
+        read_stored(tmp_path / "stored.tsv")
+
+
+def test_this_machine_and_a_run_of_it_are_stored(tmp_path):
+    write_table(judged(a=REPRODUCED), tmp_path / "report/claims.tsv")
+    (tmp_path / "report/run.yaml").write_text("# Python\nname: thesis\n")
+    table = tmp_path / "verdicts.tsv"
+    table.write_text((ROOT / "config/data/verdicts_elsewhere.tsv").read_text().splitlines()[0] + "\n")
+    assert "1 verdicts of the run thesis" in main(str(tmp_path), str(table), "2026-11-22")
+    assert main(str(tmp_path), str(table), "2026-11-23").endswith("2026-11-23")
+    row = read_stored(table).iloc[0]
+    assert len(read_stored(table)) == 1 and row["date"] == "2026-11-23" and row["processor"] and row["instructions"]

@@ -65,6 +65,7 @@ rule tabulate_claims:
         stages=STAGE_OUTPUTS,
         claims=CONFIG.data.claims,
         intervals=rules.draw_claims.output.intervals,
+        verdicts=CONFIG.data.verdicts,
     output:
         summary=report(
             f"{RESULTS}/report/summary.html",
@@ -87,6 +88,7 @@ rule tabulate_claims:
         claims=f"{RESULTS}/report/claims.tsv",
         counts=f"{RESULTS}/report/claims_by_chapter.tsv",
         errata=f"{RESULTS}/report/errata.tsv",
+        elsewhere=f"{RESULTS}/report/verdicts_elsewhere.tsv",
         png=f"{RESULTS}/report/claims_by_chapter.png",
     log:
         f"{LOGS}/report/tabulate_claims.log",

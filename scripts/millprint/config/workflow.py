@@ -38,6 +38,8 @@ class DataConfig(Section):
     """every number that the thesis states, with a tolerance"""
     published: ProjectFile
     """published values shown as marks in figures"""
+    verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
+    """verdicts of the claims on other machines"""
 
 
 class ChapterSections(Section):

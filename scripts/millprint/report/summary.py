@@ -106,8 +106,13 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
 
 
-def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame, results: Path) -> str:
-    """The page of the run `name`; claims, counts and errata as tabulate_claims, count_verdicts, collect_errata give."""
+def summary_page(
+    name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame, results: Path, elsewhere: str = ""
+) -> str:
+    """The page of the run `name`; claims, counts and errata as tabulate_claims, count_verdicts, collect_errata give.
+
+    elsewhere: a line on the verdicts of other machines.
+    """
     deviating = int(counts[DEVIATES].sum())
     told = [
         Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
@@ -133,7 +138,8 @@ def summary_page(name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: 
         FOLDER / "summary.html",
         title="Which numbers of the thesis hold",
         introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed again from its "
-        "measured data and its methods, and compared with what is printed.",
+        "measured data and its methods, and compared with what is printed."
+        + (f" {elsewhere[0].upper()}{elsewhere[1:]}." if elsewhere else ""),
         verdicts=[
             {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
             for key, shown in SHOWN_VERDICTS.items()
