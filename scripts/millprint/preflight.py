@@ -23,6 +23,7 @@ from millprint.doe.chemistry import check_formulas
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wet_lab import read_wear
+from millprint.dose.wear import read_materials
 from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.cases import has_chapters, mill_cases, place_of_sweep
 from millprint.fingerprint.preflight import fingerprint_faults
@@ -83,6 +84,7 @@ def check_before_running(
     # Only a run with chapters needs these checks.
     if chapters and has_chapters(config, cases):
         check_tables(chapters, source)
+        read_materials(config.dose.wear.materials, config.dose.wear.material)
         check_surrogate_cases(chapters.surrogate, cases, source)
         faults += [*calibration_faults(config, mills, contacts), *fit_faults(config, mills, source)]
     if faults:
@@ -92,7 +94,10 @@ def check_before_running(
 
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
     """The cases of the own sweep of every mill that a target of results/mills may need."""
-    return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys([config.mill, *config.mills.named])}
+    return {
+        name: mill_cases(mills[name], config.mills)
+        for name in dict.fromkeys([config.mill, *config.mills.named, *config.dose.wear.mills])
+    }
 
 
 def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], source: str) -> None:

@@ -12,7 +12,9 @@ MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
 BOX = CONFIG.mills.box
 # Mills whose own sweep may be simulated.
-SWEPT_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.mills.named, *CONFIG.uncertainty.mills]))
+SWEPT_MILLS = list(
+    dict.fromkeys([CONFIG.mill, *CONFIG.mills.named, *CONFIG.uncertainty.mills, *CONFIG.dose.wear.mills])
+)
 SCALE_UP_CASES = {}
 # The simulations of the measured set-ups, by set-up and path.
 SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}

@@ -8,6 +8,7 @@ include: "fingerprint.smk"
 include: "fit.smk"
 include: "partition.smk"
 include: "uncertainty_thesis.smk"
+include: "dose.smk"
 include: "yields_common.smk"
 include: "yields_training.smk"
 include: "yields_evaluation.smk"
@@ -30,6 +31,7 @@ STAGE_OUTPUTS = [
     *FIT_OUTPUTS,
     *PARTITION_OUTPUTS,
     *YIELD_OUTPUTS,
+    *DOSE_OUTPUTS,
     *SURROGATE_OUTPUTS,
     *UNCERTAINTY_OUTPUTS,
     *UNCERTAINTY_THESIS_OUTPUTS,

@@ -7,6 +7,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.claims import ClaimsConfig
 from millprint.config.doe import DoeConfig
+from millprint.config.dose import DoseConfig
 from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, InverseConfig, MapsConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
@@ -94,6 +95,8 @@ class WorkflowConfig(Section):
     """chapter 4; for the chapters of the thesis"""
     yields: YieldConfig | None = None
     """chapter 5; for the chapters of the thesis"""
+    dose: DoseConfig = DoseConfig()
+    """what the powder has been through: wear of the balls"""
     surrogate: SurrogateConfig | None = None
     """chapter 6; for the chapters of the thesis"""
     claims: ClaimsConfig = ClaimsConfig()

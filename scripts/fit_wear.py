@@ -1,0 +1,38 @@
+"""Fits the wear coefficient to half of the weighings, holds it against the others, and predicts the wear elsewhere."""
+
+from millprint.config.dose import WearConfig
+from millprint.doe.wet_lab import read_wear, wear_table
+from millprint.dose.sliding import CONDITION
+from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
+from millprint.files import read_table, write_json, write_table
+from millprint.fingerprint.bands import read_factors
+from millprint.job import job
+
+
+def main(inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:
+    """Write the weighings with their predictions, the coefficient, and the wear at every condition.
+
+    machine: mill and contact set of the weighings, and the counting rule of the factors by contact parameters.
+    """
+    conditions = read_table(inputs.conditions, text=CONDITION[:2])
+    own = conditions[(conditions["mill"] == machine["mill"]) & (conditions["contact"] == machine["contact"])]
+    materials = read_materials(inputs.materials, settings.material)
+    weighings = wear_table(read_wear(inputs.weighings))
+    table, result = fit_wear(weighings, own, materials.loc[settings.material], settings.fill_tolerance)
+    log.info("wear: %s", verdict(result))
+    factors = read_factors(inputs.factors, "contact", machine) if inputs.get("factors") else None
+    write_table(table, output.fit)
+    write_json({**result, "verdict": verdict(result)}, output.coefficient)
+    wear = predict_wear(conditions, materials, settings.charges, result, factors, settings.probability)
+    write_table(wear, output.wear)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "fit wear") as log:
+        main(
+            snakemake.input,
+            snakemake.output,
+            WearConfig(**snakemake.params.settings),
+            snakemake.params.machine,
+            log,
+        )

@@ -1,0 +1,66 @@
+"""Figures of what the powder has been through. They draw tables and compute nothing."""
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
+
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, letter_panels
+
+ROLES = {"fitted": COLOURS[0], "held back": COLOURS[1]}
+
+
+def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
+    """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
+
+    weighings: of fit_wear; wear: of predict_wear, of which the rows of `material` and of the first charge are drawn;
+    verdict: written over the figure.
+    """
+    figure, (left, right) = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.2))
+    for role, colour in ROLES.items():
+        rows = weighings[weighings["role"] == role]
+        left.errorbar(
+            rows["speed_rpm"],
+            rows["measured_g"],
+            yerr=rows["reading_error_g"],
+            fmt="o",
+            color=colour,
+            capsize=2,
+            label=f"measured, {role}",
+        )
+        left.plot(
+            rows["speed_rpm"], rows["predicted_g"], "D", color=colour, fillstyle="none", label=f"predicted, {role}"
+        )
+        for row in rows.itertuples():
+            left.plot([row.speed_rpm] * 2, [row.measured_g, row.predicted_g], ":", color=colour, linewidth=0.8)
+    left.set(xlabel="rotational speed [rpm]", ylabel="wear of the balls [g]")
+    left.set_ylim(bottom=0)
+    left.margins(x=0.3)
+    left.legend(fontsize=7, loc="upper left")
+    shown = wear[wear["material"] == material]
+    if len(shown):
+        first = shown.iloc[0]
+        shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
+        groups = shown.sort_values("fill_ratio").groupby(["mill", "ball_diameter_mm", "speed_rpm"], sort=True)
+        for index, ((mill, diameter, speed), rows) in enumerate(groups):
+            value = rows["powder_percent"]
+            right.errorbar(
+                rows["fill_ratio"],
+                value,
+                yerr=[value - rows["seen_lower_powder_percent"], rows["seen_upper_powder_percent"] - value],
+                marker=MARKERS[index % len(MARKERS)],
+                color=COLOURS[index % len(COLOURS)],
+                capsize=1.5,
+                linewidth=0.8,
+                label=f"{mill}, {diameter:g} mm, {speed:g} rpm",
+            )
+        right.set(xscale="log", yscale="log", title=f"BPR {first['bpr']:g}, {first['time_h']:g} h")
+        right.title.set_fontsize(8)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside right upper", fontsize=6)
+        right.xaxis.set_minor_formatter(ScalarFormatter())
+        right.xaxis.set_major_formatter(ScalarFormatter())
+        right.tick_params(axis="x", which="both", labelsize=6)
+    right.set(xlabel="fill ratio [-]", ylabel="wear over powder [%]")
+    letter_panels([left, right])
+    figure.suptitle(verdict, fontsize=7)
+    return figure

@@ -1,0 +1,99 @@
+"""What the powder has been through: wear of the balls, from the sliding work of the simulations."""
+
+from millprint.fingerprint.cases import described_cases, is_as_built
+
+DOSE = f"{RESULTS}/dose"
+WEAR = CONFIG.dose.wear
+WEAR_CONTACT = CONFIG.partition.contact
+# Balls of one size in the mill as built: the weighings are of such balls.
+WEAR_CASES = [
+    path
+    for path, case in described_cases(CONFIG, CASES).items()
+    if (case.mill, case.contact) == (CONFIG.mill, WEAR_CONTACT) and case.mixture is None and is_as_built(case)
+]
+WEAR_SUMMARIES = [f"{RESULTS}/dem/{path}/summary.json" for path in WEAR_CASES]
+# Contact parameters widen the intervals where the whole run has their analysis.
+WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.contact_set == WEAR_CONTACT
+
+
+rule measure_sliding:
+    input:
+        summaries=lambda wildcards: WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)],
+        runs=lambda wildcards: [
+            str(Path(path).with_name("run.h5"))
+            for path in WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
+        ],
+    output:
+        runs=f"{DOSE}/sliding.tsv",
+        conditions=f"{DOSE}/sliding_conditions.tsv",
+    log:
+        f"{LOGS}/dose/measure_sliding.log",
+    benchmark:
+        f"{BENCHMARKS}/measure_sliding/measure_sliding.tsv"
+    params:
+        library=library("measure_sliding.py"),
+    message:
+        "Measuring the sliding work between balls and at walls"
+    script:
+        "../../scripts/measure_sliding.py"
+
+
+rule fit_wear:
+    input:
+        **({"factors": f"{RESULTS}/uncertainty/{CONFIG.mill}/contact.json"} if WEAR_IS_ANALYSED else {}),
+        conditions=rules.measure_sliding.output.conditions,
+        weighings=CONFIG.data.wear,
+        materials=WEAR.materials,
+    output:
+        fit=f"{DOSE}/wear_fit.tsv",
+        coefficient=f"{DOSE}/wear_coefficient.json",
+        wear=f"{DOSE}/wear.tsv",
+    log:
+        f"{LOGS}/dose/fit_wear.log",
+    localrule: True
+    params:
+        settings=WEAR.model_dump(mode="json"),
+        machine={
+            "mill": CONFIG.mill,
+            "contact": WEAR_CONTACT,
+            "counting_rule": CONFIG.fingerprint.counting_rule,
+        },
+        library=library("fit_wear.py"),
+    message:
+        "Fitting the wear coefficient to half of {input.weighings}, and predicting the other half and other conditions"
+    script:
+        "../../scripts/fit_wear.py"
+
+
+rule plot_wear:
+    input:
+        fit=rules.fit_wear.output.fit,
+        wear=rules.fit_wear.output.wear,
+        coefficient=rules.fit_wear.output.coefficient,
+    output:
+        svg=report(
+            f"{DOSE}/wear.svg",
+            caption="../report/wear.rst",
+            category="Chapter 2",
+            labels={"figure": "Table 2.6", "shows": "wear by Archard's law"},
+        ),
+        png=f"{DOSE}/wear.png",
+    log:
+        f"{LOGS}/dose/plot_wear.log",
+    localrule: True
+    params:
+        material=WEAR.material,
+        library=library("plot_wear.py"),
+    message:
+        "Drawing measured and predicted wear"
+    script:
+        "../../scripts/plot_wear.py"
+
+
+DOSE_OUTPUTS = [*rules.measure_sliding.output, *rules.fit_wear.output, *rules.plot_wear.output]
+
+
+rule dose:
+    input:
+        DOSE_OUTPUTS,
+    localrule: True
