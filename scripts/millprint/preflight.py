@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from itertools import chain
 from typing import cast
 
 import numpy as np
@@ -66,13 +65,19 @@ def check_before_running(
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
+    # The key of the step: the sweeps of the configuration are a list; that of a mill's own sweep is set for all mills.
+    steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
+    steps |= {place_of_sweep(config, name, source): f"{source}: mills.rayleigh_fraction" for name in swept}
+    steps[f"{source}: sweeps"] = f"{source}: sweeps: rayleigh_fraction"
     # The sweeps of the configuration first, where a user looks first.
-    for case in chain(cases.values(), *(group for _, group in groups)):
-        try:
-            _, contact = overridden(case, mills[case.mill], contacts[case.contact])
-        except ConfigError as error:
-            raise ConfigError(f"{source}: {error}") from None
-        check_step_and_cost(config, mills[case.mill], contact, case, bodies[case.mill], source)
+    for place, group in sorted(groups, key=lambda pair: pair[0] != f"{source}: sweeps"):
+        for case in group:
+            try:
+                _, contact = overridden(case, mills[case.mill], contacts[case.contact])
+            except ConfigError as error:
+                raise ConfigError(f"{source}: {error}") from None
+            told = (source, place, steps[place])
+            check_step_and_cost(config, mills[case.mill], contact, case, bodies[case.mill], told)
     check_same_charges(cases, swept, source)
     # Last, because it takes longest.
     for place, group in groups:
@@ -224,12 +229,19 @@ def check_ball_size(vessel: Vessel, mill: str, diameter_mm: float, place: str) -
 
 
 def check_step_and_cost(
-    config: WorkflowConfig, mill: MillConfig, contact: ContactConfig, case: Case, bodies: list[Body], source: str
+    config: WorkflowConfig,
+    mill: MillConfig,
+    contact: ContactConfig,
+    case: Case,
+    bodies: list[Body],
+    told: tuple[str, str, str],
 ) -> None:
     """Check that a case has a small enough time step, ends in a reasonable time and fits into the memory of a machine.
 
-    contact: the set as the case runs it. The largest step is a fraction of the Rayleigh time of its balls.
+    contact: the set as the case runs it. told: the file of the configuration, file and section of the case, and file
+    and key of its step as a fraction of the Rayleigh time. The largest step is a fraction of that time of its balls.
     """
+    source, place, fraction = told
     stiffness = contact.young_modulus_gpa * 1e9
     rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     largest = largest_fraction(case, config.dem)
@@ -238,24 +250,23 @@ def check_step_and_cost(
     if step > largest * rayleigh * (1 + 1e-12):
         if case.rayleigh_fraction is not None:
             raise ConfigError(
-                f"{source}: sweeps: rayleigh_fraction = {case.rayleigh_fraction:g}: at most "
-                f"dem.rayleigh_fraction_max = {largest:g}"
+                f"{fraction} = {case.rayleigh_fraction:g}: at most dem.rayleigh_fraction_max = {largest:g}"
             )
-        key = "dem.time_step_s" if case.time_step_s is None else "sweeps: time_steps_s"
+        key = f"{source}: dem.time_step_s" if case.time_step_s is None else f"{place}: time_steps_s"
         raise ConfigError(
-            f"{source}: {key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
+            f"{key} = {step:g}: more than {largest:g} of the Rayleigh time of case {case.path}; "
             f"at most {largest * rayleigh:.2g} s"
         )
     frequency = max(body.motion.frequency_hz for body in bodies) * case.speed_rpm / CHECK_RPM
     days, size = cost(case, config.dem, bodies[0].vessel, mill.volume_ml * 1e-6, step, frequency)
     if days > MOST_DAYS:
         raise ConfigError(
-            f"{source}: sweeps: case {case.path} would take about {days:.2g} days on one core (limit {MOST_DAYS}); "
+            f"{place}: case {case.path} would take about {days:.2g} days on one core (limit {MOST_DAYS}); "
             "look at its speed, its durations, its balls, time_step_s and snapshot_interval_s"
         )
     if size > MOST_BYTES:
         raise ConfigError(
-            f"{source}: sweeps: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
+            f"{place}: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
             "look at snapshot_interval_s, window_s, dem.ledger_samples_per_revolution and dem.occupancy_cell_m"
         )
 

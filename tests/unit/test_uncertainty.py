@@ -264,10 +264,10 @@ def fake_samples(monkeypatch, stop_at: int | None = None) -> list:
     """Replace the simulation by one that only notes its sample; it is interrupted at one of them."""
     seen: list = []
 
-    def describe(case, mill, contact, dem, index, values, rule) -> dict:
-        if index == stop_at:
+    def describe(case, mill, contact, dem, values, rule) -> dict:
+        if len(seen) == stop_at:
             raise KeyboardInterrupt
-        seen.append(index)
+        seen.append(values)
         return {"Pn": values["restitution"] / 3, "empty": float("nan")}
 
     monkeypatch.setattr(sampler, "_describe", describe)
@@ -283,7 +283,7 @@ def test_a_killed_job_continues_with_the_rows_that_are_done(monkeypatch, tmp_pat
         run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
     seen = fake_samples(monkeypatch)
     continued = run_samples(SHORT, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
-    assert seen == list(range(5, 16))
+    assert seen == samples.to_dict("records")[5:]
     pd.testing.assert_frame_equal(continued, whole, check_exact=True)
 
 
@@ -300,7 +300,7 @@ def test_rows_of_other_settings_or_of_a_damaged_file_are_not_used(monkeypatch, t
         done.write_bytes(done.read_bytes()[:-1] + b"x")
     seen = fake_samples(monkeypatch)
     run_samples(case, EMAX, CALIBRATED, DemConfig(), samples, RULE, done)
-    assert seen == list(range(8))
+    assert seen == samples.to_dict("records")
 
 
 def test_an_unknown_column_and_a_failing_sample_are_named():

@@ -8,8 +8,9 @@ import pytest
 
 import fix_predictions
 from millprint.config.load import check_model
+from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import SetupConfig, ValidationConfig
+from millprint.config.validation import ValidationConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.figures.validation import plot_setup

@@ -9,9 +9,10 @@ import pytest
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups.drums import BeadDrumConfig, ReposeDrumConfig
 from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import BeadDrumConfig, ReposeDrumConfig, setup_cases
+from millprint.config.validation import setup_cases
 from millprint.errors import ConfigError
 from millprint.hdf5 import whole_hdf5
 from millprint.validation import drums

@@ -8,8 +8,8 @@ import pytest
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups.tumbling import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import BondMillConfig, SliceMillConfig
 from millprint.errors import SimulationError
 from millprint.validation import tumbling_runs
 from millprint.validation.charge import (

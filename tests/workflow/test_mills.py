@@ -8,7 +8,7 @@ import trimesh
 import yaml
 
 from millprint.files import read_json
-from tests.workflow.conftest import ROOT, error_lines, run_snakemake
+from tests.workflow.conftest import ROOT, error_lines, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 BOX = yaml.safe_load((ROOT / "config/config.yaml").read_text())["mills"]["box"]
@@ -66,6 +66,94 @@ def test_fingerprint_of_a_mill_from_a_drawing_and_a_table_of_points(smoke_projec
     chapter = run_snakemake(smoke_project, "chapter3", *SMOKE, "--config", "mill=mine", "-n")
     assert chapter.returncode != 0
     assert re.search(r"chapter3", chapter.stdout)
+
+
+# A drum with lifters and a lining of its own friction, with a charge of three sizes beside balls of one.
+LINED = {
+    "name": "lined",
+    "title": "Drum with lifters and a rubber lining",
+    "source": "made for a test",
+    "volume_ml": 148.0,
+    "geometry": {
+        "kind": "lifter_drum",
+        "axis": "y",
+        "radius_mm": 50,
+        "length_mm": 20,
+        "lifters": {"number": 4, "height_mm": 8, "width_mm": 14, "face_angle_deg": 70},
+        "smooth_ends": True,
+    },
+    "motion": {"kind": "rotation", "axis": [0, 1, 0]},
+    "sweep": {
+        "speeds_rpm": [90],
+        "ball_diameters_mm": [{"name": "graded", "sizes_mm": [13, 11, 9], "shares": [0.3, 0.3, 0.4]}, 11],
+        "fill_ratios": [0.12, 0.17, 0.24],
+        "discard_turns": 1,
+        "window_turns": 2,
+    },
+}
+MATCH = {
+    "mill": "lined",
+    "like_mill": "lined",
+    "like_speed_rpm": 90,
+    "like_ball_diameter_mm": "graded",
+    "like_fill_ratio": 0.17,
+    "speeds_rpm": [90, 90],
+    "ball_diameters_mm": [11, "graded"],
+}
+LINED_MILLS = {"contact": "lined", "rayleigh_fraction": 0.1, "match": MATCH}
+
+
+def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explorer_and_the_match(smoke_project):
+    steel = yaml.safe_load((smoke_project / "config/contacts/steel.yaml").read_text())
+    lining = {"name": "lined", "wall_restitution": 0.4, "wall_static_friction": 0.5, "wall_rolling_friction": 0.02}
+    (smoke_project / "config/contacts/lined.yaml").write_text(yaml.safe_dump(steel | lining))
+    (smoke_project / "config/mills/lined.yaml").write_text(yaml.safe_dump(LINED))
+    given = ("--config", "mill=lined", f"mills={LINED_MILLS}")
+    done = run_snakemake(smoke_project, "fingerprint", "explorer", "match", *SMOKE, *given, timeout=600)
+    assert done.returncode == 0, done.stdout[-4000:]
+    summaries = [read_json(path) for path in (smoke_project / "results/dem/lined").rglob("summary.json")]
+    assert len(summaries) == 6
+    for summary in summaries:
+        assert summary["wall_static_friction"] == 0.5 and summary["static_friction"] == 0.7
+        # What the wall gives, the balls dissipate.
+        assert summary["power_W"]["wall"] > 0 and abs(summary["closure"]) < 2e-3
+    folder = smoke_project / "results/mills/lined"
+    descriptors = pd.read_csv(folder / "descriptors.tsv", sep="\t", keep_default_na=False)
+    assert sorted(descriptors["charge"]) == 3 * [""] + 3 * ["graded"]
+    sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t", keep_default_na=False).set_index("quantity")["text"]
+    assert sheet["at the wall"] == "restitution 0.4, static friction 0.5"
+    assert (folder / "fingerprint.pdf").stat().st_size > 0
+    assert "d30" in (folder / "explorer.html").read_text()
+    match = pd.read_csv(smoke_project / "results/mills/match.tsv", sep="\t", keep_default_na=False)
+    # The mill is its own nearest match, with the same charge.
+    assert match.loc[0, "charge"] == "graded" and match.loc[0, "distance"] < 1e-3
+    assert match.loc[0, "normal_energy_J_ratio_lower"] < 1 < match.loc[0, "normal_energy_J_ratio_upper"]
+
+
+def test_the_tumbling_mill_of_the_handbook_would_run(project):
+    """Its fingerprint, explorer and match by the charge that it names, and a large one with the same charge."""
+    handbook = (project / "config/README.md").read_text().split("### A tumbling mill")[1]
+    text = handbook.split("```yaml")[1].split("```")[0]
+    (project / "config/mills/tumbler.yaml").write_text(text)
+    sizes = yaml.safe_load(text)["sweep"]["ball_diameters_mm"]
+    match = {"mill": "spex", "like_mill": "tumbler", "like_speed_rpm": 60, "like_ball_diameter_mm": "graded"}
+    large = {"mill": "tumbler", "volume_l": 30, "ball_diameter_mm": "graded", "fill_ratio": 0.15, "speed_rpm": 45}
+    mills = {"match": {**match, "like_fill_ratio": 0.15}, "scale_up": large}
+    targets = ("fingerprint", "explorer", "match", "scale_up")
+    done = run_snakemake(project, *targets, "-n", "--config", "mill=tumbler", f"mills={mills}")
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert [size["name"] for size in sizes] == ["graded"]
+    simulated = set(re.findall(r"DEM (tumbler\w*)/\w+/(\w+?)_", done.stdout))
+    assert simulated == {("tumbler", "graded"), ("tumbler_large", "graded")}
+    assert jobs_of(done.stdout)["explore_mill"] == 1
+
+
+def test_a_charge_that_the_mill_does_not_have_is_refused_before_a_run(project):
+    match = {"mill": "spex", "like_mill": "bond_mill", "like_speed_rpm": 70, "like_ball_diameter_mm": "graded"}
+    done = run_snakemake(project, "match", "-n", "--config", f"mills={{match: {match | {'like_fill_ratio': 0.15}}}}")
+    (line,) = error_lines(done.stdout)
+    assert "mills.match.like_ball_diameter_mm = graded: no charge of the mill's sweep" in line
+    assert "must be one of bond" in line
 
 
 def test_the_refusal_of_a_bad_sweep_names_the_file_of_the_mill(project):

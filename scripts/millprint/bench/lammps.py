@@ -68,16 +68,37 @@ def law_text(contact: ContactConfig, radius: float, law: LammpsLaw, lever: float
     return " ".join([*words, f"damping {law.damping}"])
 
 
+def balls_text(low: list[float], high: list[float], places_m: np.ndarray, diameter_m: float, density: float) -> str:
+    """LAMMPS's data file: balls at rest at places (n, 3) [m], in a box from `low` to `high` [m]; density [kg/m3]."""
+    lines = ["millprint", "", f"{len(places_m)} atoms", "1 atom types", ""]
+    lines += [f"{low[k]!r} {high[k]!r} {axis}lo {axis}hi" for k, axis in enumerate("xyz")]
+    lines += ["", "Atoms # sphere", ""]
+    ball = f"{diameter_m!r} {density!r}"
+    lines += [f"{number} 1 {ball} {x!r} {y!r} {z!r}" for number, (x, y, z) in enumerate(places_m.tolist(), start=1)]
+    return "\n".join(lines) + "\n"
+
+
 def data_text(setup: Setup, start: np.ndarray) -> str:
     """LAMMPS's data file: balls at rest at `start` (n, 3) [m], in a domain with room for the moving jar."""
     reach = 2 * setup.amplitude_m + setup.diameter_m
     low, high = (setup.jar.vessel.bounds + np.array([[-reach], [reach]])).tolist()
-    lines = ["millprint", "", f"{len(start)} atoms", "1 atom types", ""]
-    lines += [f"{low[k]!r} {high[k]!r} {axis}lo {axis}hi" for k, axis in enumerate("xyz")]
-    lines += ["", "Atoms # sphere", ""]
-    ball = f"{setup.diameter_m!r} {setup.contact.density_kg_m3!r}"
-    lines += [f"{k + 1} 1 {ball} {x!r} {y!r} {z!r}" for k, (x, y, z) in enumerate(start.tolist())]
-    return "\n".join(lines) + "\n"
+    return balls_text(low, high, start, setup.diameter_m, setup.contact.density_kg_m3)
+
+
+def head_lines(pair: str, skin_m: float, step_s: float) -> list[str]:
+    """The beginning of an input: balls from balls.data, the law between two of them, the step [s]."""
+    return [
+        "units si",
+        "atom_style sphere",
+        "boundary f f f",
+        "newton off",
+        "comm_modify vel yes",
+        "read_data balls.data",
+        "pair_style granular",
+        f"pair_coeff * * {pair}",
+        f"neighbor {skin_m!r} bin",
+        f"timestep {step_s!r}",
+    ]
 
 
 def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[int], with_means: bool) -> str:
@@ -90,16 +111,7 @@ def input_text(setup: Setup, settings: LammpsConfig, step_s: float, runs: list[i
     law = settings.compared if with_means else settings.timed
     pair, wall = (law_text(setup.contact, radius, law, lever) for lever in (2.0, 1.0))
     lines = [
-        "units si",
-        "atom_style sphere",
-        "boundary f f f",
-        "newton off",
-        "comm_modify vel yes",
-        "read_data balls.data",
-        "pair_style granular",
-        f"pair_coeff * * {pair}",
-        f"neighbor {settings.skin_m!r} bin",
-        f"timestep {step_s!r}",
+        *head_lines(pair, settings.skin_m, step_s),
         f"variable A equal {setup.amplitude_m!r}",
         f"variable w equal {setup.angular_frequency!r}",
         "variable dx equal v_A*(cos(v_w*step*dt)-1)",

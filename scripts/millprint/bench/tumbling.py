@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, law_text
+from millprint.bench.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, balls_text, head_lines, law_text
 from millprint.config.bench import BenchConfig, TumblingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import LifterDrumGeometry
@@ -81,12 +81,9 @@ def case_of(mill: MillConfig, contact: ContactConfig, settings: TumblingConfig, 
 def data_text(simulation: Simulation, shape: LifterDrumGeometry) -> str:
     """LAMMPS's data file: the packed balls of our simulation, in a domain around the drum."""
     reach, half = shape.radius_mm / 1e3 + simulation.diameter, shape.length_mm / 1e3
-    lines = ["millprint", "", f"{simulation.count} atoms", "1 atom types", ""]
-    lines += [f"{-size!r} {size!r} {axis}lo {axis}hi" for axis, size in zip("xyz", (reach, half, reach), strict=True)]
-    lines += ["", "Atoms # sphere", ""]
-    ball = f"{simulation.diameter!r} {simulation.contact.density_kg_m3!r}"
-    rows = enumerate(simulation.balls.position.tolist(), start=1)
-    return "\n".join([*lines, *(f"{number} 1 {ball} {x!r} {y!r} {z!r}" for number, (x, y, z) in rows)]) + "\n"
+    size = [reach, half, reach]
+    density = simulation.contact.density_kg_m3
+    return balls_text([-end for end in size], size, simulation.balls.position, simulation.diameter, density)
 
 
 def input_text(simulation: Simulation, shape: LifterDrumGeometry, bench: BenchConfig) -> str:
@@ -99,16 +96,7 @@ def input_text(simulation: Simulation, shape: LifterDrumGeometry, bench: BenchCo
     height, width = lifters.height_mm / 1e3, lifters.width_mm / 2e3
     settle, discard, window = steps_of(simulation, settings)
     lines = [
-        "units si",
-        "atom_style sphere",
-        "boundary f f f",
-        "newton off",
-        "comm_modify vel yes",
-        "read_data balls.data",
-        "pair_style granular",
-        f"pair_coeff * * {pair}",
-        f"neighbor {bench.lammps.skin_m!r} bin",
-        f"timestep {simulation.step!r}",
+        *head_lines(pair, bench.lammps.skin_m, simulation.step),
         f"variable w equal {2 * math.pi * simulation.frequency_hz!r}",
         f"variable turned equal v_w*dt*(step>{settle})*(step-{settle})",
         "fix gravity all gravity 9.81 vector 0 0 -1",

@@ -13,8 +13,8 @@ from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import CylinderGeometry
 from millprint.config.mill import MillConfig
+from millprint.config.setups.drums import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
 from millprint.config.sweep import Case, expand_sweep
-from millprint.config.validation import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError

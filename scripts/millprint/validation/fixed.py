@@ -15,8 +15,8 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
-from millprint.config.validation import SetupConfig
 from millprint.files import write_table
 from millprint.tables import Text, read_measured
 

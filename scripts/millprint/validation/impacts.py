@@ -12,7 +12,7 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry
-from millprint.config.validation import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
+from millprint.config.setups.impacts import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.world import World, walls_for
 from millprint.mill.vessel import Vessel, shape_facets
 from millprint.mill.walls import Walls

@@ -9,8 +9,8 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import Case, DemConfig
-from millprint.config.validation import SetupConfig
 from millprint.errors import ConfigError
 from millprint.validation.drums import predict_bead_drum, predict_repose_drum
 from millprint.validation.impacts import predict_alumina_impact, predict_elastic_impact

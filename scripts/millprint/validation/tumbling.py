@@ -7,7 +7,7 @@ import pandas as pd
 from scipy import stats
 
 from millprint.config.mill import MillConfig
-from millprint.config.validation import TumblingConfig
+from millprint.config.setups.tumbling import TumblingConfig
 from millprint.mill.bodies import build_bodies
 from millprint.validation.inputs import Inputs
 from millprint.validation.power_formulas import LIFT_ANGLE_DEG, Mill, hogg_fuerstenau, morrell

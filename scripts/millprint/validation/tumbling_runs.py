@@ -1,11 +1,5 @@
-"""The simulations of a tumbling mill: which there are, and what each gives. All run in one process, one after another.
+"""The simulations of a tumbling mill: which there are, and what each gives."""
 
-Each takes seconds, so that a process for each would cost more than the simulations. Rows that are done are kept in a
-sealed file, from which a killed job continues.
-"""
-
-import hashlib
-import json
 import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -18,16 +12,12 @@ from scipy.stats import qmc
 from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.setups.tumbling import TumblingConfig
 from millprint.config.sweep import Case, DemConfig, balls_of
-from millprint.config.validation import TumblingConfig
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
+from millprint.dem.several import simulate_each
 from millprint.dem.simulation import Simulation
-from millprint.errors import SimulationError
-from millprint.files import whole_file
-from millprint.job import progress
-from millprint.kernel import kernel_digest
-from millprint.sealed import seal, unsealed
 from millprint.validation.charge import carried, complete_rings, net_power, toe_and_shoulder
 
 logger = logging.getLogger("millprint")
@@ -161,54 +151,26 @@ def run_all(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Simulate every row of a design. Returns the rows with their results, and the balls of the drawn speeds.
 
-    done: a file that holds each row once it is simulated, and from which a killed call with the same arguments
-    continues; the caller removes it. Raises SimulationError, with the name of the run.
+    done: a file that holds each row once it is simulated, and from which a killed call continues (`simulate_each`);
+    the caller removes it. Raises SimulationError, with the name of the run.
     """
     drawn = {(settings.numbers[0], float(speed)) for speed in settings.drawn_speeds}
     drawn |= {(number, speed) for number in settings.numbers[1:] for speed in (table["speed"].max(),)}
-    parts = [part.model_dump_json() for part in (settings, mill, contact, dem)]
-    identity = hashlib.sha256(json.dumps([*parts, table.to_json(), kernel_digest()]).encode()).hexdigest()
-    rows = _rows_done(done, identity)
-    with progress(len(table), f"{mill.title}", " simulations") as bar:
-        bar.update(len(rows))
-        for row in table.to_dict("records"):
-            if row["run"] in rows:
-                continue
-            own = contact.model_copy(update={key: row[key] for key in CONTACT_KEYS})
-            try:
-                results, balls = simulate(case_of(row, settings, mill), mill, own, dem)
-            except SimulationError as error:
-                raise SimulationError(f"run {row['run']}: {error}") from None
-            is_drawn = row["role"] == PREDICTS and (row["number"], row["speed"]) in drawn
-            is_drawn &= row["seed"] == settings.seeds[0]
-            rows[row["run"]] = {"results": results, "balls": balls.tolist() if is_drawn else []}
-            _keep(done, identity, rows)
-            logger.info("%s: %.4g W in %.1f s", row["run"], results["power_W"], results["wall_clock_s"])
-            bar.update()
-    runs = table.join(pd.DataFrame([rows[run]["results"] for run in table["run"]], index=table.index))
+
+    def simulated(row: dict[str, Any]) -> dict[str, Any]:
+        own = contact.model_copy(update={key: row[key] for key in CONTACT_KEYS})
+        results, balls = simulate(case_of(row, settings, mill), mill, own, dem)
+        logger.info("%s: %.4g W in %.1f s", row["run"], results["power_W"], results["wall_clock_s"])
+        is_drawn = row["role"] == PREDICTS and (row["number"], row["speed"]) in drawn
+        is_drawn &= row["seed"] == settings.seeds[0]
+        return {"results": results, "balls": balls.tolist() if is_drawn else []}
+
+    named = {f"run {row['run']}": row for row in table.to_dict("records")}
+    rows = list(simulate_each(named, simulated, (settings, mill, contact, dem), mill.title, done).values())
+    runs = table.join(pd.DataFrame([row["results"] for row in rows], index=table.index))
     pictures = []
-    for row in table.to_dict("records"):
-        kept = rows[row["run"]]
+    for row, kept in zip(table.to_dict("records"), rows, strict=True):
         for place in kept["balls"]:
             labels = (row["run"], row["number"], row["speed"], kept["results"]["angle_deg"])
             pictures.append(dict(zip(CHARGE_COLUMNS, (*labels, *place), strict=True)))
     return runs, pd.DataFrame(pictures, columns=list(CHARGE_COLUMNS))
-
-
-def _keep(path: str | Path, identity: str, rows: dict[str, dict]) -> None:
-    """Write the rows, with a digest in front."""
-    payload = json.dumps({"identity": identity, "rows": rows}).encode()
-    with whole_file(path) as partial:
-        partial.write_bytes(seal(payload) + payload)
-
-
-def _rows_done(path: str | Path, identity: str) -> dict[str, dict]:
-    """The rows that an earlier call with the same arguments has kept; none if the file is absent or damaged."""
-    if not Path(path).exists():
-        return {}
-    try:
-        kept = json.loads(unsealed(path))
-    except ValueError as error:
-        logger.warning("%s: %s; every simulation is run again", path, error)
-        return {}
-    return kept["rows"] if kept["identity"] == identity else {}

@@ -1,0 +1,61 @@
+"""What every set-up that others measured has."""
+
+from typing import Any, ClassVar
+
+from millprint.config.section import Name, Section
+from millprint.config.sweep import SweepConfig
+
+Interval = tuple[float, float]
+
+
+class SetupConfig(Section):
+    """Settings of a set-up: its contact sets, its mill if it has one, and its simulations."""
+
+    # Keys that say where is predicted, such as at which speeds: they change no number, and so no digest.
+    places: ClassVar[tuple[str, ...]] = ()
+
+    contact: Name
+    """contact set that predicts: a file in config/contacts"""
+    further_contacts: list[Name] = []
+    """contact sets that are as likely; the interval by contact parameters spans them all"""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """A key of which a set-up replaces the default alone keeps its description."""
+        super().__pydantic_init_subclass__(**options)
+        bare = [name for name, field in cls.model_fields.items() if field.description is None]
+        for name in bare:
+            parents = (parent.model_fields.get(name) for parent in cls.__mro__[1:] if issubclass(parent, Section))
+            cls.model_fields[name].description = next((field.description for field in parents if field), None)
+        if bare:
+            cls.model_rebuild(force=True)
+
+    @property
+    def mill_name(self) -> str | None:
+        """The mill, a file in config/mills; None for a set-up without one."""
+        return None
+
+    @property
+    def further_mills(self) -> list[str]:
+        """Mills beside it that its sweeps simulate, such as a shorter slice."""
+        return []
+
+    @property
+    def contact_names(self) -> list[str]:
+        """Every contact set of the set-up, the one that predicts first."""
+        return [self.contact, *self.further_contacts]
+
+    @property
+    def sweeps(self) -> list[SweepConfig]:
+        """Its simulations in results/dem; none for a set-up that simulates on its own. Each sweep names its mills."""
+        return []
+
+    @property
+    def run_files(self) -> tuple[str, ...]:
+        """The files that the prediction reads of each simulation."""
+        return ("summary.json",)
+
+    @property
+    def own_tables(self) -> tuple[str, ...]:
+        """Tables of its own simulations in its own folder, which another rule writes before the prediction."""
+        return ()
