@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import NullLocator, StrMethodFormatter
 
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, letter_panels
 
@@ -56,10 +56,11 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdic
             )
         right.set(xscale="log", yscale="log", title=f"BPR {first['bpr']:g}, {first['time_h']:g} h")
         right.title.set_fontsize(8)
-        figure.legend(*right.get_legend_handles_labels(), loc="outside right upper", fontsize=6)
-        right.xaxis.set_minor_formatter(ScalarFormatter())
-        right.xaxis.set_major_formatter(ScalarFormatter())
-        right.tick_params(axis="x", which="both", labelsize=6)
+        figure.legend(*right.get_legend_handles_labels(), loc="outside right center", fontsize=6)
+        fills = sorted(shown["fill_ratio"].unique())
+        right.set_xticks(fills, [f"{fill:g}" for fill in fills], fontsize=6, rotation=90)
+        right.xaxis.set_minor_locator(NullLocator())
+        right.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     right.set(xlabel="fill ratio [-]", ylabel="wear over powder [%]")
     letter_panels([left, right])
     figure.suptitle(verdict, fontsize=7)
