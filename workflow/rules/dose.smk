@@ -2,7 +2,6 @@
 
 from millprint.fingerprint.cases import described_cases, is_as_built
 
-DOSE = f"{RESULTS}/dose"
 WEAR = CONFIG.dose.wear
 WEAR_CONTACT = CONFIG.partition.contact
 # Balls of one size in the mill as built: the weighings are of such balls.
@@ -90,10 +89,9 @@ rule plot_wear:
         "../../scripts/plot_wear.py"
 
 
-DOSE_OUTPUTS = [*rules.measure_sliding.output, *rules.fit_wear.output, *rules.plot_wear.output]
-
-
-rule dose:
-    input:
-        DOSE_OUTPUTS,
-    localrule: True
+DOSE_OUTPUTS = [
+    *SPECTRA_OUTPUTS,
+    *rules.measure_sliding.output,
+    *rules.fit_wear.output,
+    *rules.plot_wear.output,
+]

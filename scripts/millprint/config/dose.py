@@ -1,10 +1,35 @@
-"""Settings of what the powder has been through: wear of the balls."""
+"""The section `dose`: what is read off finished simulations: energy spectra of collisions, wear of the balls."""
 
+import math
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from millprint.config.section import Fraction, Name, Positive, ProjectFile, Section
+from millprint.config.counting import RuleName
+from millprint.config.section import Fraction, Name, Positive, ProjectFile, Section, first_repeated
+
+
+class SpectraConfig(Section):
+    """Energy spectra. The bins are the same for every mill and condition; what lies beyond them is in two open bins."""
+
+    lowest_J: Positive = 1e-12
+    """lower edge of the first bin [J]; collisions below it have a bin of their own"""
+    highest_J: Positive = 10.0
+    """upper edge of the last bin [J]; collisions from it on have a bin of their own"""
+    bins_per_decade: Annotated[int, Field(ge=1, le=100)] = 5
+    """bins in a factor of ten, equally wide in the logarithm [-]"""
+    counting_rules: list[RuleName] = ["lifetimes"]
+    """further rules of dem.counting_rules in the tables, beside fingerprint.counting_rule"""
+
+    @model_validator(mode="after")
+    def _edges_rise(self) -> "SpectraConfig":
+        if self.highest_J <= self.lowest_J:
+            raise ValueError(f"highest_J = {self.highest_J:g}: must be above lowest_J = {self.lowest_J:g}")
+        if (decades := math.log10(self.highest_J / self.lowest_J)) > 60:
+            raise ValueError(f"lowest_J and highest_J are {decades:.0f} factors of ten apart: at most 60")
+        if twice := first_repeated(self.counting_rules):
+            raise ValueError(f"counting_rules: {twice} appears twice")
+        return self
 
 
 class ChargeConfig(Section):
@@ -36,6 +61,7 @@ class WearConfig(Section):
 
 
 class DoseConfig(Section):
-    """What the powder has been through (results/dose)."""
+    """What the powder has been through (results/dose); target `dose`."""
 
+    spectra: SpectraConfig = SpectraConfig()
     wear: WearConfig = WearConfig()

@@ -1,1 +1,1 @@
-"""What a powder has been through in a mill, from run.h5 and the summaries of runs alone: wear of the balls."""
+"""What a chemist reads off a mill: energy spectra, dose, heat and wear, from run.h5 and summaries alone."""

@@ -34,6 +34,7 @@ def _rule_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
     chosen = {
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
         "convergence.counting_rules": config.convergence.counting_rules,
+        "dose.spectra.counting_rules": config.dose.spectra.counting_rules,
     }
     yield from _unknown(chosen, recorded, "dem.counting_rules", source)
     for rule in config.dem.counting_rules:

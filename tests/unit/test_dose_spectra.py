@@ -1,0 +1,221 @@
+"""Energy spectra: made-up contacts with a known spectrum, and a short run against its own ledger."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.config.contact import ContactConfig
+from millprint.config.dose import SpectraConfig
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.dem.run import run_case
+from millprint.dose.spectra import PAIRS, TABLE_ONLY, bin_edges, shown, tabulate_spectra, weighted_median
+from millprint.errors import ConfigError, MillprintError
+from millprint.figures.spectra import plot_spectra
+
+CONFIG = Path(__file__).parents[2] / "config"
+SETTINGS = SpectraConfig(lowest_J=1e-8, highest_J=1e-1, bins_per_decade=2)
+RULE = {"name": "lifetimes", "gap_s": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
+MERGING = RULE | {"name": "gap_2ms", "gap_s": 0.002}
+HARD = RULE | {"name": "over_1N", "peak_force_min_N": 1.0}
+BEGIN, WINDOW = 0.5, 2.0
+
+
+def contacts(
+    number: int, normal: float, tangential: float, wall: bool = False, force: float = 2.0, start: float = 0.6
+) -> pd.DataFrame:
+    """Contacts of so many pairs, 1 ms long, each with these energies; a quarter of the tangential one is damping."""
+    first = np.arange(number)
+    return pd.DataFrame(
+        {
+            "first": first, "second": -1 - first if wall else 1000 + first, "start_s": start, "duration_s": 1e-3,
+            "peak_force_N": force, "normal_J": normal, "damping_J": tangential / 4, "sliding_J": 3 * tangential / 4,
+            "complete": 1,
+        }
+    )  # fmt: skip
+
+
+def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 0.1, seed: int = 0) -> tuple[str, dict]:
+    """A run.h5 with these contacts, and the summary that its ledger would have."""
+    table = pd.concat(groups)
+    with h5py.File(path, "w") as file:
+        group = file.create_group("collisions")
+        group.attrs.update({"begin_s": BEGIN, "window_s": WINDOW, "is_histogram": False})
+        for name in table:
+            group[name] = table[name].to_numpy()
+        file["ledger/elastic_tangential_J"] = np.array([0.25, 0.25 + stored])
+    tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
+    case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
+    return str(path), {
+        "mill": "emax", "contact": "steel", "case": case, "density_kg_m3": 7700.0, "amplitude_m": 0.017,
+        "power_W": {"normal": table["normal_J"].sum() / WINDOW, "tangential": tangential / WINDOW},
+        "collisions": [RULE, MERGING, HARD],
+    }  # fmt: skip
+
+
+def rows(table: pd.DataFrame, **chosen: str) -> pd.DataFrame:
+    for name, value in chosen.items():
+        table = table[table[name] == value]
+    return table
+
+
+@pytest.fixture
+def two_kinds(tmp_path):
+    """300 soft collisions of balls, 100 hard ones at the wall: 3e-4 J against 0.1 J of normal energy."""
+    return write(tmp_path / "run.h5", contacts(300, 1e-6, 4e-6), contacts(100, 1e-3, 2e-3, wall=True))
+
+
+def test_two_kinds_of_collisions_stand_in_two_bins(two_kinds):
+    spectra, summary = tabulate_spectra([two_kinds], ["lifetimes"], SETTINGS)
+    normal = rows(spectra, channel="normal")
+    filled = normal[normal["power_W"] > 0]
+    assert filled["pair"].tolist() == list(PAIRS)
+    assert filled["collisions_hz"].tolist() == pytest.approx([150.0, 50.0])
+    assert filled["power_W"].tolist() == pytest.approx([1.5e-4, 0.05])
+    for energy, bin_ in zip((1e-6, 1e-3), filled.itertuples(), strict=True):
+        assert bin_.energy_low_J <= energy * (1 + 1e-9) and energy < bin_.energy_high_J
+        assert bin_.collisions_above_share == bin_.power_above_share == 1.0
+    both = rows(summary, channel="normal", pair="both").iloc[0]
+    assert both["mean_J"] == pytest.approx((300e-6 + 100e-3) / 400)
+    # Three quarters of the collisions are soft, but nearly all of the power is in hard ones.
+    assert both["median_J"] == pytest.approx(1e-6)
+    assert both["half_power_J"] == pytest.approx(1e-3)
+    assert rows(summary, channel="normal")["power_share"].tolist() == pytest.approx([0.003 / 1.003, 1 / 1.003, 1.0])
+
+
+def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
+    """Energies over 16 orders of magnitude, none at all, and a spring that gave back more than was dissipated."""
+    energies = [
+        contacts(3, 10.0**power, 10.0 ** (power + 1), start=0.6 + 0.01 * k) for k, power in enumerate(range(-14, 2))
+    ]
+    run = write(tmp_path / "run.h5", *energies, contacts(1, 0.0, -1e-6, wall=True), stored=2e-3)
+    spectra, summary = tabulate_spectra([run], ["lifetimes", "gap_2ms"], SETTINGS)
+    for rule in ("lifetimes", "gap_2ms"):
+        for channel, stored in (("normal", 0.0), ("tangential", 2e-3)):
+            total = rows(spectra, counting_rule=rule, channel=channel)["power_W"].sum()
+            assert total - stored / WINDOW == pytest.approx(run[1]["power_W"][channel], rel=1e-12)
+            row = rows(summary, counting_rule=rule, channel=channel, pair="both").iloc[0]
+            assert row["stored_W"] == pytest.approx(stored / WINDOW)
+            assert abs(row["error_percent"]) < 1e-9
+            assert row["beyond_bins_share"] > 0.5
+    open_bins = spectra[spectra["energy_high_J"].isna() | spectra["energy_low_J"].isna()]
+    assert set(open_bins["pair"]) == set(PAIRS)
+
+
+def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
+    run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(10, 3e-5, 0.0, start=0.602))
+    _, summary = tabulate_spectra([run], ["lifetimes", "gap_2ms"], SETTINGS)
+    normal = rows(summary, channel="normal", pair="ball_ball").set_index("counting_rule")
+    assert normal["collisions_hz"].to_dict() == pytest.approx({"lifetimes": 10.0, "gap_2ms": 5.0})
+    assert normal["median_J"].to_dict() == pytest.approx({"lifetimes": 1e-5, "gap_2ms": 4e-5})
+    assert normal["power_W"].tolist() == pytest.approx([2e-4, 2e-4])
+
+
+def test_what_a_threshold_drops_is_told_and_completes_the_power(tmp_path):
+    run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0, force=0.5), contacts(10, 3e-5, 0.0, wall=True))
+    _, summary = tabulate_spectra([run], ["over_1N"], SETTINGS)
+    row = rows(summary, channel="normal", pair="both").iloc[0]
+    assert row["dropped_W"] == pytest.approx(1e-4 / WINDOW)
+    assert row["power_W"] == pytest.approx(3e-4 / WINDOW)
+    assert row["error_percent"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_contact_from_before_the_window_gives_power_and_is_not_counted(tmp_path):
+    run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(4, 1e-5, 0.0, wall=True, start=0.4))
+    _, summary = tabulate_spectra([run], ["lifetimes"], SETTINGS)
+    normal = rows(summary, channel="normal").set_index("pair")
+    assert normal["collisions_hz"].to_dict() == pytest.approx({"ball_ball": 5.0, "ball_wall": 0.0, "both": 5.0})
+    assert normal.loc["both", "open_W"] == pytest.approx(4e-5 / WINDOW)
+    assert normal.loc["both", "power_W"] == pytest.approx(14e-5 / WINDOW)
+
+
+def test_seeds_of_a_condition_are_averaged(tmp_path):
+    one = write(tmp_path / "a.h5", contacts(10, 1e-5, 1e-5))
+    two = write(tmp_path / "b.h5", contacts(30, 1e-5, 1e-5), seed=1)
+    other = write(tmp_path / "c.h5", contacts(5, 1e-4, 1e-4), fill=0.2)
+    _, summary = tabulate_spectra([one, other, two], ["lifetimes"], SETTINGS)
+    both = rows(summary, channel="normal", pair="both")
+    assert both["seeds"].tolist() == [2, 1]
+    assert both["collisions_hz"].tolist() == pytest.approx([10.0, 2.5])
+    assert both["ledger_W"].tolist() == pytest.approx([1e-4, 2.5e-4])
+
+
+def test_a_run_without_contacts_has_a_row_that_says_so(tmp_path):
+    path, summary = write(tmp_path / "run.h5", contacts(3, 1e-5, 1e-5))
+    with h5py.File(path, "a") as file:
+        file["collisions"].attrs["is_histogram"] = True
+    spectra, table = tabulate_spectra([(path, summary)], ["lifetimes"], SETTINGS)
+    assert spectra.empty
+    assert table["note"].tolist() == [TABLE_ONLY]
+
+
+def test_contacts_that_do_not_hold_the_power_of_the_ledger_are_refused(two_kinds):
+    path, summary = two_kinds
+    summary["power_W"]["normal"] *= 1.002
+    with pytest.raises(
+        MillprintError, match=r"run\.h5: its contacts dissipate .* W \(normal\), its ledger has"
+    ) as info:
+        tabulate_spectra([(path, summary)], ["lifetimes"], SETTINGS)
+    assert "\n" not in str(info.value)
+
+
+def test_bad_input_is_one_line(two_kinds):
+    with pytest.raises(ConfigError, match="not among the rules that the simulations recorded"):
+        tabulate_spectra([two_kinds], ["gap_9ms"], SETTINGS)
+    with pytest.raises(ConfigError, match="no simulation to read"):
+        tabulate_spectra([], ["lifetimes"], SETTINGS)
+    with pytest.raises(ValueError, match="must be above lowest_J"):
+        SpectraConfig(lowest_J=1.0, highest_J=0.1)
+
+
+def test_bins_are_equally_wide_in_the_logarithm():
+    edges = bin_edges(SpectraConfig())
+    assert len(edges) == 13 * 5 + 1
+    assert np.diff(np.log10(edges)) == pytest.approx(0.2)
+
+
+def test_median_of_weighted_values():
+    assert weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 1.0])) == 2.0
+    assert weighted_median(np.array([3.0, 1.0, 2.0]), np.array([5.0, 1.0, 1.0])) == 3.0
+    assert np.isnan(weighted_median(np.array([3.0]), np.array([0.0])))
+
+
+def test_the_figure_shows_a_line_for_each_fill_and_pair(tmp_path):
+    runs = [
+        write(tmp_path / f"{fill}.h5", contacts(30, 1e-6, 4e-6), contacts(10, 1e-3, 2e-3, wall=True), fill=fill)
+        for fill in (0.05, 0.1, 0.15, 0.2, 0.25)
+    ]
+    spectra, _ = tabulate_spectra(runs, ["lifetimes"], SETTINGS)
+    chosen = shown(spectra, "lifetimes")
+    assert len(set(chosen["fill_ratio"])) == 4
+    figure = plot_spectra(chosen, "Emax")
+    assert [len(axis.patches) for axis in figure.axes] == [8] * 6
+    assert {axis.get_xscale() for axis in figure.axes} == {"log"}
+    assert set(shown(spectra, "lifetimes", fill_ratios=[0.15])["fill_ratio"]) == {0.15}
+
+
+def test_spectra_of_a_real_run_hold_its_ledger_and_its_count(tmp_path):
+    """A short run whose window cuts contacts off at both edges."""
+    dem = DemConfig()
+    case = Case(
+        mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=600, seed=0,
+        settle_s=0.05, discard_s=0.1, window_s=0.2,
+    )  # fmt: skip
+    mill = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
+    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+    summary = run_case(case, mill, contact, dem, tmp_path / "run.h5", tmp_path / "summary.json")
+    names = [rule["name"] for rule in summary["collisions"]]
+    spectra, table = tabulate_spectra([(str(tmp_path / "run.h5"), summary)], names, SpectraConfig())
+    for rule in summary["collisions"]:
+        for channel in ("normal", "tangential"):
+            bins = rows(spectra, counting_rule=rule["name"], channel=channel)
+            row = rows(table, counting_rule=rule["name"], channel=channel, pair="both").iloc[0]
+            assert bins["collisions_hz"].sum() == pytest.approx(rule["frequency_hz"], rel=1e-3)
+            assert bins["power_W"].sum() - row["stored_W"] == pytest.approx(summary["power_W"][channel], rel=1e-5)
+            shares = rule["shares"]["ball_wall"]
+            wall = bins[bins["pair"] == "ball_wall"]["power_W"].sum()
+            assert wall / bins["power_W"].sum() == pytest.approx(shares[channel], rel=1e-3)

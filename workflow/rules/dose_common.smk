@@ -1,0 +1,15 @@
+"""Shared by the rules of what a chemist reads off a mill: folder, counting rules, and the records of simulations."""
+
+DOSE = f"{RESULTS}/dose"
+# The rule of the descriptors first; the figures show it.
+SPECTRA_RULES = list(dict.fromkeys([CONFIG.fingerprint.counting_rule, *CONFIG.dose.spectra.counting_rules]))
+
+
+def records_of(summaries) -> list[str]:
+    """The records, run.h5, beside these summaries."""
+    return [str(Path(path).with_name("run.h5")) for path in summaries]
+
+
+def swept_summaries(contact: str) -> list[str]:
+    """The summaries of the sweeps' conditions with a contact set, as the descriptors have them."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
