@@ -48,6 +48,5 @@ rule plot_mill_spectra:
 
 
 MILL_SPECTRA = [
-    output.format(mill=CONFIG.mill)
-    for output in (*rules.tabulate_mill_spectra.output, *rules.plot_mill_spectra.output)
+    output.format(mill=CONFIG.mill) for output in (*rules.tabulate_mill_spectra.output, *rules.plot_mill_spectra.output)
 ]
