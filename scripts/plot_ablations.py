@@ -4,10 +4,12 @@ from millprint.figures.chapter6 import plot_ablations
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.job import job
+from millprint.surrogate.ablations import scatter_in_words
 
 
 def main(table: str, svg: str, png: str) -> None:
-    save(plot_ablations(read_table(table, numeric=["stable"], text=["variant"])), svg, png)
+    ablations = read_table(table, numeric=["stable"], text=["variant", "says"])
+    save(plot_ablations(ablations, scatter_in_words(ablations)), svg, png)
 
 
 if "snakemake" in globals():

@@ -1,10 +1,14 @@
 """Tabulates the ablations of appendix A next to the statements of the thesis."""
 
+import logging
+
 from millprint.files import read_table, write_table
 from millprint.job import job
-from millprint.surrogate.ablations import ablation_table
+from millprint.surrogate.ablations import ablation_table, scatter_in_words
 from millprint.surrogate.tables import join_tables
 from millprint.tables import read_printed
+
+logger = logging.getLogger("millprint")
 
 
 def main(
@@ -14,7 +18,9 @@ def main(
     """Write a row for each ablation, with the interval over its trainings or those of the baseline."""
     rows = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in metrics])
     losses = {variant: read_table(path, numeric=["elapsed_s"]) for variant, path in histories.items()}
-    write_table(ablation_table(rows, losses, changes, length_s, read_printed(claims), trainings), output)
+    table = ablation_table(rows, losses, changes, length_s, read_printed(claims), trainings)
+    write_table(table, output)
+    logger.info("%s", scatter_in_words(table) or "the baseline was trained once, so nothing tells chance apart")
 
 
 if "snakemake" in globals():

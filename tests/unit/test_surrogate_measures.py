@@ -7,16 +7,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.claims.compare import UNDECIDED
+from millprint.claims.tabulate import collect_findings, tabulate_claims
 from millprint.errors import ConfigError
+from millprint.files import write_table
 from millprint.surrogate import measures
-from millprint.surrogate.ablations import STATEMENTS, ablation_table
+from millprint.surrogate.ablations import STATEMENTS, ablation_table, scatter_in_words
 from millprint.surrogate.controls import blurred, simulated_rollout, slowed
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, rollout_descriptors, simulated_descriptors
 from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
 from millprint.surrogate.trajectory import Trajectory
-from tests.conftest import PRINTED
+from tests.conftest import PRINTED, ROOT
 from tests.unit.surrogate_samples import RADIUS, STEP, VESSEL, circle, simulate, sphere_scene
 
 SCENE = sphere_scene()
@@ -269,12 +272,19 @@ def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
     assert again.tangential_J is None and again.counting_rule == "gap_3ms" and again.mean_edges == {}
 
 
-def ablations(parts: dict[str, tuple]) -> pd.DataFrame:
-    metrics = join_tables([ablation(name, *values) for name, values in parts.items()])
+def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:
+    """again: further trainings of some."""
+    trainings = {name: [name] for name in parts}
+    own = list(parts.items())
+    for name, others in (again or {}).items():
+        for number, values in enumerate(others, start=2):
+            trainings[name].append(f"{name}_training{number}")
+            own.append((trainings[name][-1], values))
+    metrics = join_tables([ablation(name, *values) for name, values in own])
     history = pd.DataFrame({"epoch": [1, 2], "elapsed_s": [10.0, 20.0]})
     changes = {name: f"what of {name}" for name in parts}
     table = ablation_table(
-        metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0), pd.Series(PRINTED)
+        metrics, dict.fromkeys(parts, history), changes, dict.fromkeys(parts, 1.0), pd.Series(PRINTED), trainings
     )
     return table.set_index("variant")
 
@@ -302,6 +312,53 @@ def test_ablations_are_tabulated_with_the_statements_of_the_thesis():
     assert table["thesis_percent"]["baseline"] == float(PRINTED["6.energy"])
     assert table["epochs"].eq(2).all() and table["training_s"].eq(20).all()
     assert set(STATEMENTS) >= set(parts) - {"net_force"}
+
+
+def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():
+    parts = {
+        "baseline": (1, 5.0, 0.735),
+        "window3": (1, 9.0, 0.76),
+        "layers2": (1, 120.0, 1.5),
+        "window9": (0, 6.0, 0.7),
+        "no_global_loss": (1, 9.0, 0.76),
+        "phi_deep": (1, 60.0, 0.3),
+    }
+    again = {"baseline": [(1, 23.0, 0.9), (1, 12.0, 0.8)], "phi_deep": [(1, 50.0, 0.3), (1, 55.0, 0.3)]}
+    table = ablations(parts, again)
+    # 18 points between two trainings of the baseline; window9 is within them, but no baseline runs away as it does.
+    says = {"baseline": "", "window3": "nothing", "layers2": "something", "window9": "something"}
+    assert table["says"].to_dict() == says | {"no_global_loss": "nothing", "phi_deep": "something"}
+    assert table["baseline_apart_percent"].unique() == pytest.approx([18.0])
+    assert table["trainings"].tolist() == [3, 1, 1, 1, 1, 3]
+    low, high = table.loc["phi_deep", ["lower_percent", "upper_percent"]]
+    assert low < 50 and 60 < high < table["upper_percent"]["layers2"]
+    assert scatter_in_words(table.reset_index()) == (
+        "2 of 5 ablations say nothing (window3, no_global_loss): two trainings of the baseline are up to 18 "
+        "points of the dissipation error apart."
+    )
+    once = ablations(parts)
+    assert set(once["says"]) == {""} and scatter_in_words(once.reset_index()) == ""
+
+
+def test_a_statement_on_which_trainings_of_the_baseline_disagree_says_nothing():
+    """With an error of 60 %, it is worse than a baseline of 5 %, and not than one of 61 %."""
+    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 61.0, 0.8)]})
+    assert table["says"]["window3"] == "nothing"
+    table = ablations({"baseline": (1, 5.0, 0.7), "window3": (1, 60.0, 0.9)}, {"baseline": [(1, 6.0, 0.8)]})
+    assert table["says"]["window3"] == "something"
+
+
+def test_the_claims_of_appendix_a_are_undecided_where_a_row_says_nothing(tmp_path):
+    parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "layers2": (1, 120.0, 1.5)}
+    table = ablations(parts, {"baseline": [(1, 23.0, 0.9)]}).reset_index()
+    write_table(table, tmp_path / "surrogate/ablations.tsv")
+    claims = ROOT / "config/data/claims.tsv"
+    found = tabulate_claims(claims, collect_findings(tmp_path, claims)).set_index("id")
+    assert found["verdict"]["A.window3"] == UNDECIDED and found["verdict"]["A.layers2"] == "reproduced"
+    assert "so this row says nothing" in found["explanation"]["A.window3"]
+    assert found.loc["A.window3", ["lower", "upper", "interval_from"]].tolist() == [
+        "no", "yes", "trainings of the baseline"
+    ]  # fmt: skip
 
 
 def test_nothing_follows_from_an_ablation_whose_baseline_runs_away_too():

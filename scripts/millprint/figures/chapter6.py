@@ -249,8 +249,11 @@ def plot_distributions(distributions: pd.DataFrame) -> Figure:
     return figure
 
 
-def plot_ablations(ablations: pd.DataFrame) -> Figure:
-    """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A)."""
+def plot_ablations(ablations: pd.DataFrame, scatter: str = "") -> Figure:
+    """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A).
+
+    lower_percent and upper_percent, where they are known, are drawn as error bars; scatter: a sentence on them.
+    """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
     # Roll-outs that run away leave the picture.
     shown = {
@@ -267,6 +270,12 @@ def plot_ablations(ablations: pd.DataFrame) -> Figure:
         panel.set(xlabel=label, xscale="log" if (finite > 0).any() else "linear")
         if finite.max() > most:
             panel.set_xlim(right=most)
+    if "lower_percent" in ablations:
+        # A bar beyond the picture ends at its edge.
+        ends = ablations[["lower_percent", "upper_percent"]].clip(upper=shown["dissipation_error_percent"][1])
+        panels[0].hlines(places, ends["lower_percent"], ends["upper_percent"], color="black", linewidth=0.8)
+    if scatter:
+        figure.supxlabel(scatter, fontsize=7, wrap=True)
     panels[0].plot(ablations["thesis_percent"], places, **PUBLISHED)
     panels[0].set_yticks(places, ablations["variant"])
     panels[0].invert_yaxis()

@@ -1,7 +1,9 @@
 """Dissipation of one revolution of the mill: its mean, spread and distribution (thesis Table 3.5, Fig. 3.5)."""
 
 import itertools
+from collections import defaultdict
 from collections.abc import Iterator
+from operator import itemgetter
 
 import numpy as np
 import pandas as pd
@@ -17,14 +19,13 @@ CYCLE_PARTS = ("mean_J", "sd_J", "cv_percent")
 
 def _revolutions(summaries: list[dict]) -> Iterator[tuple[dict, dict[str, np.ndarray]]]:
     """Each condition, in order, with the energies of its revolutions [J] by channel, all seeds together."""
-    tables = [
-        pd.DataFrame({name: run["per_revolution"][f"{name}_J"] for name in CHANNELS}, dtype=float).assign(
-            **condition_of(run)
-        )
-        for run in summaries
-    ]
-    for key, table in pd.concat(tables).groupby(CONDITION, sort=True) if tables else ():
-        yield dict(zip(CONDITION, key, strict=True)), {name: table[name].to_numpy() for name in CHANNELS}
+    groups: dict[tuple, list[dict]] = defaultdict(list)
+    for run in summaries:
+        condition = condition_of(run)
+        groups[tuple(condition[name] for name in CONDITION)].append(run["per_revolution"])
+    for key, runs in sorted(groups.items(), key=itemgetter(0)):
+        energies = {name: np.concatenate([np.asarray(run[f"{name}_J"], float) for run in runs]) for name in CHANNELS}
+        yield dict(zip(CONDITION, key, strict=True)), energies
 
 
 def tabulate_cycles(summaries: list[dict]) -> pd.DataFrame:

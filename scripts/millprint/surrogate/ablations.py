@@ -87,8 +87,7 @@ def ablation_table(
     metrics: rows of metrics.tsv; histories: loss by the variant whose weights are used; changes: texts;
     length_s: of the roll-outs; printed: as `millprint.tables.read_printed`; trainings: by ablation, the names in
     metrics of all trainings of its weights, its own first; once if left out. Column `holds` is yes, no, OPEN, or empty
-    without
-    a statement or a baseline.
+    without a statement or a baseline.
 
     One training is one draw. lower_percent and upper_percent: interval of the dissipation error, over the row's own
     trainings, or else as those of the baseline scatter; from_baseline_percent: how far the error is from that of the
@@ -116,6 +115,19 @@ def ablation_table(
     table["holds"] = [_verdict(row, baselines.iloc[0]) if len(baselines) else "" for _, row in table.iterrows()]
     against = [_against(row, repeats[row["variant"]], baselines) for _, row in table.iterrows()]
     return table.join(pd.DataFrame(against, index=table.index))
+
+
+def scatter_in_words(table: pd.DataFrame) -> str:
+    """What the trainings of the baseline leave of the ablations, as a sentence; empty if it was trained once."""
+    compared = table[table["says"].isin([SOMETHING, NOTHING])]
+    if compared.empty:
+        return ""
+    silent = compared[compared["says"] == NOTHING]["variant"]
+    named = f" ({', '.join(silent)})" if len(silent) else ""
+    return (
+        f"{len(silent)} of {len(compared)} ablations say nothing{named}: two trainings of the baseline are up to "
+        f"{compared['baseline_apart_percent'].iloc[0]:.3g} points of the dissipation error apart."
+    )
 
 
 def _repeats(metrics: pd.DataFrame, names: list[str]) -> pd.DataFrame:
