@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
@@ -11,6 +12,7 @@ from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
 from millprint.files import write_table
 from millprint.job import job
+from millprint.predict.domain import MillCurves
 from millprint.predict.new_conditions import predict_conditions
 from millprint.predict.tables import read_rows
 
@@ -24,11 +26,15 @@ def main(
     folds: int,
     level: float,
     extrapolate: bool,
+    mill: str | None = None,
 ) -> int:
-    """Write the predictions, and return the number of rows without one."""
+    """Write the predictions, and return the number of rows without one.
+
+    mill: path of the curves of the mill that the conditions belong to; None if they are not known.
+    """
     with threadpool_limits(1):
-        rows = read_rows(conditions, yields=False)
-        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate)
+        rows, own = read_rows(conditions, yields=False), MillCurves.read(mill) if mill else None
+        table = predict_conditions(model, rows, limits, training, folds, level, extrapolate, own)
     write_table(table, out)
     return int(table["predicted_percent"].isna().sum())
 
@@ -48,8 +54,9 @@ def command_line() -> int:
     parser.add_argument("conditions", help="table with case and the six conditions")
     parser.add_argument("out", help="table to write")
     parser.add_argument("--config", default="config/config.yaml", help="configuration with the section yields")
+    parser.add_argument("--mill", help="curves that the descriptors are held to; default mill.json beside the model")
     parser.add_argument("--level", type=float, help="level of the intervals [-]; default yields.interval_level")
-    parser.add_argument("--extrapolate", action="store_true", help="predict outside the trained ranges too")
+    parser.add_argument("--extrapolate", action="store_true", help="predict outside the domain of the model too")
     given = parser.parse_args()
     if given.level is not None and not 0 < given.level < 1:
         parser.error(f"--level = {given.level:g}: must be between 0 and 1")
@@ -58,13 +65,18 @@ def command_line() -> int:
         level = given.level or settings.interval_level
         folds = settings.honest.conformal_folds
         own = (settings.prediction, settings.training, folds, level, given.extrapolate)
-        refused = main(given.model, given.conditions, given.out, *own)
+        beside = Path(given.model).parent / "mill.json"
+        mill = given.mill or (str(beside) if beside.exists() else None)
+        refused = main(given.model, given.conditions, given.out, *own, mill)
     except MillprintError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
+    if mill is None:
+        print(f"{beside}: no such file: the descriptors are not held to the curves of a mill", file=sys.stderr)
     if refused:
         print(
-            f"{refused} rows are outside the trained range and have no prediction; see column warning", file=sys.stderr
+            f"{refused} rows are outside the domain of the model and have no prediction; see column warning",
+            file=sys.stderr,
         )
     return 0
 
@@ -80,6 +92,7 @@ if "snakemake" in globals():
             snakemake.params.conformal_folds,
             snakemake.params.interval_level,
             extrapolate=False,
+            mill=snakemake.input.mill,
         )
 elif __name__ == "__main__":
     raise SystemExit(command_line())

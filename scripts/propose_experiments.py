@@ -1,57 +1,58 @@
 """Proposes the next experiments within the configured region."""
 
-import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from millprint.config.averaging import AveragingConfig
-from millprint.config.mill import MillConfig
-from millprint.config.proposals import ProposalConfig
-from millprint.doe.runs import YIELD
-from millprint.files import read_table, write_table
-from millprint.fingerprint.condition import BASIC, Condition
-from millprint.fingerprint.regimes import read_regimes
+from millprint.config.doe import ChemistryConfig
+from millprint.config.proposals import PredictionConfig, ProposalConfig
+from millprint.files import write_table
 from millprint.job import job
-from millprint.predict.averaging import fit_averaged
-from millprint.predict.proposals import propose
-from millprint.predict.regimes import reference_of_mill, regime_rows
-from millprint.predict.region import Mill, check_region, region_conditions
-from millprint.predict.tables import read_rows
+from millprint.predict.domain import MillCurves
+from millprint.predict.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.predict.model_files import load_averaged, training_rows
+from millprint.predict.proposals import count_reasons, propose, split_region
+from millprint.predict.region import Mill, region_conditions
 
 
 def main(
-    parts: list[str],
-    cases: pd.DataFrame,
-    curves: str | None,
-    proposals: str,
-    reference: Condition[float],
+    model: str,
+    mill: str,
+    output,
     volume: float,
     settings: ProposalConfig,
-    averaging: AveragingConfig,
-) -> None:
-    """Write the proposals; `curves` is the path of a table of master curves, or None for the curves of `cases`."""
-    known = [read_rows(path) for path in parts]
-    if settings.regimes:
-        known.append(regime_rows(cases, reference))
-    rows = pd.concat(known, ignore_index=True)
-    table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *BASIC])
-    check_region(settings.region, table, "config")
-    mill = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
+    limits: PredictionConfig,
+    reaction: ChemistryConfig,
+) -> str:
+    """Write the proposals, and what may not be proposed with its reasons; return a line for the log.
+
+    model: path of the final model, which predicts the proposals too; mill: path of the curves of the mill; volume: of
+    its jar [m3]; limits: those of predictions.
+    """
     with threadpool_limits(1):
-        model = fit_averaged(rows, rows[YIELD].to_numpy(float), averaging)
-        conditions = region_conditions(settings.region, table, mill)
-        write_table(propose(model, rows, conditions, settings), proposals)
+        process, known, own = load_averaged(model), training_rows(model), MillCurves.read(mill)
+        machine = Mill(own.density, own.amplitude, volume)
+        conditions = region_conditions(settings.region, own.curves, machine)
+        allowed, left_out = split_region(process, known, conditions, settings, limits, reaction, machine, own)
+        running, taken = None, []
+        if settings.experiments:
+            told = read_experiments(settings.experiments, own.curves)
+            running, taken = experiment_rows(told, RUNNING, own.curves, machine), told["case"].tolist()
+        table = propose(process, known, allowed, settings, running, limits.curve_tolerance, taken)
+    write_table(table, output.proposals)
+    write_table(left_out, output.left_out)
+    write_table(count_reasons(left_out, len(conditions)), output.reasons)
+    free = settings.replicates + settings.centre_points + 2 * settings.runs - len(table)
+    return f"{len(allowed)} of {len(conditions)} conditions may be proposed; {free} slots of the batch are left empty"
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "propose experiments"):
-        cases = read_regimes(snakemake.input.regimes)
-        main(
-            [snakemake.input.train, snakemake.input.test],
-            cases,
-            snakemake.input.get("curves"),
-            snakemake.output.proposals,
-            reference_of_mill(cases, MillConfig(**snakemake.params.mill), **snakemake.params.machine),
+    with job(snakemake.log[0], "propose experiments") as logger:
+        line = main(
+            snakemake.input.model,
+            snakemake.input.mill,
+            snakemake.output,
             snakemake.params.volume_m3,
             ProposalConfig(**snakemake.params.settings),
-            AveragingConfig(**snakemake.params.averaging),
+            PredictionConfig(**snakemake.params.prediction),
+            ChemistryConfig(**snakemake.params.chemistry),
         )
+        logger.info(line)

@@ -30,6 +30,7 @@ from millprint.fingerprint.regimes import read_regimes
 from millprint.fit.preflight import fit_faults
 from millprint.mill.bodies import CHECK_RPM, Body, build_bodies, check_inserts, inserts_in_vessel
 from millprint.mill.vessel import Vessel, check_volume
+from millprint.predict.experiments import read_experiments
 from millprint.predict.other_sources import check_folds, read_other_runs, with_other_runs
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables, read_parts, read_rows
@@ -193,8 +194,12 @@ def check_tables(config: ChapterSections, source: str) -> None:
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
     regimes = read_regimes(config.data.regimes)
     check_other_sources(config, regimes, source)
-    if config.yields.proposals.curves == "published":
-        check_region(config.yields.proposals.region, regimes, source)
+    proposals, published = config.yields.proposals, config.yields.proposals.curves == "published"
+    if published:
+        check_region(proposals.region, regimes, source)
+    if proposals.experiments:
+        runs = read_runs(config.data.screening, config.doe.factors)["case"]
+        read_experiments(proposals.experiments, regimes if published else None, [*runs.astype(str), *regimes["case"]])
 
 
 def check_other_sources(config: ChapterSections, regimes: pd.DataFrame, source: str) -> None:

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import f_oneway
 
+import collect_final_rows
 import compare_yield_choices
 import evaluate_yield_models
 import explain_yield_models
@@ -65,7 +66,10 @@ ALL_RUNS = {
     "models/averaged_gpr_final.json",
     "averaging_final.tsv",
     "predicted_final.tsv",
+    "final_rows.tsv",
     "next_experiments.tsv",
+    "not_proposed.tsv",
+    "not_proposed_reasons.tsv",
 }
 TEST_CASES = ["9", "14", "10", "22", "1", "12"]
 # Wrong yields of the test rows, by case.
@@ -87,12 +91,15 @@ def run_chapter(results: Path, screening: Path) -> Path:
     """All of chapter 5 at a small budget; to save time, held-out predictions of two models are used for all models."""
     config, folder = settings(), results / "yield"
     train, test = str(folder / "train.tsv"), str(folder / "test.tsv")
-    split_screening.main(str(screening), str(SPLIT), train, test, doe_settings().factors)
+    split_screening.main(str(screening), str(SPLIT), train, test, doe_settings().factors, config.other_sources)
     models = []
     for model, strategy in MODELS:
         models.append(str(folder / f"models/{model}_{strategy}.json"))
         train_yield_model.main(train, models[-1], model, strategy, config.training, config.search)
-    for name, files in (("primary", [train]), ("final", [train, test])):
+    rows, mill = str(folder / "final_rows.tsv"), str(folder / "models/mill.json")
+    cases = read_regimes(str(REGIMES))
+    collect_final_rows.main([train, test], cases, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
+    for name, files in (("primary", [train]), ("final", [rows])):
         stored = str(folder / f"models/averaged_gpr_{name}.json")
         train_averaged_model.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
     held_out = {}
@@ -138,15 +145,18 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     own = (config.training, config.honest, config.averaging, config.interval_level)
     cases = read_regimes(str(REGIMES))
     leave_regimes_out.main(parts, cases, regimes, REFERENCE, *own)
-    proposals = str(folder / "next_experiments.tsv")
-    propose_experiments.main(parts, cases, None, proposals, REFERENCE, 125e-6, config.proposals, config.averaging)
+    mill, final = str(folder / "models/mill.json"), str(folder / "models/averaged_gpr_final.json")
+    names = {"proposals": "next_experiments", "left_out": "not_proposed", "reasons": "not_proposed_reasons"}
+    proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
+    chemistry = doe_settings().chemistry
+    propose_experiments.main(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
     searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
     try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
         own = (config.prediction, config.training, config.honest.conformal_folds, 0.95, False)
-        predict_yields.main(model, config.prediction.conditions, out, *own)
+        predict_yields.main(model, config.prediction.conditions, out, *own, mill)
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +212,7 @@ def test_another_split_and_another_seed_work(tmp_path):
     path, config = tmp_path / "split.tsv", settings()
     split.to_csv(path, sep="\t", index=False)
     train, test = str(tmp_path / "train.tsv"), str(tmp_path / "test.tsv")
-    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors)
+    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors, settings().other_sources)
     other = config.training.model_copy(update={"seed": 7})
     for seed, training in (("first", config.training), ("other", other)):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)

@@ -12,10 +12,10 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.predict.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
-from millprint.predict.averaging import AveragedModel, Candidate, fit_averaged, fit_member
+from millprint.predict.averaging import AveragedModel, Candidate, fit_member
 from millprint.predict.features import describe
 from millprint.predict.procedures import Prediction
-from millprint.predict.proposals import propose, shortlist
+from millprint.predict.proposals import shortlist
 from millprint.predict.regimes import (
     leave_regimes_out,
     reference_of_mill,
@@ -135,6 +135,29 @@ def test_a_copy_of_the_first_run_adds_nothing_to_the_batch():
     assert batch[0][1] + batch[1][1] == pytest.approx(joint)
 
 
+def test_what_is_awaited_counts_as_done_and_a_small_gain_ends_the_batch():
+    generator = np.random.default_rng(2)
+    first, other = generator.normal(60, 10, 5000), generator.normal(50, 4, 5000)
+    draws = np.column_stack([first, other])
+    alone = choose_for_yield(draws, 55.0, 2)
+    awaited = choose_for_yield(draws, 55.0, 2, waiting=first[:, None])
+    assert alone[0][0] == 0 and awaited[0][0] == 1
+    assert awaited[0][1] == pytest.approx(alone[1][1])
+    assert choose_for_yield(draws, 55.0, 2, smallest=alone[1][1] + 0.1) == alone[:1]
+    assert choose_for_yield(draws, 55.0, 2, smallest=100.0) == []
+
+
+def test_learning_beside_an_awaited_row_is_learning_after_it():
+    model, _ = one_member()
+    table, everywhere = conditions(), np.arange(16)
+    (first, _), second = choose_for_learning(model, table, everywhere, 2)
+    (after,) = choose_for_learning(model, table, everywhere, 1, given=np.array([first]))
+    assert after == (second[0], pytest.approx(second[1]))
+    offered = np.array([3, 7])
+    chosen = choose_for_learning(model, table, everywhere, 4, candidates=offered)
+    assert sorted(place for place, _ in chosen) == [3, 7]
+
+
 def test_learning_picks_the_row_that_reduces_the_variance_most():
     model, _ = one_member()
     table = conditions()
@@ -159,19 +182,6 @@ def test_shortlist_is_half_merit_and_half_chance():
     chosen, random_half = shortlist(merit, 10, np.random.default_rng(0))
     assert chosen[:5].tolist() == [49, 48, 47, 46, 45] and len(set(chosen)) == 10
     assert random_half.tolist() == [5, 6, 7, 8, 9] and max(chosen[random_half]) < 45
-
-
-def test_proposals_are_within_the_region_and_reproducible():
-    rows, config = all_runs(), settings()
-    model = fit_averaged(rows, rows["yield_percent"].to_numpy(float), config.averaging)
-    table, again = (propose(model, rows, conditions(), config.proposals) for _ in range(2))
-    assert table.equals(again)
-    assert table["purpose"].tolist() == ["yield", "yield", "learning", "learning"]
-    for name, values in REGION.items():
-        assert set(table[name]) <= set(values)
-    assert (table["lower_percent"] <= table["predicted_percent"]).all()
-    assert (table["predicted_percent"] <= table["upper_percent"]).all()
-    assert not table.duplicated(["purpose", *REGION]).any()
 
 
 def test_chance_is_drawing_without_replacement():

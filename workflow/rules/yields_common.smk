@@ -32,3 +32,5 @@ OTHER_FILES = {
     **({"others": OTHER_SOURCES.runs} if OTHER_SOURCES.runs else {}),
     "fingerprints": [source.fingerprint for source in OTHER_SOURCES.sources if source.fingerprint],
 }
+# Experiments that were proposed, are running or done.
+TOLD_EXPERIMENTS = {"experiments": CONFIG.yields.proposals.experiments} if CONFIG.yields.proposals.experiments else {}

@@ -101,7 +101,7 @@ YIELD_OUTPUTS = [
     rules.try_yield_models.output.tried,
     *rules.leave_regimes_out.output,
     *SOURCES_OUTPUTS,
-    rules.propose_experiments.output.proposals,
+    *rules.propose_experiments.output,
     *rules.search_retrospectively.output,
     rules.predict_yields.output.predicted,
     *rules.explain_yield_models.output,

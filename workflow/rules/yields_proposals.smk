@@ -3,27 +3,22 @@
 
 rule propose_experiments:
     input:
-        **(
-            {"curves": f"{RESULTS}/fingerprint/curves_{CONFIG.partition.contact}.tsv"}
-            if CONFIG.yields.proposals.curves == "fingerprint"
-            else {}
-        ),
-        train=rules.split_screening.output.train,
-        test=rules.split_screening.output.test,
-        sources=MILLS[CONFIG.mill].source_files,
-        regimes=CONFIG.data.regimes,
+        **TOLD_EXPERIMENTS,
+        model=f"{YIELDS}/models/averaged_gpr_final.json",
+        mill=rules.collect_final_rows.output.mill,
     output:
         proposals=f"{YIELDS}/next_experiments.tsv",
+        left_out=f"{YIELDS}/not_proposed.tsv",
+        reasons=f"{YIELDS}/not_proposed_reasons.tsv",
     log:
         f"{LOGS}/yields/propose_experiments.log",
     benchmark:
         f"{BENCHMARKS}/propose_experiments/propose_experiments.tsv"
     params:
-        machine=YIELD_MACHINE,
-        mill=dumped(MILLS[CONFIG.mill]),
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         settings=yield_settings("proposals"),
-        averaging=yield_settings("averaging"),
+        prediction=yield_settings("prediction"),
+        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
         library=library("propose_experiments.py"),
     message:
         "Proposing the next experiments within the region that can be reached"
@@ -56,6 +51,7 @@ rule search_retrospectively:
 rule predict_yields:
     input:
         model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
+        mill=rules.collect_final_rows.output.mill,
         conditions=CONFIG.yields.prediction.conditions,
     output:
         predicted=f"{YIELDS}/predicted_conditions.tsv",

@@ -63,12 +63,41 @@ use rule train_yield_model as train_yield_model_otherwise with:
         "Training {wildcards.model} {wildcards.strategy} with another choice of {wildcards.choice}"
 
 
+rule collect_final_rows:
+    input:
+        **TOLD_EXPERIMENTS,
+        **(
+            {"curves": f"{RESULTS}/fingerprint/curves_{CONFIG.partition.contact}.tsv"}
+            if CONFIG.yields.proposals.curves == "fingerprint"
+            else {}
+        ),
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        sources=MILLS[CONFIG.mill].source_files,
+        regimes=CONFIG.data.regimes,
+    output:
+        rows=f"{YIELDS}/final_rows.tsv",
+        mill=f"{YIELDS}/models/mill.json",
+    log:
+        f"{LOGS}/yields/collect_final_rows.log",
+    localrule: True
+    params:
+        machine=YIELD_MACHINE,
+        mill=dumped(MILLS[CONFIG.mill]),
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        settings=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
+        library=library("collect_final_rows.py"),
+    message:
+        "Collecting every run that the final yield model is trained on, and the curves of the mill"
+    script:
+        "../../scripts/collect_final_rows.py"
+
+
 rule train_averaged_model:
     input:
-        lambda wildcards: [
-            rules.split_screening.output.train,
-            *([rules.split_screening.output.test] if wildcards.rows == "final" else []),
-        ],
+        lambda wildcards: (
+            rules.collect_final_rows.output.rows if wildcards.rows == "final" else rules.split_screening.output.train
+        ),
     output:
         model=f"{YIELDS}/models/averaged_gpr_{{rows}}.json",
         members=f"{YIELDS}/averaging_{{rows}}.tsv",

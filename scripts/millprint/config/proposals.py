@@ -26,6 +26,19 @@ class RegionConfig(Section):
     """ball volumes over the volume of the jar [-]"""
     ball_diameter_mm: Settings
     """ball diameters [mm]"""
+    powder_max_g: Positive | None = 6.0
+    """most powder in the jar that is proposed; null: no limit [g]"""
+    hydrogen_max_mmol: Positive | None = 75.0
+    """most hydrogen that the powder of a proposed run may give off at full conversion; null: no limit. The default is
+    cautious: the charges of the screening with a ball-to-powder ratio of 30 and more stay below it. Ask the maker of
+    your jar [mmol]
+    """
+    pressure_max_bar: Positive | None = None
+    """most pressure of this hydrogen in the free volume of the jar, where the maker of the jar gives one [bar]"""
+    gas_temperature_k: Annotated[float, Field(ge=250, le=1000)] = 298.15
+    """temperature of the gas for this pressure, which is proportional to it [K]"""
+    powder_density_kg_m3: Positive = 1500.0
+    """density of the powder's grains, for the free volume; MgH2 has 1450 [kg/m3]"""
 
 
 class ProposalConfig(Section):
@@ -36,7 +49,21 @@ class ProposalConfig(Section):
     curves: Literal["published", "fingerprint"] = "published"
     """master curves for the descriptors: those of data.regimes, or the simulated ones"""
     regimes: bool = True
-    """whether the cases of data.regimes train the model too"""
+    """whether the cases of data.regimes train averaged_gpr_final too, which proposes and predicts"""
+    experiments: ProjectFile | None = None
+    """table of experiments that were proposed, are running or done, with your results: done ones train
+    averaged_gpr_final, running ones are taken into account (ask and tell)
+    """
+    replicates: Annotated[int, Field(ge=0, le=1000)] = 2
+    """runs of the batch that repeat earlier ones, for the scatter of repeated runs"""
+    centre_points: Annotated[int, Field(ge=0, le=1000)] = 1
+    """runs of the batch at the centre of the runs that were done"""
+    smallest_gain_pp: NonNegative = 0.5
+    """a run for a higher yield must be expected to add at least this to those before it [pp]; what is left of `runs`
+    goes to learning
+    """
+    smallest_share: NonNegative = 0.005
+    """a run for learning must take at least this share of the integrated variance [-]"""
     level: Fraction = 0.95
     """level of the predictive intervals [-]"""
     shortlist: Count = 400
@@ -81,6 +108,14 @@ class PredictionConfig(Section):
     """largest distance outside a trained range with a prediction, as a fraction of the range [ranges]"""
     share_tolerance: NonNegative = 0.02
     """largest distance outside the trained tangential shares with a prediction [-]"""
+    curve_tolerance: Annotated[float, Field(ge=0, le=1)] = 0.03
+    """three descriptors belong to one setting of the mill if each is within the band of its master curve, widened by
+    this fraction. The default is a little more than what two printed digits of a curve lose, 0.5 of 23 [-]
+    """
+    correlation_min: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    """smallest correlation of a yield with that of the nearest run, by the length scales of the averaged process, with
+    a prediction; 0: no limit [-]
+    """
 
     @model_validator(mode="after")
     def _small(self) -> "PredictionConfig":

@@ -57,6 +57,24 @@ def reactant_masses(powder: Quantity, molar_ratio: Quantity, reaction: Chemistry
     return powder * limiting / (limiting + reductant), powder * reductant / (limiting + reductant)
 
 
+def hydrogen_released(reaction: ChemistryConfig) -> float:
+    """Hydrogen that the reaction gives off in the jar at full conversion [mol per mol of the limiting reactant].
+
+    What is left of the hydrogen of both reactants, (H_limiting + s H_reductant - g) / 2, with s the stoichiometric
+    ratio and g the hydrogen that the product keeps: a mol of borohydride with g H gives g mol of gas by hydrolysis
+    (`gas_per_mole`), half of it from the water. NaBO2.4H2O + 6 MgH2 -> NaBH4 + 6 MgO + 8 H2: (8 + 6 x 2 - 4) / 2 = 8.
+    The 6 mol MgO are the thesis's, the rest is the balance of atoms; reactions of hydrates: Ouyang, Zhong, Li and Zhu,
+    Inorganics 6, 10 (2018). The water of the hydrate gives off the same 8 mol if it oxidises MgH2 without forming
+    borohydride, MgH2 + H2O -> MgO + 2 H2. So a poor yield does not mean less gas.
+    """
+
+    def atoms(formula: str) -> int:
+        return sum(item.count for symbol, item in Formula(formula).composition().items() if symbol in ("H", "D"))
+
+    held = atoms(reaction.limiting) + reaction.stoichiometric_ratio * atoms(reaction.reductant)
+    return max(held - reaction.gas_per_mole, 0.0) / 2
+
+
 def excess(molar_ratio: Quantity, reaction: ChemistryConfig) -> Quantity:
     """Excess of the reductant over what the reaction needs: 10 over 6 gives 0.667, printed as 66 % [-]."""
     return molar_ratio / reaction.stoichiometric_ratio - 1

@@ -30,7 +30,12 @@ SEARCHES = {
     "most_balls_longest_time": ("most balls, longest time", COLOURS[4], "--"),
     "random": ("random", "#666666", ":"),
 }
-PURPOSES = {"yield": ("for a higher yield", COLOURS[1], "s"), "learning": ("for a better model", COLOURS[0], "o")}
+PURPOSES = {
+    "repeat": ("repeated run", COLOURS[2], "D"),
+    "centre": ("centre point", COLOURS[3], "^"),
+    "yield": ("for a higher yield", COLOURS[1], "s"),
+    "learning": ("for a better model", COLOURS[0], "o"),
+}
 DESCRIPTORS = {
     (AVERAGED, "power and share"): ("averaged GPR, power and share", COLOURS[2], "^"),
     (AVERAGED, "power alone"): ("averaged GPR, power alone", COLOURS[3], "v"),
@@ -151,6 +156,8 @@ def plot_proposals(proposals: pd.DataFrame) -> Figure:
     for purpose, (title, colour, marker) in PURPOSES.items():
         part = (proposals["purpose"] == purpose).to_numpy()
         rows = proposals[part]
+        if rows.empty:
+            continue
         errors = interval_errors(rows, "predicted_percent")
         axis.errorbar(
             rows["predicted_percent"], height[part], xerr=errors, fmt=marker, color=colour, capsize=2, label=title
@@ -163,7 +170,7 @@ def plot_proposals(proposals: pd.DataFrame) -> Figure:
     axis.set_yticks(height, labels)
     axis.tick_params(axis="y", length=0)
     axis.set(xlabel="predicted yield [%]", xlim=(0, 102))
-    figure.legend(loc="outside upper center", ncols=2, fontsize=7)
+    figure.legend(loc="outside upper center", ncols=4, fontsize=7)
     return figure
 
 

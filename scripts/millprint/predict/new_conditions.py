@@ -6,6 +6,8 @@ import pandas as pd
 from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import TrainingConfig
 from millprint.doe.runs import YIELD
+from millprint.predict.averaging import AveragedModel
+from millprint.predict.domain import MillCurves, correlation_warnings
 from millprint.predict.features import CONDITIONS, SHARE, describe
 from millprint.predict.intervals import CV_PLUS, cross_validated_intervals, own_intervals, refit
 from millprint.predict.model import YieldModel
@@ -39,6 +41,31 @@ def range_warnings(rows: pd.DataFrame, ranges: dict[str, tuple[float, float]]) -
     ]
 
 
+def domain_warnings(
+    model: YieldModel | AveragedModel,
+    known: pd.DataFrame,
+    rows: pd.DataFrame,
+    limits: PredictionConfig,
+    mill: MillCurves | None,
+) -> list[str]:
+    """For each row why the model should not be asked, empty if it may be.
+
+    Each condition must be within its trained range, the three descriptors must belong to one setting of the mill (if
+    there is one), and the yield must be correlated with that of a run (for the averaged process, which has length
+    scales for its inputs; a row outside a range is told so and no more).
+
+    known: the training rows; rows: the six conditions.
+    """
+    outside = range_warnings(rows, trained_ranges(known, limits))
+    parts = [outside]
+    if mill is not None:
+        parts.append(mill.warnings(rows, limits.curve_tolerance))
+    if isinstance(model, AveragedModel):
+        far = correlation_warnings(model, known, rows, limits.correlation_min)
+        parts.append([text if not told else "" for text, told in zip(far, outside, strict=True)])
+    return ["; ".join(filter(None, texts)) for texts in zip(*parts, strict=True)]
+
+
 def predict_conditions(
     path: str,
     rows: pd.DataFrame,
@@ -47,13 +74,14 @@ def predict_conditions(
     folds: int,
     level: float,
     extrapolate: bool = False,
+    mill: MillCurves | None = None,
 ) -> pd.DataFrame:
     """Columns: case, the six conditions, predicted_percent, lower_percent, upper_percent, interval, warning.
 
     path: a stored model; rows: case and the six conditions; folds: of the CV+ intervals; level: of the intervals [-].
-    The interval is the model's own if it predicts a distribution, else CV+ from its training rows. A row that is
-    further outside the trained ranges than `limits` allows has a warning and no numbers, unless `extrapolate` is true.
-    Raises ConfigError as load_any.
+    mill: whose descriptors the rows have; None if that is not known. The interval is the model's own if it predicts a
+    distribution, else CV+ from its training rows. A row that `domain_warnings` warns of has no numbers, unless
+    `extrapolate` is true. Raises ConfigError as load_any.
     """
     model, known = load_any(path), training_rows(path)
     intervals = own_intervals(model, rows, [level])
@@ -62,7 +90,7 @@ def predict_conditions(
         fit = refit(model, training)
         intervals = {CV_PLUS: cross_validated_intervals(fit, known, yields, rows, [level], folds, training.seed)}
     ((method, ends),) = intervals.items()
-    warnings = range_warnings(rows, trained_ranges(known, limits))
+    warnings = domain_warnings(model, known, rows, limits, mill)
     answered = np.array([extrapolate or not text for text in warnings])
     numbers = {"predicted_percent": model.predict(rows), "lower_percent": ends[:, 0, 0], "upper_percent": ends[:, 0, 1]}
     table = rows[["case", *CONDITIONS]].assign(

@@ -47,15 +47,15 @@ def check_region(region: RegionConfig, curves: pd.DataFrame, source: str) -> Non
             )
 
 
-def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) -> pd.DataFrame:
-    """Every combination of the settings, with balls, powder and the descriptors of Eqs 3.22, 3.28 and 3.29.
+def described_settings(settings: pd.DataFrame, curves: pd.DataFrame, mill: Mill) -> pd.DataFrame:
+    """Settings with balls, powder and the descriptors of Eqs 3.22, 3.28 and 3.29.
 
-    Columns: case, the settings, balls, powder_mass_g, normal_energy_uJ, tangential_energy_uJ, specific_frequency_hz.
+    settings: a row for each condition with the columns SETTINGS, and any others. Columns added: balls, powder_mass_g,
+    normal_energy_uJ, tangential_energy_uJ, specific_frequency_hz; NaN for a fill ratio outside the curves.
     """
-    table = pd.DataFrame(list(product(*(getattr(region, name) for name in SETTINGS))), columns=list(SETTINGS))
-    scaled = {fill: scaled_quantities(curve_point(curves, fill)) for fill in region.fill_ratio}
+    scaled = {fill: scaled_quantities(curve_point(curves, fill)) for fill in settings["fill_ratio"].unique()}
     found = []
-    for row in table.itertuples():
+    for row in settings.itertuples():
         diameter = row.ball_diameter_mm * 1e-3
         condition = Condition(row.fill_ratio, row.speed_rpm / 60, diameter, mill.density, mill.amplitude)
         at = descriptors_of(condition, scaled[row.fill_ratio])
@@ -69,5 +69,11 @@ def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) ->
                 "specific_frequency_hz": at["frequency_per_ball_hz"],
             }
         )
+    return pd.concat([settings, pd.DataFrame(found, index=settings.index)], axis=1)
+
+
+def region_conditions(region: RegionConfig, curves: pd.DataFrame, mill: Mill) -> pd.DataFrame:
+    """Every combination of the settings, with case and the columns of `described_settings`."""
+    table = pd.DataFrame(list(product(*(getattr(region, name) for name in SETTINGS))), columns=list(SETTINGS))
     cases = [f"r{number}" for number in range(1, len(table) + 1)]
-    return pd.concat([table, pd.DataFrame(found)], axis=1).assign(case=cases)
+    return described_settings(table, curves, mill).assign(case=cases)

@@ -1,0 +1,69 @@
+"""Collects every run that the final yield model is trained on, and the curves of the mill that it is held to."""
+
+import pandas as pd
+
+from millprint.config.mill import MillConfig
+from millprint.config.proposals import ProposalConfig
+from millprint.doe.runs import YIELD
+from millprint.files import read_table, write_table
+from millprint.fingerprint.condition import BASIC, Condition
+from millprint.fingerprint.regimes import design_cases, read_regimes
+from millprint.job import job
+from millprint.predict.domain import MillCurves
+from millprint.predict.experiments import DONE, experiment_rows, read_experiments
+from millprint.predict.features import CONDITIONS
+from millprint.predict.regimes import reference_of_mill, regime_rows
+from millprint.predict.region import Mill, check_region
+from millprint.predict.tables import read_rows
+
+
+def main(
+    parts: list[str],
+    cases: pd.DataFrame,
+    curves: str | None,
+    rows: str,
+    mill: str,
+    reference: Condition[float],
+    name: str,
+    volume: float,
+    settings: ProposalConfig,
+) -> None:
+    """Write both files; `curves` is the path of a table of master curves, or None for the curves of `cases`.
+
+    parts: tables of the screening runs; rows, mill: paths to write; name, volume: of the mill [m3].
+    """
+    table = cases if curves is None else read_table(curves, numeric=["fill_ratio", *BASIC])
+    check_region(settings.region, table, "config")
+    machine = Mill(reference.density_kg_m3, reference.amplitude_m, volume)
+    known = [read_rows(path) for path in parts]
+    if settings.regimes:
+        known.append(regime_rows(cases, reference))
+    speeds = [*settings.region.speed_rpm, *(60 * design_cases(cases, reference)["speed_hz"])]
+    sizes = {*settings.region.ball_diameter_mm, 1e3 * reference.ball_diameter_m}
+    if settings.experiments:
+        taken = pd.concat(known)["case"].astype(str)
+        told = read_experiments(settings.experiments, table, taken)
+        known.append(experiment_rows(told, DONE, table, machine))
+        speeds += told["speed_rpm"].tolist()
+        sizes |= set(told["ball_diameter_mm"])
+    kept = [part[["case", *CONDITIONS, YIELD]] for part in known if len(part)]
+    write_table(pd.concat(kept, ignore_index=True), rows)
+    own = MillCurves(name, table, machine.density, machine.amplitude, tuple(sorted(sizes)), (min(speeds), max(speeds)))
+    own.write(mill)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "collect the rows of the final yield model"):
+        cases = read_regimes(snakemake.input.regimes)
+        mill = MillConfig(**snakemake.params.mill)
+        main(
+            [snakemake.input.train, snakemake.input.test],
+            cases,
+            snakemake.input.get("curves"),
+            snakemake.output.rows,
+            snakemake.output.mill,
+            reference_of_mill(cases, mill, **snakemake.params.machine),
+            mill.name,
+            snakemake.params.volume_m3,
+            ProposalConfig(**snakemake.params.settings),
+        )

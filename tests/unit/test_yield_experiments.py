@@ -1,0 +1,222 @@
+"""The batch of next experiments, and ask and tell: what is running or done changes the next batch."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import collect_final_rows
+import propose_experiments
+import train_averaged_model
+from millprint.config.proposals import ProposalConfig
+from millprint.errors import ConfigError
+from millprint.files import read_table, write_table
+from millprint.fingerprint.regimes import read_regimes
+from millprint.predict.domain import MillCurves
+from millprint.predict.experiments import DONE, RUNNING, next_cases, read_experiments
+from millprint.predict.features import CONDITIONS
+from millprint.predict.model_files import load_averaged, training_rows
+from millprint.predict.new_conditions import predict_conditions
+from millprint.predict.proposals import choose_centre, choose_repeats, same_setting
+from millprint.predict.region import SETTINGS, region_conditions
+from millprint.predict.tables import read_rows
+from tests.unit.doe_settings import settings as doe_settings
+from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES
+from tests.unit.yield_settings import all_runs, parts, settings
+
+CASES = read_regimes(str(REGIMES))
+CHEMISTRY = doe_settings().chemistry
+NEW = {"case": "mine", "status": DONE, "bpr": 40, "molar_ratio": 10, "time_h": 17.5, "speed_rpm": 900}
+NEW |= {"fill_ratio": 0.08, "ball_diameter_mm": 10, "yield_percent": 93.0}
+
+
+def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> SimpleNamespace:
+    """What the scripts write for a table of experiments: paths, and the tables of proposals and of what is left out."""
+    folder.mkdir(exist_ok=True)
+    config = settings()
+    paths = {name: str(folder / f"{name}.tsv") for name in ("train", "test", "rows", "next", "left_out", "reasons")}
+    for name, rows in zip(("train", "test"), parts(), strict=True):
+        write_table(rows, paths[name])
+    proposals = config.proposals.model_copy(update=changes)
+    if experiments is not None:
+        write_table(experiments, folder / "experiments.tsv")
+        proposals = proposals.model_copy(update={"experiments": str(folder / "experiments.tsv")})
+    model, mill = str(folder / "averaged_gpr_final.json"), str(folder / "mill.json")
+    screening = [paths["train"], paths["test"]]
+    collect_final_rows.main(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
+    train_averaged_model.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
+    output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
+    propose_experiments.main(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
+    text = ["case", "status", "purpose", "gain_unit", "repeats"]
+    return SimpleNamespace(
+        model=model, mill=mill, path=paths["next"], next=read_table(paths["next"], text=text), config=config
+    )
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory) -> SimpleNamespace:
+    return batch(tmp_path_factory.mktemp("first"))
+
+
+def test_the_model_that_proposes_also_predicts_every_proposal(first):
+    """One final model with 31 rows: what it recommends, it does not refuse."""
+    assert len(training_rows(first.model)) == 31
+    rows, config = read_rows(first.path, yields=False), first.config
+    own = (config.prediction, config.training, config.honest.conformal_folds, config.proposals.level)
+    table = predict_conditions(first.model, rows, *own, mill=MillCurves.read(first.mill))
+    assert (table["warning"] == "").all()
+    np.testing.assert_allclose(table["predicted_percent"], first.next["predicted_percent"], rtol=1e-5)
+    np.testing.assert_allclose(table["lower_percent"], first.next["lower_percent"], rtol=1e-5)
+
+
+def test_a_batch_has_repeats_and_a_centre_point_within_the_region_and_its_limits(first):
+    table, region = first.next, first.config.proposals.region
+    assert table["purpose"].tolist()[:3] == ["repeat", "repeat", "centre"]
+    assert (table["status"] == "proposed").all() and table["yield_percent"].isna().all()
+    for name in SETTINGS:
+        assert set(table[name]) <= set(getattr(region, name))
+    assert table["powder_mass_g"].max() <= region.powder_max_g
+    assert table["hydrogen_mmol"].max() <= region.hydrogen_max_mmol
+    assert (table["lower_percent"] <= table["predicted_percent"]).all()
+    assert not table.duplicated(list(SETTINGS)).any()
+    # The best run, and its settings.
+    best = all_runs().set_index("case").loc[table["repeats"][0]]
+    assert best["yield_percent"] == 90 and table["bpr"][0] == best["bpr"] and table["time_h"][0] == best["time_h"]
+    centre = table[table["purpose"] == "centre"].iloc[0]
+    assert centre[["bpr", "molar_ratio", "time_h", "fill_ratio"]].tolist() == [30, 10, 12.5, 0.10]
+
+
+def test_a_batch_is_reproducible(first, tmp_path):
+    assert Path(batch(tmp_path).path).read_text() == Path(first.path).read_text()
+
+
+def test_no_slot_is_spent_on_a_gain_below_the_threshold(first, tmp_path):
+    config = first.config.proposals
+    gains = first.next.groupby("purpose")["gain"].min()
+    assert gains.get("yield", np.inf) >= config.smallest_gain_pp and gains["learning"] >= config.smallest_share
+    greedy = batch(tmp_path / "none", smallest_gain_pp=50.0, smallest_share=0.9).next
+    assert set(greedy["purpose"]) == {"repeat", "centre"}
+    shared = batch(tmp_path / "learning", smallest_gain_pp=50.0, smallest_share=0.0).next
+    # Slots that are not needed for a higher yield go to learning.
+    assert (shared["purpose"] == "learning").sum() == 2 * config.runs
+    bare = batch(tmp_path / "bare", replicates=0, centre_points=0).next
+    assert not {"repeat", "centre"} & set(bare["purpose"])
+
+
+def test_running_experiments_are_taken_into_account(first, tmp_path):
+    """A batch that is running is as good as done: the next one is another, and the model is the same."""
+    experiments = first.next.assign(status=RUNNING)
+    second = batch(tmp_path, experiments)
+    assert training_rows(second.model).equals(training_rows(first.model))
+    assert load_averaged(second.model).weights.tolist() == load_averaged(first.model).weights.tolist()
+    chosen = [
+        set(map(tuple, each.next[each.next["purpose"] != "centre"][list(SETTINGS)].to_numpy()))
+        for each in (first, second)
+    ]
+    assert not chosen[0] & chosen[1]
+    assert not set(second.next["case"]) & set(first.next["case"])
+    assert not set(second.next["repeats"].dropna()) & set(first.next["repeats"].dropna())
+    learned = [each.next.loc[each.next["purpose"] == "learning", "gain"].max() for each in (first, second)]
+    assert learned[1] < learned[0]
+    # What is only proposed is not under way.
+    again = batch(tmp_path / "proposed", first.next)
+    assert again.next[list(SETTINGS)].equals(first.next[list(SETTINGS)])
+
+
+def test_done_experiments_train_the_model_with_the_descriptors_of_their_settings(first, tmp_path):
+    told = batch(tmp_path, pd.DataFrame([NEW]))
+    rows = training_rows(told.model)
+    assert len(rows) == 32 and rows["case"].iloc[-1] == "mine" and rows["yield_percent"].iloc[-1] == 93
+    region = first.config.proposals.region
+    same = region_conditions(region, CASES, MILL).set_index(list(SETTINGS))
+    at = same.loc[(40, 10, 17.5, 900, 0.08, 10)]
+    for name in ("normal_energy_uJ", "tangential_energy_uJ", "specific_frequency_hz"):
+        assert rows[name].iloc[-1] == pytest.approx(at[name], rel=1e-6)
+    predicted = [load_averaged(each.model).predict(rows.tail(1))[0] for each in (first, told)]
+    assert abs(predicted[1] - 93) < abs(predicted[0] - 93)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"status": "finished"}, "column status, case mine = 'finished': must be proposed or running or done"),
+        ({"yield_percent": None}, "column yield_percent, case mine = nan: a done experiment has a yield"),
+        ({"status": "running"}, "column yield_percent, case mine = 93: only an experiment with the status done"),
+        ({"yield_percent": 120}, "column yield_percent, case mine = 120: must be between 0 and 100"),
+        ({"time_h": "long"}, "column time_h, case mine = 'long': must be a finite number"),
+        ({"bpr": -1}, "column bpr, case mine = -1: must be above 0"),
+        ({"fill_ratio": 0.4}, "column fill_ratio, case mine = 0.4: the master curves cover 0.06 to 0.17"),
+        ({"case": "24"}, "column case, row 1 = '24': another table of runs has this case"),
+    ],
+)
+def test_a_bad_table_of_experiments_is_refused_in_one_line(tmp_path, change, message):
+    path = tmp_path / "experiments.tsv"
+    write_table(pd.DataFrame([NEW | change]), path)
+    with pytest.raises(ConfigError) as caught:
+        read_experiments(str(path), CASES, all_runs()["case"])
+    told = str(caught.value)
+    assert message in told and told.startswith(str(path)) and "\n" not in told
+
+
+def test_a_table_without_a_column_or_with_a_case_twice_is_refused(tmp_path):
+    path = tmp_path / "experiments.tsv"
+    for table, message in (
+        (pd.DataFrame([NEW]).drop(columns="speed_rpm"), "column speed_rpm is missing"),
+        (pd.DataFrame([NEW, NEW]), "column case = mine appears twice"),
+    ):
+        write_table(table, path)
+        with pytest.raises(ConfigError, match=message):
+            read_experiments(str(path), CASES)
+
+
+def test_a_table_of_experiments_may_still_be_empty(tmp_path):
+    write_table(pd.DataFrame([NEW]).head(0), tmp_path / "experiments.tsv")
+    assert read_experiments(str(tmp_path / "experiments.tsv"), CASES).empty
+
+
+def region_rows() -> pd.DataFrame:
+    return region_conditions(settings().proposals.region, CASES, MILL)
+
+
+def test_runs_are_found_at_the_settings_that_they_had():
+    rows, region = all_runs(), region_rows()
+    places = same_setting(rows, region, 0.03)
+    assert (places >= 0).all()
+    found = region.iloc[places].reset_index(drop=True)
+    assert (found[["bpr", "molar_ratio", "time_h"]] == rows[["bpr", "molar_ratio", "time_h"]]).all(axis=None)
+    assert (found["fill_ratio"] == 0.10).all()
+    speeds = rows["specific_frequency_hz"].map({400: 600, 533: 800, 667: 1000})
+    assert (found["speed_rpm"] == speeds).all()
+    assert (same_setting(rows.assign(bpr=33.0), region, 0.03) == -1).all()
+
+
+def test_repeats_start_with_the_best_run_and_spread_over_the_yields():
+    rows, region = all_runs(), region_rows()
+    none = region.iloc[:0]
+    chosen = [case for _, case in choose_repeats(rows, region, none, 3, 0.03)]
+    yields = rows.set_index("case")["yield_percent"]
+    assert yields[chosen].tolist()[:2] == [90, 12] and 40 < yields[chosen[2]] < 62
+    # What was repeated already, or is being repeated, needs no repeat.
+    twice = pd.concat([rows, rows[rows["case"] == "24"].assign(case="again")], ignore_index=True)
+    assert "24" not in [case for _, case in choose_repeats(twice, region, none, 3, 0.03)]
+    running = region.iloc[same_setting(rows[rows["case"] == "24"], region, 0.03)]
+    assert "24" not in [case for _, case in choose_repeats(rows, region, running, 3, 0.03)]
+
+
+def test_the_centre_is_the_middle_of_the_screening():
+    region = region_rows()
+    centre = region.iloc[choose_centre(all_runs(), region)]
+    assert centre[["bpr", "molar_ratio", "time_h", "speed_rpm"]].tolist() == [30, 10, 12.5, 800]
+
+
+def test_new_names_are_free():
+    assert next_cases(3, ["next_2", "24"]) == ["next_1", "next_3", "next_4"]
+
+
+def test_defaults_are_on():
+    fields = ProposalConfig.model_fields
+    assert fields["replicates"].default in (2, 3) and fields["centre_points"].default == 1
+    assert fields["smallest_gain_pp"].default > 0 and fields["experiments"].default is None
+    assert set(CONDITIONS) <= set(region_rows())
