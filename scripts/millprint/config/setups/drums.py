@@ -62,23 +62,16 @@ class BeadDrumConfig(DrumOfBallsConfig):
     """Set-up 4: speed over depth in a long drum of glass beads, from two slices of it (Alizadeh et al. 2013)."""
 
     contact: Name = "glass_beads"
-    """contact set that predicts: a file in config/contacts"""
     further_contacts: list[Name] = ["glass_beads_clean"]
     """contact sets that bound it; the interval by contact parameters spans them"""
     mill: Name = "bead_drum"
-    """the drum, or a slice of it: a file in config/mills"""
     short_mill: Name = "bead_drum_short"
     """a shorter slice: it shows that the length is enough, and runs with every contact set"""
     ball_diameter_mm: Positive = 3.0
-    """ball diameter [mm]"""
     fill_ratio: Fraction = 0.1962
-    """ball volume over the volume of the drum [-]"""
     speed_rpm: PositiveSpeed = 11.6
-    """speed of the drum [rpm]"""
     discard_s: Positive = 1.55
-    """time of motion before the averages begin [s]"""
     window_s: Positive = 2.08
-    """time of motion that is averaged [s]"""
     half_width_diameters: Positive = 1.5
     """half the width, along the surface, of the part about the axis in which speeds are averaged [ball diameters]"""
     half_height_diameters: Positive = 0.5
@@ -102,19 +95,12 @@ class ReposeDrumConfig(DrumOfBallsConfig):
     """Set-up 7: angle of repose in a short drum, its ends included, of spheres without known friction."""
 
     contact: Name = "generic_spheres"
-    """contact set that predicts: a file in config/contacts"""
     mill: Name = "repose_drum"
-    """the drum, or a slice of it: a file in config/mills"""
     ball_diameter_mm: Positive = 5.95
-    """ball diameter [mm]"""
     fill_ratio: Fraction = 0.23916
-    """ball volume over the volume of the drum [-]"""
     speed_rpm: PositiveSpeed = 20.99
-    """speed of the drum [rpm]"""
     discard_s: Positive = 1.43
-    """time of motion before the averages begin [s]"""
     window_s: Positive = 1.43
-    """time of motion that is averaged [s]"""
     seeds: list[Seed] = Field(default=[0, 1], min_length=2)
     """seeds of the starting positions; their scatter is a part of the interval"""
     slice_mm: Positive = 30.0
