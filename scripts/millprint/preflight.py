@@ -100,10 +100,8 @@ def check_before_running(
 
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:
     """The cases of the own sweep of every mill that a target of results/mills may need."""
-    return {
-        name: mill_cases(mills[name], config.mills)
-        for name in dict.fromkeys([config.mill, *config.mills.named, *config.dose.wear.mills])
-    }
+    named = [config.mill, *config.mills.named, *config.dose.wear.mills, *config.dose.heat.mills]
+    return {name: mill_cases(mills[name], config.mills) for name in dict.fromkeys(named)}
 
 
 def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], source: str) -> None:

@@ -13,7 +13,12 @@ CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
 BOX = CONFIG.mills.box
 # Mills whose own sweep may be simulated.
 SWEPT_MILLS = list(
-    dict.fromkeys([CONFIG.mill, *CONFIG.mills.named, *CONFIG.uncertainty.mills, *CONFIG.dose.wear.mills])
+    dict.fromkeys(
+        [
+            *[CONFIG.mill, *CONFIG.mills.named, *CONFIG.uncertainty.mills],
+            *[*CONFIG.dose.wear.mills, *CONFIG.dose.heat.mills],
+        ]
+    )
 )
 SCALE_UP_CASES = {}
 # The simulations of the measured set-ups, by set-up and path.
@@ -106,6 +111,21 @@ def swept_cases(name: str) -> dict:
 def mill_summaries(name: str) -> list[str]:
     """The summary files of all cases of a mill's own sweep."""
     return [f"{RESULTS}/dem/{path}/summary.json" for path in cases_of_mill(name)]
+
+
+def heated_summaries(name: str) -> list[str]:
+    """The summary files of the heat balance of a mill: all of its own sweep, or the first one for a smoke test."""
+    return mill_summaries(name)[:1] if CONFIG.mills.first_case_only else mill_summaries(name)
+
+
+def heated_runs(name: str) -> list[str]:
+    """The run.h5 beside each of them."""
+    return [str(Path(summary).with_name("run.h5")) for summary in heated_summaries(name)]
+
+
+def measured_heat(name: str) -> list[str]:
+    """The table of measured values, if a mill is held against one of them."""
+    return [CONFIG.validation.measured] if name in CONFIG.dose.heat.measured else []
 
 
 def described(name: str) -> str:

@@ -36,6 +36,7 @@ STAGE_OUTPUTS = [
     *SURROGATE_OUTPUTS,
     *UNCERTAINTY_OUTPUTS,
     *UNCERTAINTY_THESIS_OUTPUTS,
+    *HEAT_OUTPUTS,
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),

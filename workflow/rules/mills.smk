@@ -137,7 +137,11 @@ MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
 BOX_OUTPUTS = (
     [*MILL_PICTURES, *(mill_summaries(name)[0] for name in BOX if MILLS[name].sweep)]
     if CONFIG.mills.first_case_only
-    else [*MILL_PICTURES, *expand([*rules.draw_sheet.output], mill=BOX), *rules.collect_mills.output]
+    else [
+        *MILL_PICTURES,
+        *expand([*rules.draw_sheet.output, *rules.balance_heat.output], mill=BOX),
+        *rules.collect_mills.output,
+    ]
 )
 FINGERPRINTED = [
     output.format(mill=CONFIG.mill)

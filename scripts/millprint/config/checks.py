@@ -67,7 +67,8 @@ def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], s
 def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
-    further = [*config.mills.named, *config.validation.mills, *config.uncertainty.mills, *config.dose.wear.mills]
+    read = [*config.uncertainty.mills, *config.dose.wear.mills, *config.dose.heat.mills]
+    further = [*config.mills.named, *config.validation.mills, *read]
     return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *further]))
 
 

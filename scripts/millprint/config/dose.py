@@ -1,4 +1,4 @@
-"""The section `dose`: what is read off finished simulations: energy spectra of collisions, wear of the balls."""
+"""The section `dose`: what is read off finished simulations: energy spectra of collisions, wear of the balls, heat."""
 
 import math
 from typing import Annotated
@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from millprint.config.counting import RuleName
+from millprint.config.heat import HeatConfig
 from millprint.config.section import Fraction, Name, Positive, ProjectFile, Section, first_repeated
 
 
@@ -65,3 +66,4 @@ class DoseConfig(Section):
 
     spectra: SpectraConfig = SpectraConfig()
     wear: WearConfig = WearConfig()
+    heat: HeatConfig = HeatConfig()

@@ -96,7 +96,7 @@ class WorkflowConfig(Section):
     yields: YieldConfig | None = None
     """chapter 5; for the chapters of the thesis"""
     dose: DoseConfig = DoseConfig()
-    """what the powder has been through: energy spectra, wear of the balls"""
+    """what the powder has been through: energy spectra, wear of the balls, heat"""
     surrogate: SurrogateConfig | None = None
     """chapter 6; for the chapters of the thesis"""
     claims: ClaimsConfig = ClaimsConfig()

@@ -1,0 +1,49 @@
+"""Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figure."""
+
+from collections.abc import Sequence
+
+from millprint.config.heat import HeatConfig
+from millprint.dose.flash import flash_table
+from millprint.dose.heat_sources import read_sources, source_table
+from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
+from millprint.figures.heat import plot_heat
+from millprint.figures.style import save
+from millprint.files import write_table
+from millprint.job import job, progress
+
+
+def main(
+    files: Sequence[tuple[str, str]], measured: Sequence[str], output, *, mill: str, title: str, settings: HeatConfig
+) -> HeatTables:
+    """Write tables and figure. files: pairs of summary and run.h5; measured: table of measured values, or none."""
+    row = measured_row(measured[0], settings.measured[mill]) if measured else None
+    sources = read_sources(files)
+    with progress(len(sources), f"heat balance of {mill}", "condition") as bar:
+        tables = heat_tables(settings, mill, sources, row, bar.update)
+    flash = flash_table(files, settings.flash)
+    write_table(source_table(sources), output.sources)
+    write_table(tables.parameters, output.parameters)
+    write_table(tables.temperatures, output.temperatures)
+    write_table(tables.limits, output.limits)
+    write_table(tables.comparison, output.comparison)
+    write_table(flash, output.flash)
+    save(plot_heat(tables.temperatures, tables.limits, tables.comparison, title), output.svg, output.png)
+    return tables
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], f"heat balance of {snakemake.wildcards.mill}") as logger:
+        found = main(
+            list(zip(snakemake.input.summaries, snakemake.input.runs, strict=True)),
+            snakemake.input.measured,
+            snakemake.output,
+            mill=snakemake.wildcards.mill,
+            title=snakemake.params.title,
+            settings=HeatConfig(**snakemake.params.settings),
+        )
+        for line in found.limits.to_dict("records"):
+            logger.info(
+                "%s: %.3g W, balls %.3g to %.3g degC after long milling, energy balance open by %.1e",
+                line["condition"], line["total_W"], line["balls_steady_degC_lower"], line["balls_steady_degC_upper"],
+                line["balance_error"],
+            )  # fmt: skip

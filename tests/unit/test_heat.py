@@ -1,0 +1,311 @@
+"""Heat: sources by place, what samples are, bands, statements about measured bounds, flash temperatures, bad input."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+from balance_heat import main
+from millprint.config.heat import FlashSection, HeatConfig
+from millprint.config.load import check_model
+from millprint.config.workflow import WorkflowConfig
+from millprint.dose import flash
+from millprint.dose.heat_sources import HeatSource, read_sources, split_of_summary
+from millprint.dose.heat_table import (
+    RESTING,
+    RUNNING,
+    balance_of,
+    band,
+    compare,
+    heat_by_body,
+    heat_tables,
+    jar_of_samples,
+    measured_row,
+    ranges_of,
+    sample,
+)
+from millprint.errors import ConfigError
+
+SETTINGS = HeatConfig(samples=16, times=5)
+POWER_W = np.array([[1.0, 2.0, 0.5], [3.0, 4.0, 0.25]])
+SOURCE = HeatSource("d10", {"contact": "steel"}, POWER_W, 0.1, 0.02, 0.02, 2e-4)
+MEASURED = {"id": "x", "quantity": "ball temperature", "value": "below 100", "unit": "degC", "source": "a test"}
+
+
+def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str, str]:
+    """A run of four contacts in a box of 20 mm: two between balls, two at the wall."""
+    place = folder / f"d10_f0.10_n600_s{seed}"
+    place.mkdir(parents=True)
+    case = {"contact": "steel", "ball_diameter_mm": 10.0, "fill_ratio": 0.1, "speed_rpm": 600.0, "seed": seed}
+    shares = {
+        "ball_ball": {"normal": 0.25, "tangential": 0.6},
+        "ball_wall": {"normal": 0.75, "tangential": 0.4},
+    }
+    rule = {"dropped": {"count": 0.0, "normal": 0.0, "tangential": 0.0}, "shares": shares}
+    summary = {
+        "mill": "box",
+        "case": case,
+        "power_W": {"normal": 4.0, "tangential": 2.0 + seed, "rolling": 1.0, "wall": 7.0},
+        "collisions": [rule],
+        "ball_sizes_m": [0.01],
+        "ball_counts": [5],
+        "balls": 5,
+        "ball_mass_kg": 0.004,
+        "jar_volume_m3": 8e-6,
+        "density_kg_m3": 7800.0,
+        "young_modulus_pa": 2.05e9,
+        "static_friction": 0.3,
+        "wall_static_friction": 0.3,
+    }
+    (place / "summary.json").write_text(json.dumps(summary))
+    columns = {
+        "first": [0, 1, 2, 3],
+        "second": [1, 2, -1, -4],
+        "start_s": [1.0, 1.0, 1.1, 0.2],
+        "duration_s": [1e-4, 1e-4, 1e-4, 1e-4],
+        "approach_speed_m_s": [1.0, 1.0, 1.0, 1.0],
+        "peak_force_N": [100.0, 100.0, 200.0, 200.0],
+        "normal_J": [1.0, 0.0, 2.0, 1.0],
+        "damping_J": [0.1, 0.1, 0.0, 0.0],
+        "sliding_J": [0.1, 0.1, 0.3, 0.3],
+        "rolling_J": [1.0, 0.0, 0.0, 3.0],
+        "complete": [1, 1, 1, 1],
+    }
+    corners = 0.02 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    with h5py.File(place / "run.h5", "w") as file:
+        group = file.create_group("collisions")
+        group.attrs.update({"is_histogram": histogram, "begin_s": 0.5, "window_s": 1.0})
+        for name, values in ({} if histogram else columns).items():
+            group[name] = values
+        file["geometry/vertices_m"] = corners
+        file["geometry/triangles"] = [part for a, b, c, d in sides for part in ((a, b, c), (a, c, d))]
+        file["balls/radius_m"] = np.full(5, 0.005)
+    return str(place / "summary.json"), str(place / "run.h5")
+
+
+def test_dissipation_is_divided_as_the_contacts_are_and_adds_up_to_the_ledger(tmp_path):
+    (source,) = read_sources([write_run(tmp_path)])
+    np.testing.assert_allclose(source.power_W, [[4 / 4, 2 * 0.4, 1 / 4], [4 * 3 / 4, 2 * 0.6, 3 / 4]])
+    assert source.power_W.sum() == pytest.approx(7.0)
+    assert source.inside_m2 == pytest.approx(6 * 0.02**2)
+    assert source.balls_m2 == pytest.approx(5 * np.pi * 0.01**2)
+
+
+def test_seeds_of_a_condition_are_averaged(tmp_path):
+    (source,) = read_sources([write_run(tmp_path, seed) for seed in (0, 1)])
+    assert source.condition == "d10_f0.10_n600" and source.about["seeds"] == 2
+    np.testing.assert_allclose(source.power_W.sum(axis=0), [4.0, 2.5, 1.0])
+
+
+def test_a_run_with_histograms_is_divided_by_its_summary(tmp_path):
+    (source,) = read_sources([write_run(tmp_path, histogram=True)])
+    np.testing.assert_allclose(source.power_W, [[1.0, 1.2, 0.6], [3.0, 0.8, 0.4]])
+
+
+def test_a_run_without_an_unfiltered_rule_is_refused():
+    summary = {"mill": "box", "collisions": [{"dropped": {"count": 0.1, "normal": 0.1, "tangential": 0.0}}]}
+    with pytest.raises(ConfigError, match="without a threshold"):
+        split_of_summary(summary)
+
+
+def test_a_mill_at_rest_has_no_heat_balance(tmp_path):
+    files = write_run(tmp_path)
+    summary = json.loads(Path(files[0]).read_text())
+    summary["power_W"] = dict.fromkeys(("normal", "tangential", "rolling", "wall"), 0.0)
+    Path(files[0]).write_text(json.dumps(summary))
+    with pytest.raises(ConfigError, match="a mill at rest has no heat balance"):
+        read_sources([files])
+
+
+def test_samples_fill_every_range_evenly_and_are_the_same_again():
+    drawn = sample(SETTINGS, "spex")
+    pd.testing.assert_frame_equal(drawn, sample(SETTINGS, "spex"))
+    for name, (given, _, _) in ranges_of(SETTINGS, "spex").items():
+        low, high, values = given.low, given.high, drawn[name].to_numpy()
+        share = np.log(values / low) / np.log(high / low) if given.logarithmic else (values - low) / (high - low)
+        # A Latin hypercube has one sample in each sixteenth.
+        assert sorted(np.floor(share * 16)) == list(range(16)), name
+
+
+def test_water_cools_in_a_pause_as_it_does_while_the_mill_runs():
+    emax, spex = sample(SETTINGS, "emax"), sample(SETTINGS, "spex")
+    assert (emax[RESTING] == emax[RUNNING]).all()
+    assert (spex[RESTING] < spex[RUNNING]).all()
+
+
+def test_all_heat_goes_somewhere_and_nothing_else_does():
+    drawn = sample(SETTINGS, "emax")
+    heat = heat_by_body(SOURCE, drawn)
+    np.testing.assert_allclose(heat.sum(axis=1), POWER_W.sum() * drawn["heat_share"], rtol=1e-12)
+    assert (heat > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("shares", "expected"),
+    [
+        ({"powder_share_normal": 1.0, "powder_share_shear": 1.0, "wall_share": 0.5}, [0.0, 10.75, 0.0]),
+        ({"powder_share_normal": 0.0, "powder_share_shear": 0.0, "wall_share": 1.0}, [3.5, 0.0, 7.25]),
+        ({"powder_share_normal": 1.0, "powder_share_shear": 0.0, "wall_share": 0.0}, [6.75, 4.0, 0.0]),
+    ],
+)
+def test_heat_goes_where_the_shares_say(shares, expected):
+    drawn = pd.DataFrame({name: [value] for name, value in {**shares, "heat_share": 1.0}.items()})
+    np.testing.assert_allclose(heat_by_body(SOURCE, drawn)[0], expected, atol=1e-12)
+
+
+def test_a_jar_of_a_cube_has_the_shell_of_a_larger_cube():
+    cube = HeatSource("d10", {}, POWER_W, 0.1, 0.02, 6 * 0.05**2, 0.05**3)
+    drawn = pd.DataFrame({"wall_thickness_mm": [5.0], "jar_density_kg_m3": [8000.0]})
+    mass, outside = jar_of_samples(SETTINGS, "spex", cube, drawn)
+    assert mass[0] == pytest.approx(8000 * (0.06**3 - 0.05**3))
+    assert outside[0] == pytest.approx(6 * 0.06**2)
+
+
+def test_a_jar_and_a_powder_that_are_weighed_are_taken_as_they_are():
+    settings = HeatConfig(samples=16, powder_mass_g=5, jars={"spex": {"mass_kg": 1.5, "surface_cm2": 300}})
+    drawn = sample(settings, "spex")
+    balance = balance_of(settings, "spex", SOURCE, drawn)
+    np.testing.assert_allclose(balance.capacity_J_K[:, 1], 0.005 * drawn["powder_heat_capacity_J_kgK"])
+    np.testing.assert_allclose(balance.capacity_J_K[:, 2], 1.5 * drawn["jar_heat_capacity_J_kgK"])
+    np.testing.assert_allclose(balance.running_W_K, 0.03 * drawn[RUNNING])
+
+
+def test_a_band_counts_what_never_happens_as_longest():
+    np.testing.assert_array_equal(band(np.array([1.0, 2.0, np.inf, np.inf, np.inf]), 0.8), [1.0, np.inf, np.inf])
+
+
+@pytest.mark.parametrize(
+    ("temperatures", "share", "words"),
+    [
+        (np.linspace(50, 90, 20), 1.0, "whole band within"),
+        (np.linspace(150, 190, 20), 0.0, "whole band outside"),
+        (np.linspace(50, 150, 20), 0.5, "band on both sides"),
+    ],
+)
+def test_a_comparison_is_a_statement_on_the_band(temperatures, share, words):
+    found = compare(SETTINGS, "spex", SOURCE, temperatures, MEASURED)
+    assert found["share_within"] == pytest.approx(share) and str(found["statement"]).startswith(words)
+
+
+def test_the_rows_that_mills_are_held_against_are_in_the_table():
+    assert measured_row("config/data/measured.tsv", SETTINGS.measured["spex"])["value"] == "below 100"
+    assert measured_row("config/data/measured.tsv", SETTINGS.measured["planetary"])["value"] == "above 200"
+    with pytest.raises(ConfigError, match="no row of id 'zz'"):
+        measured_row("config/data/measured.tsv", "zz")
+    with pytest.raises(ConfigError, match="must be in degC"):
+        measured_row("config/data/measured.tsv", "8a")
+
+
+def test_more_cooling_and_more_pauses_make_it_colder():
+    hot = heat_tables(SETTINGS, "spex", [SOURCE], None).limits.iloc[0]
+    cold = heat_tables(SETTINGS, "emax", [SOURCE], None).limits.iloc[0]
+    paused = HeatConfig(samples=16, times=5, programme={"duration_h": 5, "cycle_min": 30, "pause_min": 20})
+    rested = heat_tables(paused, "spex", [SOURCE], None).limits.iloc[0]
+    assert cold["balls_steady_degC_median"] < hot["balls_steady_degC_median"]
+    assert rested["balls_peak_degC_median"] < hot["balls_peak_degC_median"]
+    for row in (hot, cold, rested):
+        assert 0 <= row["balance_error"] < 1e-8
+
+
+def test_the_job_writes_every_table_and_the_figure(tmp_path):
+    names = ("sources", "parameters", "temperatures", "limits", "comparison", "flash")
+    output = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in names})
+    output.svg, output.png = tmp_path / "t.svg", tmp_path / "t.png"
+    files = [write_run(tmp_path / "dem")]
+    main(files, ["config/data/measured.tsv"], output, mill="spex", title="a box", settings=SETTINGS)
+    tables = {name: pd.read_csv(getattr(output, name), sep="\t") for name in names}
+    assert len(tables["limits"]) == len(tables["comparison"]) == 1
+    assert len(tables["temperatures"]) == 3 * 5
+    # At the start everything has the temperature of the room.
+    begin = tables["temperatures"].query("time_h == 0")
+    assert begin["lower_degC"].nunique() == 1 and begin["upper_degC"].nunique() == 1
+    assert (tables["parameters"]["source"].str.len() > 0).all()
+    assert tables["sources"]["total_W"][0] == pytest.approx(7.0)
+    assert "temperature [degC]" in output.svg.read_text()
+    # Of four contacts, one began before the window.
+    assert tables["flash"].groupby("place")["impacts"].first().to_dict() == {"ball_ball": 2, "ball_wall": 1}
+
+
+def impacts_of(slip: float, duration: float, energy: float = 1e-3) -> flash.Impacts:
+    one = {"radius_m": 1e-4, "duration_s": duration, "normal_J": 0.0, "sliding_J": energy, "slip_speed_m_s": slip}
+    return flash.Impacts(**{name: np.array([value]) for name, value in one.items()}, at_wall=np.array([False]))
+
+
+def test_a_slow_contact_is_as_warm_as_a_steady_circle():
+    """The centre of a circle of even flux on a half space: q a / k (Carslaw and Jaeger, Sec. 10.5)."""
+    found = flash.flash_K(impacts_of(slip=0.0, duration=10.0), np.array([1e-3]), FlashSection(), 30.0)
+    assert found[0] == pytest.approx(0.5e-3 / 10 / (np.pi * 1e-4**2) * 1e-4 / 30.0, rel=1e-3)
+
+
+def test_a_fast_slider_is_as_warm_as_a_half_space_heated_while_it_passes():
+    diffusivity, radius, speed = 8e-6, 1e-4, 1e5
+    sliding = flash.sliding_circle_K(np.array([1e6]), np.array([radius]), np.array([speed]), 30.0, diffusivity)
+    passing = flash.half_space_K(np.array([1e6]), np.array([2 * radius / speed]), 30.0, diffusivity)
+    assert sliding[0] == pytest.approx(passing[0], rel=1e-3)
+
+
+def test_a_short_contact_is_colder_than_a_lasting_one_of_the_same_power():
+    short = flash.flash_K(impacts_of(0.0, 1e-6, 1e-6), np.array([1e-6]), FlashSection(), 30.0)
+    long = flash.flash_K(impacts_of(0.0, 1.0, 1.0), np.array([1.0]), FlashSection(), 30.0)
+    assert short[0] < 0.5 * long[0]
+
+
+def test_a_contact_is_hertzian_until_it_yields():
+    force, curvature = np.array([1.0, 1e5]), np.array([0.0025, 0.0025])
+    found = flash.contact_radius(force, curvature, 1.1e11, 7e9)
+    assert found[0] == pytest.approx(np.cbrt(0.75 * 0.0025 / 1.1e11))
+    assert found[1] == pytest.approx(np.sqrt(1e5 / np.pi / 7e9))
+
+
+def test_impacts_do_not_depend_on_how_soft_the_simulation_was(tmp_path):
+    """Force and duration of Hertz's impact at 1 m/s, softened a hundredfold and as stiff as steel."""
+    reduced, curvature, stiff = 0.002, 0.0025, 205e9 / (2 * (1 - 0.09))
+    found = []
+    for factor in (1.0, 0.01):
+        files = write_run(tmp_path / str(factor))
+        # Johnson 1985, Eqs 11.23 and 11.24.
+        overlap = (15 * reduced / (16 * np.sqrt(curvature) * factor * stiff)) ** 0.4
+        with h5py.File(files[1], "a") as file:
+            file["collisions/peak_force_N"][:] = 4 / 3 * factor * stiff * np.sqrt(curvature) * overlap**1.5
+            file["collisions/duration_s"][:] = 2.9432 * overlap
+        summary = json.loads(Path(files[0]).read_text()) | {"young_modulus_pa": factor * 205e9}
+        found.append(flash.read_impacts(files[1], summary, FlashSection()))
+    soft, hard = found[1], found[0]
+    assert soft is not None and hard is not None and len(soft) == len(hard) == 3
+    np.testing.assert_allclose(soft.radius_m, hard.radius_m, rtol=1e-6)
+    np.testing.assert_allclose(soft.duration_s, hard.duration_s, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({"programme": {"cycle_min": 30, "pause_min": 40}}, "pause_min = 40: must be shorter than cycle_min = 30"),
+        ({"programme": {"cycle_min": 0.001}}, "more than 2000 cycles"),
+        ({"programme": {"duration_h": 0}}, "duration_h = 0"),
+        ({"powder_mass_g": 0}, "powder_mass_g = 0"),
+        ({"limit": {"temperature_degC": 15}}, "limit.temperature_degC = 15: must be above the surroundings"),
+        ({"limit": {"body": "lid"}}, "body = 'lid'"),
+        ({"jars": {"spex": {"cooling": "ice"}}}, "cooling = 'ice'"),
+        ({"jars": {"spex": {"mass_kg": -1}}}, "mass_kg = -1"),
+        (
+            {"parameters": {"heat_share": {"low": 0.5, "high": 1.5, "source": "a test"}}},
+            "heat_share.high = 1.5: must be above 0 and at most 1",
+        ),
+        (
+            {"parameters": {"wall_thickness_mm": {"low": 9, "high": 6, "source": "a test"}}},
+            "low = 9: must not be above high = 6",
+        ),
+        ({"parameters": {"wall_share": {"low": 0.1, "high": 0.2}}}, "source"),
+        ({"mills": ["Emax!"]}, "mills"),
+    ],
+)
+def test_bad_input_is_one_line(content, words):
+    with pytest.raises(ConfigError) as caught:
+        check_model({"mill": "emax", "dose": {"heat": content}}, WorkflowConfig, "mine.yaml")
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 1 and words in lines[0] and lines[0].startswith("mine.yaml: dose.heat"), lines

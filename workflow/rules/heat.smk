@@ -1,0 +1,47 @@
+"""How warm balls, powder and jar of a mill get, over a milling programme: results/dose/heat."""
+
+HEAT = f"{RESULTS}/dose/heat/{{mill}}"
+# Part of a whole run.
+HEATED_MILLS = list(dict.fromkeys([CONFIG.mill, *CONFIG.dose.heat.mills]))
+
+
+rule balance_heat:
+    input:
+        summaries=lambda wildcards: heated_summaries(wildcards.mill),
+        runs=lambda wildcards: heated_runs(wildcards.mill),
+        measured=lambda wildcards: measured_heat(wildcards.mill),
+    output:
+        sources=f"{HEAT}/sources.tsv",
+        parameters=f"{HEAT}/parameters.tsv",
+        temperatures=f"{HEAT}/temperatures.tsv",
+        limits=f"{HEAT}/limits.tsv",
+        comparison=f"{HEAT}/comparison.tsv",
+        flash=f"{HEAT}/flash.tsv",
+        svg=report(
+            f"{HEAT}/temperatures.svg",
+            caption="../report/heat.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "temperatures"},
+        ),
+        png=f"{HEAT}/temperatures.png",
+    log:
+        f"{LOGS}/dose/{{mill}}_heat.log",
+    benchmark:
+        f"{BENCHMARKS}/balance_heat/{{mill}}.tsv"
+    params:
+        settings=CONFIG.dose.heat.model_dump(mode="json"),
+        title=lambda wildcards: mill_named(wildcards.mill).title,
+        library=library("balance_heat.py"),
+    message:
+        "Calculating temperatures in mill {wildcards.mill}"
+    script:
+        "../../scripts/balance_heat.py"
+
+
+HEAT_OUTPUTS = expand([*rules.balance_heat.output], mill=HEATED_MILLS)
+
+
+rule heat:
+    input:
+        HEAT_OUTPUTS,
+    localrule: True
