@@ -23,7 +23,7 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
         left.plot(rows["time_h"], rows["median_degC"], color=colour, label=name)
         lower, median, upper = (limits[f"{body}_steady_degC_{end}"].to_numpy() for end in ("lower", "median", "upper"))
         # Side by side, so that bars at one power can be told apart.
-        power = limits["total_W"].to_numpy() * (1 + 0.02 * (number - 1))
+        power = limits["total_W"].to_numpy() + 0.012 * strongest["total_W"] * (number - 1)
         right.errorbar(
             power, median, yerr=np.array([median - lower, upper - median]), linestyle="none", capsize=2,
             marker=MARKERS[number], color=colour, linewidth=0.8,
@@ -44,7 +44,11 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
         )  # fmt: skip
     left.set(xlabel="time [h]", ylabel="temperature [degC]")
     left.set_title(f"{strongest['condition']}, {strongest['total_W']:.3g} W", fontsize=7, loc="right")
-    right.set(xlabel="dissipated power [W]", ylabel="temperature after long milling [degC]")
+    right.set(
+        xlabel="dissipated power [W]",
+        ylabel="temperature after\nlong milling [degC]",
+        xlim=(0, 1.1 * strongest["total_W"]),
+    )
     letter_panels([left, right])
     legend_below(figure, [left], columns=4, fontsize=7)
     figure.suptitle(title, fontsize=8)
