@@ -121,8 +121,9 @@ def test_draws_of_words_are_certain_or_not():
     assert over_draws("yes", ["yes"] * 196 + ["no"] * 4, 0.95) == Interval("yes", "yes", WINDOWS)
     assert over_draws("yes", ["yes"] * 190 + ["no"] * 10, 0.95) == Interval("no", "yes", WINDOWS)
     assert over_repeats("yes", ["yes", "yes", "no"], 0.95) == Interval("no", "yes", "trainings")
-    # An interval holds the value of the run itself.
-    assert over_draws(9.0, [1.0, 2.0, 3.0], 0.95).upper == 9.0
+    # An interval is about the value of the run itself, and holds it.
+    moved = over_draws(9.0, [1.0, 2.0, 3.0], 0.95)
+    assert (moved.lower, moved.upper) == pytest.approx((8.05, 9.95))
 
 
 def test_blocks_keep_neighbours_together_and_differ():
@@ -144,6 +145,24 @@ def test_drawn_means_scatter_as_independent_runs_do():
     by_blocks = np.std([draw_blocks([chain[:, None]], n, rng).mean() for _ in range(800)])
     alone = np.std([rng.choice(chain, n).mean() for _ in range(800)])
     assert by_blocks == pytest.approx(true, rel=0.3) and alone < 0.75 * true
+
+
+def test_intervals_of_a_spread_cover_as_often_as_they_say():
+    """Two seeds of 40 correlated revolutions, drawn again: the coefficient of variation of the process is inside."""
+    rng, inside, phi, spread = np.random.default_rng(8), [], 0.3, 0.1
+    for _ in range(80):
+        series = []
+        for _ in range(2):
+            chain = rng.standard_normal(40) * (1 - phi**2) ** 0.5
+            chain[0] /= (1 - phi**2) ** 0.5
+            for i in range(1, len(chain)):
+                chain[i] += phi * chain[i - 1]
+            series.append((1 + spread * chain)[:, None])
+        both = [np.concatenate([draw_blocks(series, 40, rng) for _ in series]) for _ in range(100)]
+        own = np.concatenate(series)
+        interval = over_draws(own.std() / own.mean(), [one.std() / one.mean() for one in both], 0.95)
+        inside.append(float(interval.lower) <= spread <= float(interval.upper))
+    assert np.mean(inside) > 0.86
 
 
 def summaries(counts=(1000, 1000)) -> list[dict]:

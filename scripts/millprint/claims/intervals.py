@@ -61,8 +61,9 @@ def over_repeats(value: Value, values: list[Value], level: float, origin: str = 
 
 
 def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Interval:
-    """The interval over many draws: `quantiles`; it holds the value.
+    """The interval over many draws: `quantiles`, moved so that their median is the value, which removes a bias.
 
+    A draw has fewer different revolutions than its run, so that its spread is too small; a largest value is too large.
     Of statements, the commonest other one is the lower end where it is drawn more often than each end of an interval
     is left out, (1 - level) / 2.
     """
@@ -70,7 +71,10 @@ def over_draws(value: Value, values: list[Value], level: float, origin: str = WI
         others = pd.Series([one for one in values if one != value], dtype=object).value_counts()
         often = len(others) and others.sum() > (1 - level) / 2 * len(values)
         return Interval(str(others.index[0]) if often else value, value, origin)
-    return _holding(value, quantiles([float(one) for one in values], level), origin)
+    found = [float(one) for one in values]
+    low, high = quantiles(found, level)
+    bias = float(np.median(found)) - float(value)
+    return _holding(value, (low - bias, high - bias), origin)
 
 
 def _holding(value: Value, ends: tuple[float, float], origin: str) -> Interval:

@@ -7,7 +7,7 @@ import pandas as pd
 
 # Importing a chapter registers its claims.
 from millprint.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
-from millprint.claims.compare import DEVIATES, UNDECIDED, VERDICTS, deviation, in_short, verdict
+from millprint.claims.compare import DEVIATES, UNDECIDED, VERDICTS, deviation, in_short, is_number, verdict
 from millprint.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
 from millprint.errors import ConfigError
 from millprint.files import read_table
@@ -43,7 +43,7 @@ def collect_findings(
         evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
         finding, own = find_claim(evidence), CLAIMS[name]
         if finding.value is not None and (row := drawn.get(name)):
-            finding = replace(finding, interval=Interval(row.lower, row.upper, row.interval_from))
+            finding = replace(finding, interval=Interval(_end(row.lower), _end(row.upper), row.interval_from))
         judged = verdict(claims.at[name, "value"], claims.at[name, "tolerance"], finding)
         if judged in (DEVIATES, UNDECIDED) and own.explain_deviation is not None:
             words = (finding.explanation, own.explain_deviation(evidence, **own.parts))
@@ -88,6 +88,11 @@ def count_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     counts.insert(0, "claims", counts.sum(axis=1))
     # By the first claim of each, so that the appendix comes last.
     return counts.loc[chapters.unique()].rename_axis(index="chapter", columns=None).reset_index()
+
+
+def _end(text: float | str) -> float | str:
+    """An end of an interval, which a file has as text: a number, or else a word or a pair."""
+    return float(text) if is_number(text) else text
 
 
 def _text(value: float | str | None, digits: int = 6) -> str:
