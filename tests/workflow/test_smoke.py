@@ -127,7 +127,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     ("change", "rerun"),
     [
         ("doe={half_life: {ph: 12}}", {"compute_wet_lab"}),
-        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_maps"}),
+        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_maps", "plot_spectra"}),
         ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yield_trust"}),
         (
             "yields={honest: {level: 0.9}}",

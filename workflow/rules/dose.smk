@@ -91,6 +91,7 @@ rule plot_wear:
 
 DOSE_OUTPUTS = [
     *SPECTRA_OUTPUTS,
+    *YIELD_DOSE_OUTPUTS,
     *rules.measure_sliding.output,
     *rules.fit_wear.output,
     *rules.plot_wear.output,

@@ -1,0 +1,171 @@
+"""Kinetics of a yield over time or dose: first order, Avrami and a threshold, fitted and compared by AICc.
+
+The yield y [%] of a run at x, its time or its dose:
+
+    first order   y = 100 (1 - exp(-k x))
+    Avrami        y = 100 (1 - exp(-(k x)^n))
+    threshold     y = 100 (1 - exp(-k (x - x0))) above x0, 0 below it
+    no effect     y = mean of the yields, whatever x is
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import least_squares
+
+from millprint.dose.dose import AXES, TANGENTIAL, TIME, TOTAL, YIELD
+from millprint.errors import ConfigError
+
+NO_EFFECT = "no effect"
+FEWEST_RUNS = 5
+TABLE = ["x", "model", "runs", "parameters", "k", "n", "x0", "rmse_pp", "r2", "aicc", "delta_aicc", "weight"]
+
+
+@dataclass(frozen=True)
+class Kinetics:
+    """A law of the yield over x divided by its mean; bounds and starts of its parameters, and which they are.
+
+    k is in units of 1 / mean(x), x0 in units of the largest x over the mean.
+    """
+
+    law: Callable[..., np.ndarray]
+    names: tuple[str, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    starts: tuple[tuple[float, ...], ...]
+
+
+def _saturating(exponent: np.ndarray) -> np.ndarray:
+    return -100.0 * np.expm1(-exponent)
+
+
+RATES = (0.1, 0.5, 2.0)
+MODELS = {
+    "first order": Kinetics(lambda x, k: _saturating(k * x), ("k",), (0.0,), (1e3,), tuple((k,) for k in RATES)),
+    "Avrami": Kinetics(
+        lambda x, k, n: _saturating((k * x) ** n), ("k", "n"), (1e-9, 0.01), (1e3, 20.0),
+        tuple((k, n) for k in RATES for n in (0.5, 1.0, 3.0)),
+    ),
+    "threshold": Kinetics(
+        lambda x, k, x0: _saturating(k * np.maximum(x - x0 * x.max(), 0.0)), ("k", "x0"), (0.0, 0.0), (1e3, 0.999),
+        tuple((k, x0) for k in RATES for x0 in (0.02, 0.2, 0.5)),
+    ),
+}  # fmt: skip
+
+
+def aicc(squares: float, runs: int, parameters: int) -> float:
+    """Akaike's criterion for normal errors, corrected for few runs (Hurvich and Tsai 1989).
+
+    N ln(S / N) + 2 p + 2 p (p + 1) / (N - p - 1), S the sum of squares, p the parameters, that of the scatter included;
+    infinite where N does not exceed p + 1.
+    """
+    free = runs - parameters - 1
+    if free <= 0:
+        return np.inf
+    return float(runs * np.log(squares / runs) + 2 * parameters + 2 * parameters * (parameters + 1) / free)
+
+
+def fit_law(x: np.ndarray, yields: np.ndarray, model: Kinetics) -> tuple[np.ndarray, float]:
+    """Parameters in the model's own units and the sum of squares [%^2], the best from several starts."""
+    scaled = x / x.mean()
+    fits = [
+        least_squares(lambda p: model.law(scaled, *p) - yields, start, bounds=(model.lower, model.upper))
+        for start in model.starts
+    ]
+    best = min(fits, key=lambda fit: fit.cost)
+    return best.x, 2.0 * float(best.cost)
+
+
+def fit_kinetics(runs: pd.DataFrame) -> pd.DataFrame:
+    """Every law of MODELS over every axis that varies, and no effect: a row of TABLE each, the smallest AICc first.
+
+    runs: AXES and yield_percent. k in the unit of 1/x, x0 in that of x. weight: exp(-delta / 2) over its sum, Akaike's
+    weight. Raises ConfigError for fewer than five runs or yields that are all equal.
+    """
+    yields = runs[YIELD].to_numpy(dtype=float)
+    if len(yields) < FEWEST_RUNS:
+        raise ConfigError(f"{len(yields)} runs with a yield: kinetics need at least {FEWEST_RUNS}")
+    spread = float(((yields - yields.mean()) ** 2).sum())
+    if spread == 0:
+        raise ConfigError(f"column {YIELD}: all are {yields[0]:g}; kinetics need yields that differ")
+    rows = [{"x": "", "model": NO_EFFECT, "parameters": 1, "squares": spread}]
+    for axis in AXES:
+        x = runs[axis].to_numpy(dtype=float)
+        if np.ptp(x) <= 1e-9 * x.max():
+            continue
+        for name, model in MODELS.items():
+            values, squares = fit_law(x, yields, model)
+            row = dict(zip(model.names, values, strict=True))
+            row["k"] /= x.mean()
+            if "x0" in row:
+                row["x0"] *= x.max()
+            rows.append({"x": axis, "model": name, "parameters": len(values), "squares": squares, **row})
+    table = pd.DataFrame(rows).reindex(columns=[*TABLE, "squares"])
+    count = len(yields)
+    table["runs"] = count
+    # A perfect fit, of made-up yields alone, would have the logarithm of 0.
+    squares = table.pop("squares").clip(lower=1e-12 * spread)
+    table["rmse_pp"], table["r2"] = np.sqrt(squares / count), 1.0 - squares / spread
+    # One more parameter is the scatter.
+    table["aicc"] = [aicc(value, count, own + 1) for value, own in zip(squares, table["parameters"], strict=True)]
+    table["delta_aicc"] = table["aicc"] - table["aicc"].min()
+    likelihood = np.exp(-table["delta_aicc"] / 2)
+    table["weight"] = likelihood / likelihood.sum()
+    return table.sort_values("aicc", kind="stable", ignore_index=True)
+
+
+def curve_of(row: pd.Series, largest: float, points: int = 80) -> pd.DataFrame:
+    """The yield [%] of a fitted law from 0 to the largest x: columns x and yield_percent."""
+    x = np.linspace(0.0, largest, points)
+    values = {name: row[name] for name in MODELS[row["model"]].names}
+    if "x0" in values:
+        values["x0"] /= largest
+    return pd.DataFrame({"x": x, YIELD: MODELS[row["model"]].law(x, **values)})
+
+
+def best_of(kinetics: pd.DataFrame, axis: str) -> pd.Series | None:
+    """The row of the smallest AICc over an axis; None for an axis that did not vary."""
+    rows = kinetics[kinetics["x"] == axis]
+    return rows.iloc[0] if len(rows) else None
+
+
+def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
+    """One or two sentences, from the tables alone: how much of the yields dose explains, and what it does not."""
+    spread = kinetics[kinetics["model"] == NO_EFFECT].iloc[0]
+    said = []
+    for axis in AXES:
+        if (best := best_of(kinetics, axis)) is not None:
+            share = f"{100 * best['r2']:.0f} %" if best["r2"] > 0 else "nothing"
+            said.append(f"{AXES[axis].split(' [')[0]} {share} ({best['model']})")
+    first = kinetics.iloc[0]
+    top = "no effect of time or dose" if not first["x"] else f"{first['model']} over {AXES[first['x']].split(' [')[0]}"
+    text = (
+        f"{what}: of the variance of {len(runs)} yields, each alone and by its best law, explain: {', '.join(said)}. "
+    )
+    text += f"The smallest AICc has {top} (weight {first['weight']:.2f}), {spread['delta_aicc']:.1f} below no effect"
+    total, of_time = best_of(kinetics, TOTAL), best_of(kinetics, TIME)
+    if total is not None and of_time is not None:
+        lead = of_time["aicc"] - total["aicc"]
+        text += f"; dose is {'better' if lead > 0 else 'worse'} than time by {abs(lead):.1f}"
+    return f"{text}. {_apart(runs)}"
+
+
+def _apart(runs: pd.DataFrame) -> str:
+    """What dose cannot explain: the two runs whose yields differ most for doses within 25 %, and their shear."""
+    ordered = runs.reset_index(drop=True)
+    dose, yields = ordered[TOTAL].to_numpy(), ordered[YIELD].to_numpy()
+    share = (ordered[TANGENTIAL] / ordered[TOTAL]).to_numpy()
+    near = np.abs(np.log(dose[:, None] / dose)) <= np.log(1.25)
+    gap = np.where(near, yields[:, None] - yields, -np.inf)
+    high, low = np.unravel_index(np.argmax(gap), gap.shape)
+    if gap[high, low] <= 0:
+        return "No two runs have doses within 25 % of each other."
+    text = (
+        f"Dose does not explain runs {ordered['case'][high]} and {ordered['case'][low]}: {dose[high]:.3g} and "
+        f"{dose[low]:.3g} kJ/g, but {yields[high]:g} and {yields[low]:g} %"
+    )
+    if abs(share[high] - share[low]) < 0.01:
+        return f"{text}, at the same tangential share ({100 * share[high]:.0f} %): something else differs."
+    return f"{text}, with {100 * share[high]:.0f} and {100 * share[low]:.0f} % of it tangential."

@@ -1,0 +1,163 @@
+"""Doses by hand, kinetics recovered from made-up yields, and a user's table with its faults."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import compute_dose
+from millprint.dose.dose import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses, powder_of_ball, screening_doses
+from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, best_of, curve_of, fit_kinetics, verdict
+from millprint.errors import ConfigError
+from tests.unit.synthetic_mill import fingerprint
+
+ROOT = Path(__file__).parents[2]
+BALL = (0.01, 7700.0)
+
+
+def made_up(law: str, axis: str, *parameters: float, noise: float = 0.0) -> pd.DataFrame:
+    """24 runs whose axes are independent of each other, with yields by a law over one of them."""
+    random = np.random.default_rng(3)
+    table = pd.DataFrame({name: random.uniform(1, 20, 24) for name in AXES})
+    table["case"] = [str(number) for number in range(24)]
+    table[TANGENTIAL] = 0.6 * table[TOTAL]
+    values = MODELS[law].law(table[axis].to_numpy(), *parameters)
+    return table.assign(yield_percent=values + noise * random.standard_normal(24))
+
+
+def test_the_dose_of_a_ball_by_hand():
+    """A steel ball of 10 mm has 4.03 g; at a ratio of 10 it shares 0.403 g, and dissipates 400 * 721 uJ a second."""
+    one = pd.Series([1.0])
+    powder = powder_of_ball(10 * one, *BALL)
+    assert powder[0] == pytest.approx(0.40317, rel=1e-4)
+    found = doses(221e-6 * one, 500e-6 * one, 400 * one, 5 * one, powder).iloc[0]
+    assert found[HITS] == pytest.approx(400 * 5 * 3600 / 0.40317, rel=1e-4)
+    assert found[NORMAL] == pytest.approx(found[HITS] * 221e-9)
+    assert found[TOTAL] == pytest.approx(found[NORMAL] + found[TANGENTIAL])
+
+
+def test_twice_the_powder_halves_the_dose_of_the_screening_runs():
+    table = screening_doses(ROOT / "config/data/screening.tsv", *BALL).set_index("case")
+    assert table.loc["14", TOTAL] / table.loc["20", TOTAL] == pytest.approx(30 / 50)
+    assert table.loc["6", TOTAL] / table.loc["4", TOTAL] == pytest.approx(20 / 5)
+
+
+@pytest.mark.parametrize(
+    ("law", "axis", "parameters"),
+    [("first order", TOTAL, (0.1,)), ("Avrami", "time_h", (0.1, 2.5)), ("threshold", NORMAL, (0.15, 0.3))],
+)
+def test_the_law_and_the_axis_of_made_up_yields_are_found(law, axis, parameters):
+    runs = made_up(law, axis, *parameters, noise=1.0)
+    if axis == TOTAL:
+        # Tangential dose is a fixed part of it here, and so cannot be told apart.
+        runs[TANGENTIAL] = np.random.default_rng(8).uniform(1, 20, len(runs))
+    table = fit_kinetics(runs)
+    best = table.iloc[0]
+    assert (best["x"], best["model"]) == (axis, law)
+    assert best["k"] == pytest.approx(parameters[0], rel=0.05)
+    if law == "Avrami":
+        assert best["n"] == pytest.approx(parameters[1], rel=0.1)
+    if law == "threshold":
+        assert best["x0"] == pytest.approx(parameters[1] * runs[axis].max(), rel=0.1)
+    assert table["weight"].sum() == pytest.approx(1.0)
+    assert table["delta_aicc"].is_monotonic_increasing and best["delta_aicc"] == 0
+    curve = curve_of(best, runs[axis].max())
+    assert np.interp(runs[axis], curve["x"], curve["yield_percent"]) == pytest.approx(
+        MODELS[law].law(runs[axis].to_numpy(), *parameters), abs=4
+    )
+
+
+def test_yields_without_a_cause_have_no_effect_as_the_best():
+    runs = made_up("first order", TOTAL, 0.1)
+    runs["yield_percent"] = 50 + np.random.default_rng(1).standard_normal(len(runs))
+    assert fit_kinetics(runs).iloc[0]["model"] == NO_EFFECT
+
+
+def test_aicc_by_hand_and_without_enough_runs():
+    assert aicc(40.0, 10, 2) == pytest.approx(10 * np.log(4) + 4 + 12 / 7)
+    assert np.isinf(aicc(1.0, 4, 3))
+
+
+def test_an_axis_that_does_not_vary_is_left_out():
+    runs = made_up("first order", TOTAL, 0.1).assign(time_h=12.5)
+    table = fit_kinetics(runs)
+    assert best_of(table, "time_h") is None
+    assert "time" not in verdict(runs, table, "Runs").split("explain:")[1].split(".")[0]
+
+
+def test_the_verdict_names_runs_that_dose_cannot_tell_apart():
+    runs = made_up("first order", TOTAL, 0.05)
+    runs.loc[0, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.0, 8.0, 95.0]
+    runs.loc[1, [TOTAL, TANGENTIAL, "yield_percent"]] = [10.1, 5.05, 5.0]
+    text = verdict(runs, fit_kinetics(runs), "Runs")
+    assert "does not explain runs 0 and 1: 10 and 10.1 kJ/g, but 95 and 5 %, with 80 and 50 %" in text
+
+
+@pytest.mark.parametrize(("yields", "why"), [([50.0] * 4, "at least 5"), ([50.0] * 6, "all are 50")])
+def test_too_few_or_equal_yields_are_refused(yields, why):
+    runs = made_up("first order", TOTAL, 0.1).head(len(yields)).assign(yield_percent=yields)
+    with pytest.raises(ConfigError, match=why):
+        fit_kinetics(runs)
+
+
+OWN = pd.DataFrame(
+    {
+        "case": ["a", "b"], "mill": "emax", "powder_mass_g": [2.0, 4.0], "time_h": [1.0, 2.0], "fill_ratio": 0.1,
+        "speed_rpm": 600.0, "ball_diameter_mm": 10.0,
+    }
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def known():
+    own = fingerprint()
+    return {own.about["mill"]: own}
+
+
+def own_table(folder: Path, **change) -> Path:
+    path = folder / "runs.tsv"
+    OWN.assign(**change).to_csv(path, sep="\t", index=False)
+    return path
+
+
+def test_own_runs_have_the_dose_of_their_power(known, tmp_path):
+    """Dose times powder is power times time; twice the powder for twice the time has seen the same."""
+    mill = next(iter(known))
+    table = own_doses(own_table(tmp_path, mill=mill), known)
+    assert table[TOTAL].to_numpy() * OWN["powder_mass_g"].to_numpy() * 1e3 == pytest.approx(
+        (table["power_W"] * OWN["time_h"] * 3600).to_numpy(), rel=1e-6
+    )
+    assert table[HITS][0] == pytest.approx(table[HITS][1])
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"powder_mass_g": 0.0}, r"column powder_mass_g, case a = 0.*must be above 0"),
+        ({"time_h": -1.0}, r"column time_h, case a = -1.*must be above 0"),
+        ({"mill": "emaks"}, r"column mill, case a = .*emaks.*unknown mill; fingerprints given: "),
+        ({"fill_ratio": 1.5}, r"column fill_ratio, case a = 1\.5.*under 1"),
+        ({"case": "a"}, "column case = a appears twice"),
+    ],
+)
+def test_a_bad_cell_is_one_line(known, tmp_path, change, why):
+    with pytest.raises(ConfigError, match=why) as info:
+        own_doses(own_table(tmp_path, **{"mill": next(iter(known)), **change}), known)
+    assert "\n" not in str(info.value)
+
+
+def test_one_command_prints_doses_kinetics_and_a_verdict(known, tmp_path, capsys):
+    mill, own = next(iter(known.items()))
+    own.write(tmp_path / "fingerprint.json")
+    runs = pd.concat([OWN.head(1)] * 6, ignore_index=True)
+    runs = runs.assign(
+        case=list("abcdef"), mill=mill, time_h=[1, 2, 4, 6, 8, 10], yield_percent=[9, 18, 33, 45, 55, 63]
+    )
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    compute_dose.main(
+        [str(tmp_path / "runs.tsv"), str(tmp_path / "fingerprint.json"), "--out", str(tmp_path / "d.tsv")]
+    )
+    said = capsys.readouterr().out
+    assert "first order" in said and "The smallest AICc" in said
+    assert len(pd.read_csv(tmp_path / "d.tsv", sep="\t")) == 6
