@@ -10,21 +10,23 @@ from millprint.predict.evaluation import coverage_table, score_table, split_luck
 from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.model_files import load_averaged, load_model, stored_search
-from millprint.predict.report import hyperparameters, labelled, locked_metrics, predictions
+from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
+from millprint.predict.report import MODEL_KEYS, hyperparameters, locked_metrics, predictions
+from millprint.predict.scores import paired_differences, pit_histogram, score_distributions
 from millprint.predict.tables import read_rows
 
-TEXT = ["scheme", "case"]
+TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.
 LOCKED = "locked"
 
 
-def read_held_out(paths: list[str], models: list, columns: list[str]) -> pd.DataFrame:
-    """The tables of all models, joined; `paths` are in the order of `models`."""
-    text = [*TEXT, *({"method"} & set(columns))]
+def read_held_out(paths: list[str], models: list[tuple[str, str]], columns: list[str]) -> pd.DataFrame:
+    """The tables of all models (name and strategy), joined; `paths` are in the order of `models`."""
+    text = [name for name in columns if name in (*TEXT, "method")]
     tables = []
     for path, model in zip(paths, models, strict=True):
         table = read_table(path, numeric=[name for name in columns if name not in text], text=text)
-        tables.append(labelled(table, model))
+        tables.append(table.assign(**dict(zip(MODEL_KEYS, model, strict=True)))[[*MODEL_KEYS, *table]])
     return pd.concat(tables, ignore_index=True)
 
 
@@ -42,11 +44,15 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     outside = read_rows(inputs.outside)
     write_table(predictions(models, outside, level), output.out_of_domain)
     locked = predicted[predicted["role"] == "test"].assign(scheme=LOCKED, repeat=0)
-    held_out = read_held_out(inputs.held_out, models, PREDICTION_COLUMNS)
+    compared = [*((model.name, model.strategy) for model in models), (CLIMATOLOGY, PRIMARY)]
+    held_out = read_held_out(inputs.held_out, compared, PREDICTION_COLUMNS)
     write_table(score_table(pd.concat([locked, held_out], ignore_index=True), weigh, budget), output.honest)
-    intervals = read_held_out(inputs.intervals, models, INTERVAL_COLUMNS)
+    write_table(score_distributions(held_out), output.scores)
+    write_table(pit_histogram(held_out), output.pit)
+    write_table(paired_differences(held_out, (AVERAGED, PRIMARY), budget.level), output.differences)
+    intervals = read_held_out(inputs.intervals, compared, INTERVAL_COLUMNS)
     write_table(coverage_table(intervals, budget.level), output.coverage)
-    write_table(split_luck(held_out, weigh, budget.level), output.split_luck)
+    write_table(split_luck(held_out[held_out["model"] != CLIMATOLOGY], weigh, budget.level), output.split_luck)
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)
 
 

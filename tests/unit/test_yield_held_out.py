@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from millprint.predict.evaluation import coverage_table, score_table, split_luck
-from millprint.predict.held_out import LEFT_OUT, LOCKED_AGAIN, NESTED, PERMUTED, RANDOM, outer_folds, predict_held_out
+from millprint.predict.held_out import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM, outer_folds, predict_held_out
 from millprint.predict.intervals import cross_intervals, cross_validated_intervals
-from millprint.predict.metrics import YieldWeights, metrics
+from millprint.predict.metrics import YieldWeights
 from millprint.predict.procedures import procedure_of
 from tests.unit.yield_settings import parts, settings
 
@@ -34,15 +34,13 @@ def test_outer_folds_hold_out_the_rows_of_their_scheme():
     }
     assert [fold.held.tolist() for fold in by_scheme[LEFT_OUT]] == [[index] for index in range(27)]
     assert rows["case"].iloc[by_scheme[LOCKED_AGAIN][0].held].tolist() == ["9", "14", "10", "22", "1", "12"]
-    for scheme, repeats in ((NESTED, budget.outer_repeats), (PERMUTED, budget.permutations)):
-        for repeat in range(repeats):
-            held = np.concatenate([fold.held for fold in by_scheme[scheme] if fold.repeat == repeat])
-            assert sorted(held) == list(range(27))
+    for repeat in range(budget.outer_repeats):
+        parts = [fold for fold in by_scheme[NESTED] if fold.repeat == repeat]
+        assert sorted(np.concatenate([fold.held for fold in parts])) == list(range(27))
+        assert [fold.number for fold in parts] == list(range(budget.outer_folds))
     assert all(len(fold.held) == 6 for fold in by_scheme[RANDOM])
     yields = rows["yield_percent"].to_numpy()
-    for fold in by_scheme[PERMUTED]:
-        assert sorted(fold.yields) == sorted(yields) and not np.array_equal(fold.yields, yields)
-    assert all(np.array_equal(fold.yields, yields) for fold in folds if fold.scheme != PERMUTED)
+    assert all(np.array_equal(fold.yields, yields) for fold in folds)
 
 
 def test_another_seed_gives_other_folds_and_the_same_seed_the_same():
@@ -138,25 +136,3 @@ def test_coverage_counts_cases_and_not_repeats():
     row = coverage_table(table, 0.95).iloc[0]
     assert row["covered"] == 0.75 and row["cases"] == 4
     assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)
-
-
-def test_r2_is_one_for_a_perfect_model_and_low_for_shuffled_yields():
-    rows, budget = runs(), settings().honest.model_copy(update={"permutations": 6})
-    config = settings()
-    learn = procedure_of("averaged_gpr", "primary", config.training, budget, config.averaging)
-    yields = rows["yield_percent"].to_numpy(float)
-    known = dict(zip(rows["case"], yields, strict=True))
-
-    folds = outer_folds(rows, budget)
-    shuffled = [fold for fold in folds if fold.scheme == PERMUTED]
-    nested = [fold for fold in folds if fold.scheme == NESTED]
-    truth = np.concatenate([fold.yields[fold.held] for fold in nested])
-    perfect = [known[case] for fold in nested for case in rows["case"].iloc[fold.held]]
-    assert metrics(truth, np.array(perfect), WEIGH)["r2"] == 1
-    scores = []
-    for repeat in range(budget.permutations):
-        part = [fold for fold in shuffled if fold.repeat == repeat]
-        predicted = [learn(rows.iloc[f.kept], f.yields[f.kept], rows.iloc[f.held], []).predicted for f in part]
-        truth = np.concatenate([fold.yields[fold.held] for fold in part])
-        scores.append(metrics(truth, np.concatenate(predicted), WEIGH)["r2"])
-    assert np.median(scores) < 0.15

@@ -9,17 +9,21 @@ import pytest
 from scipy.stats import f_oneway
 
 import collect_final_rows
+import compare_libraries
 import compare_yield_choices
 import evaluate_yield_models
 import explain_yield_models
 import hold_out_yields
 import leave_regimes_out
+import permute_yields
 import plot_yield_models
+import plot_yield_scores
 import plot_yield_trust
 import predict_yields
 import propose_experiments
 import search_retrospectively
 import split_screening
+import state_yields
 import train_averaged_model
 import train_yield_model
 import try_yield_models
@@ -29,7 +33,7 @@ from millprint.files import read_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
 from millprint.predict.held_out import LOCKED_AGAIN
-from millprint.predict.regressors import AVERAGED, MODELS, otherwise, searched_again
+from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, MODELS, otherwise, searched_again
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings
@@ -48,9 +52,14 @@ TABLES = [
     "out_of_domain",
     "hyperparameters",
     "time_variance",
+    "scores",
+    "pit",
+    "differences",
 ]
 # Files that the test yields may change: the final metrics, and the predictions, which list the measured yields too.
 FINAL_METRICS = {"test.tsv", "locked.tsv", "choices.tsv", "predictions.tsv"}
+# Models whose held-out predictions are computed here; those of `linear` stand for all other regressors.
+HELD_OUT = ("linear", "averaged_gpr", "climatology")
 # Files made from all runs: evaluations over all of them, and everything that follows the evaluation.
 ALL_RUNS = {
     "honest.tsv",
@@ -58,7 +67,15 @@ ALL_RUNS = {
     "split_luck.tsv",
     "time_variance.tsv",
     "tried.tsv",
-    *(f"held_out/{model}{part}.tsv" for model in ("linear", "averaged_gpr") for part in ("", "_intervals")),
+    "scores.tsv",
+    "pit.tsv",
+    "differences.tsv",
+    "libraries.tsv",
+    "library_members.tsv",
+    "permutations.tsv",
+    "permutation_test.tsv",
+    "statements.tsv",
+    *(f"held_out/{model}{part}.tsv" for model in HELD_OUT for part in ("", "_intervals")),
     "regimes.tsv",
     "regimes_summary.tsv",
     "retrospective.tsv",
@@ -103,12 +120,12 @@ def run_chapter(results: Path, screening: Path) -> Path:
         stored = str(folder / f"models/averaged_gpr_{name}.json")
         train_averaged_model.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
     held_out = {}
-    for model, strategy in (("linear", "primary"), ("averaged_gpr", "primary")):
+    for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
         held_out[model] = tuple(map(str, paths))
         outputs = SimpleNamespace(predictions=paths[0], intervals=paths[1])
         hold_out_yields.main(train, test, outputs, model, strategy, config.training, config.honest, config.averaging)
-    used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"]]
+    used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"], held_out[CLIMATOLOGY]]
     evaluate_yield_models.main(
         SimpleNamespace(
             train=train,
@@ -152,11 +169,23 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     propose_experiments.main(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
     searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
+    trust(folder, parts, config)
     try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
     for name in ("primary", "final"):
         model, out = str(folder / f"models/averaged_gpr_{name}.json"), str(folder / f"predicted_{name}.tsv")
         own = (config.prediction, config.training, config.honest.conformal_folds, 0.95, False)
         predict_yields.main(model, config.prediction.conditions, out, *own, mill)
+
+
+def trust(folder: Path, parts: list[str], config) -> None:
+    """The libraries, the permutation test, and the sentences."""
+    libraries = SimpleNamespace(libraries=folder / "libraries.tsv", members=folder / "library_members.tsv")
+    own = (config.training, config.honest, config.averaging, config.library_trial)
+    compare_libraries.main(*parts, libraries, *own)
+    permuted = SimpleNamespace(permutations=folder / "permutations.tsv", test=folder / "permutation_test.tsv")
+    permute_yields.main(parts, permuted, config.averaging, config.library_trial)
+    stated = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test")
+    state_yields.main({name: str(folder / f"{name}.tsv") for name in stated}, folder / "statements.tsv")
 
 
 @pytest.fixture(scope="module")
@@ -191,13 +220,20 @@ def test_poisoned_test_yields_change_nothing_but_the_final_metrics(chapter, pois
 
 def test_poisoned_test_yields_do_not_change_what_is_predicted_for_them(chapter, poisoned_chapter):
     """The files of held-out predictions contain the locked split too, at the reduced budget."""
-    for model in ("linear", "averaged_gpr"):
-        clean, other = (
-            read_table(folder / f"held_out/{model}.tsv", text=["scheme", "case"]).query(f"scheme == '{LOCKED_AGAIN}'")
-            for folder in (chapter, poisoned_chapter)
-        )
-        assert clean["predicted_percent"].equals(other["predicted_percent"])
-        assert not clean["yield_percent"].equals(other["yield_percent"])
+    for model in HELD_OUT:
+        for part, same in (("", ["predicted_percent"]), ("_intervals", ["lower_percent", "upper_percent"])):
+            clean, other = (
+                read_table(folder / f"held_out/{model}{part}.tsv", text=["scheme", "case"]).query(
+                    f"scheme == '{LOCKED_AGAIN}'"
+                )
+                for folder in (chapter, poisoned_chapter)
+            )
+            assert all(clean[column].equals(other[column]) for column in same)
+            assert not clean["yield_percent"].equals(other["yield_percent"])
+            if not part:
+                # Only the truth that a distribution is scored with has changed.
+                assert clean["distribution"].equals(other["distribution"])
+                assert not clean["crps_pp"].equals(other["crps_pp"])
 
 
 def test_a_second_run_is_the_same_to_the_last_bit(chapter, tmp_path_factory):
@@ -212,7 +248,7 @@ def test_another_split_and_another_seed_work(tmp_path):
     path, config = tmp_path / "split.tsv", settings()
     split.to_csv(path, sep="\t", index=False)
     train, test = str(tmp_path / "train.tsv"), str(tmp_path / "test.tsv")
-    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors, settings().other_sources)
+    split_screening.main(str(SCREENING), str(path), train, test, doe_settings().factors, config.other_sources)
     other = config.training.model_copy(update={"seed": 7})
     for seed, training in (("first", config.training), ("other", other)):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
@@ -247,14 +283,15 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     assert list(locked)[:7] == ["model", "strategy", "rmse", "mae", "mape", "r2", "wmse"]
     assert list(zip(locked["model"], locked["strategy"], strict=True)) == list(EVERY_MODEL)
     scores = read_table(chapter / "honest.tsv")
-    assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "lower", "upper"]
-    schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split", "permutation"}
-    assert set(scores["scheme"]) == schemes and len(scores) == len(schemes) * 10 * 5
+    assert list(scores) == ["model", "strategy", "scheme", "metric", "value", "error", "lower", "upper"]
+    schemes = {"locked", "locked_reduced_budget", "leave_one_out", "nested_cv", "random_split"}
+    # Climatology is no trained model, so it has no row for the locked split at the full budget.
+    assert set(scores["scheme"]) == schemes and len(scores) == (len(schemes) * 11 - 1) * 5
     assert (scores["lower"] <= scores["upper"]).all()
     merged = scores[(scores["scheme"] == "locked") & (scores["metric"] == "rmse")].merge(locked)
     np.testing.assert_allclose(merged["value"], merged["rmse"], rtol=1e-6)
     coverage = read_table(chapter / "coverage.tsv")
-    assert set(coverage["method"]) == {"cv_plus", "mixture"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
+    assert set(coverage["method"]) == {"cv_plus", "mixture", "errors"} and set(coverage["nominal"]) == {0.5, 0.8, 0.95}
     assert coverage["covered"].between(coverage["lower"], coverage["upper"]).all()
     luck = read_table(chapter / "split_luck.tsv")
     assert len(luck) == 10 * 5 and luck["worse_splits"].between(0, 1).all()
@@ -272,6 +309,37 @@ def test_tables_have_the_columns_that_are_read_later(chapter):
     assert average["r2"] == pytest.approx(left_out["value"], rel=1e-5) and average["chosen"] == "in the fold"
 
 
+def test_tables_of_trust_agree_with_each_other_and_with_the_sentences(chapter):
+    honest = read_table(chapter / "honest.tsv")
+    differences, libraries = read_table(chapter / "differences.tsv"), read_table(chapter / "libraries.tsv")
+    averaged = honest.query("model == 'averaged_gpr' and metric == 'r2'").set_index("scheme")
+    linear = honest.query("model == 'linear' and metric == 'r2'").set_index("scheme")
+    paired = differences.query("model == 'linear' and metric == 'r2'").set_index("scheme")
+    for scheme in ("leave_one_out", "nested_cv"):
+        own = libraries.query(f"library == 'declared' and metric == 'r2' and scheme == '{scheme}'").iloc[0]
+        # The same folds, the same library: the same score.
+        assert own["value"] == pytest.approx(averaged.loc[scheme, "value"], abs=1e-6)
+        assert own["error"] == pytest.approx(averaged.loc[scheme, "error"], rel=1e-4)
+        gap = linear.loc[scheme, "value"] - averaged.loc[scheme, "value"]
+        assert paired.loc[scheme, "difference"] == pytest.approx(gap, rel=1e-4, abs=1e-6)
+    assert (differences["p_holm"] >= differences["p"] - 1e-12).all() and len(differences) == 2 * 2 * 10
+    assert ((differences["p_holm"] < 0.05) == (differences["told_apart"] == "yes")).all()
+    scores = read_table(chapter / "scores.tsv")
+    reference = scores[scores["model"] == CLIMATOLOGY]
+    assert (reference["skill"].abs() < 1e-9).all() and len(reference) == 4
+    shares = read_table(chapter / "pit.tsv").groupby(["model", "strategy", "scheme"])["share"].sum()
+    np.testing.assert_allclose(shares, 1)
+    permuted, test = read_table(chapter / "permutations.tsv"), read_table(chapter / "permutation_test.tsv").iloc[0]
+    assert len(permuted) == 20 and test["p"] == pytest.approx(
+        (1 + (permuted["r2"][1:] >= permuted["r2"][0]).sum()) / 20
+    )
+    said = read_table(chapter / "statements.tsv").set_index("about")["statement"]
+    assert f"{averaged.loc['leave_one_out', 'value']:.3f} +- " in said["both schemes"]
+    two_step = differences.query("model == 'gpr' and strategy == 'two_step' and metric == 'r2'")
+    assert ("cannot be told apart" in said["two best models"]) == (two_step["told_apart"] == "no").all()
+    assert f"p = {test['p']:.3g} from 19 shuffles" in said["chance"]
+
+
 def drawn(names: list[str], folder: Path) -> SimpleNamespace:
     return SimpleNamespace(**{f"{name}_{kind}": folder / f"{name}.{kind}" for name in names for kind in ("svg", "png")})
 
@@ -284,5 +352,8 @@ def test_figures_are_drawn(chapter, tmp_path):
     tables = {name: chapter / f"{name}.tsv" for name in ("honest", "coverage", "retrospective")}
     more = {"proposals": chapter / "next_experiments.tsv", "regimes": chapter / "regimes_summary.tsv"}
     plot_yield_trust.main(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
-    for path in (*vars(plotted).values(), *vars(trusted).values()):
+    scored = drawn(["scores", "pit", "permutations"], tmp_path)
+    tables = {name: chapter / f"{name}.tsv" for name in ("scores", "pit", "permutations")}
+    plot_yield_scores.main(SimpleNamespace(**tables), scored)
+    for path in (*vars(plotted).values(), *vars(trusted).values(), *vars(scored).values()):
         assert path.stat().st_size > 5000

@@ -297,7 +297,7 @@ def test_regimes_left_out_are_not_in_the_training():
 
     def spy(rows, yields, unseen, levels):
         seen.append((set(rows["case"]), set(unseen["case"])))
-        return Prediction(np.full(len(unseen), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(unseen), 1, 1))})
+        return Prediction(np.full(len(unseen), 50.0), {"cv_plus": np.tile([0.0, 100.0], (len(unseen), 1, 1))}, None)
 
     table = leave_regimes_out(screening, regimes, {("spy", "none"): (spy, False)}, 0.95)
     assert all(not known & unseen and len(known) >= 27 for known, unseen in seen)

@@ -14,6 +14,7 @@ from millprint.predict.model_files import load_model, save_model, stored_search
 from millprint.predict.procedures import procedure_of
 from millprint.predict.regressors import (
     AVERAGED,
+    CLIMATOLOGY,
     MODELS,
     REGRESSORS,
     TITLES,
@@ -45,7 +46,7 @@ def test_registry_and_configuration_hold_the_same_regressors():
         assert record.space is None or set(record.space.draws()) == set(record.space.model_fields)
         assert set(record.choices) <= set(ALTERNATIVES)
     assert len(MODELS) == 9 and MODELS[:2] == [("linear", "primary"), ("gpr", "primary")]
-    assert set(TITLES) == {*REGRESSORS, AVERAGED} and len(set(TITLES.values())) == len(TITLES)
+    assert set(TITLES) == {*REGRESSORS, AVERAGED, CLIMATOLOGY} and len(set(TITLES.values())) == len(TITLES)
 
 
 @pytest.mark.parametrize(("name", "strategy"), EVERY_MODEL)

@@ -131,7 +131,12 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
         ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yield_trust"}),
         (
             "yields={honest: {level: 0.9}}",
-            {"evaluate_yield_models", "search_retrospectively", "plot_yield_models", "plot_yield_trust"},
+            {
+                "evaluate_yield_models",
+                "search_retrospectively",
+                "state_yields",
+                *(f"plot_yield_{name}" for name in ("models", "trust", "scores")),
+            },
         ),
         (
             "validation={alumina_impact: {speed_m_s: 3.8}}",

@@ -2,6 +2,7 @@
 
 from millprint.predict.regressors import (
     AVERAGED,
+    CLIMATOLOGY,
     PRIMARY,
     REGRESSORS,
     RESIDUAL_WEIGHTS,
@@ -15,6 +16,7 @@ from millprint.predict.regressors import (
 YIELDS = f"{RESULTS}/yield"
 MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
+COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
 SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
 ANY_REGRESSOR = "|".join(REGRESSORS)

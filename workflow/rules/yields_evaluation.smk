@@ -11,6 +11,9 @@ YIELD_TABLES = [
     "out_of_domain",
     "hyperparameters",
     "time_variance",
+    "scores",
+    "pit",
+    "differences",
 ]
 
 
@@ -26,7 +29,7 @@ rule hold_out_yields:
     benchmark:
         f"{BENCHMARKS}/hold_out_yields/{{model}}/{{strategy}}.tsv"
     wildcard_constraints:
-        model=f"{ANY_REGRESSOR}|{AVERAGED}",
+        model=f"{ANY_REGRESSOR}|{AVERAGED}|{CLIMATOLOGY}",
         strategy=ANY_STRATEGY,
     params:
         training=yield_settings("training"),
@@ -45,8 +48,8 @@ rule evaluate_yield_models:
         test=rules.split_screening.output.test,
         models=every_model(rules.train_yield_model.output.model, MODELS),
         averaged=f"{YIELDS}/models/averaged_gpr_primary.json",
-        held_out=every_model(rules.hold_out_yields.output.predictions, EVERY_MODEL),
-        intervals=every_model(rules.hold_out_yields.output.intervals, EVERY_MODEL),
+        held_out=every_model(rules.hold_out_yields.output.predictions, COMPARED_MODELS),
+        intervals=every_model(rules.hold_out_yields.output.intervals, COMPARED_MODELS),
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},

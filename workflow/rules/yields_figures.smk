@@ -95,10 +95,51 @@ rule plot_yield_trust:
         "../../scripts/plot_yield_trust.py"
 
 
+rule plot_yield_scores:
+    input:
+        scores=rules.evaluate_yield_models.output.scores,
+        pit=rules.evaluate_yield_models.output.pit,
+        permutations=rules.permute_yields.output.permutations,
+    output:
+        scores_svg=report(
+            f"{YIELD_FIGURES}/scores.svg",
+            caption="../report/yield_scores.rst",
+            category="Chapter 5",
+            labels={"figure": "proper scores", "shows": "CRPS and logarithmic score"},
+        ),
+        scores_png=f"{YIELD_FIGURES}/scores.png",
+        pit_svg=report(
+            f"{YIELD_FIGURES}/pit.svg",
+            caption="../report/yield_pit.rst",
+            category="Chapter 5",
+            labels={"figure": "calibration", "shows": "PIT histograms"},
+        ),
+        pit_png=f"{YIELD_FIGURES}/pit.png",
+        permutations_svg=report(
+            f"{YIELD_FIGURES}/permutations.svg",
+            caption="../report/yield_permutations.rst",
+            category="Chapter 5",
+            labels={"figure": "chance", "shows": "scores on shuffled yields"},
+        ),
+        permutations_png=f"{YIELD_FIGURES}/permutations.png",
+    log:
+        f"{LOGS}/yields/plot_yield_scores.log",
+    localrule: True
+    params:
+        library=library("plot_yield_scores.py"),
+    message:
+        "Drawing proper scores, calibration and the permutation test of the yield models"
+    script:
+        "../../scripts/plot_yield_scores.py"
+
+
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
     rules.compare_yield_choices.output.choices,
     rules.try_yield_models.output.tried,
+    *rules.compare_libraries.output,
+    *rules.permute_yields.output,
+    rules.state_yields.output.statements,
     *rules.leave_regimes_out.output,
     *SOURCES_OUTPUTS,
     *rules.propose_experiments.output,
@@ -107,4 +148,5 @@ YIELD_OUTPUTS = [
     *rules.explain_yield_models.output,
     *rules.plot_yield_models.output,
     *rules.plot_yield_trust.output,
+    *rules.plot_yield_scores.output,
 ]

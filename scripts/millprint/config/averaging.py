@@ -75,6 +75,15 @@ class Priors(Section):
     """variance of the noise [variance of the target]"""
 
 
+class LibraryConfig(Section):
+    """Another library: what it has in place of the links, structures and scales of `averaging`."""
+
+    links: Annotated[list[LinkName], Field(min_length=1)]
+    """scales of the yield"""
+    time_h: Scales
+    """scales of the milling time"""
+
+
 class AveragingConfig(Section):
     """The library of the averaged Gaussian process: every combination of link, scales and structure."""
 

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from millprint.config.averaging import AveragingConfig
+from millprint.config.averaging import AveragingConfig, LibraryConfig
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
 from millprint.config.regressors import TABLE_5_6, Evaluations, Interval, RegressorList, Spaces
@@ -26,7 +26,7 @@ class HeldOutConfig(SearchConfig):
     """Predictions of every run by models that were not trained on it; each outer fold repeats search and fit."""
 
     # By default a smaller search than for the models themselves, since it is repeated many times.
-    evaluations: Evaluations = Evaluations(gpr=5, rf=5, svr=20, xgb=5)
+    evaluations: Evaluations = Evaluations(gpr=20, rf=5, svr=20, xgb=5)
     """sets of hyper-parameters that are evaluated for each step of a model, in every outer fold"""
     folds: Annotated[int, Field(ge=2, le=100_000)] = 4
     """folds of the inner cross-validation"""
@@ -34,16 +34,16 @@ class HeldOutConfig(SearchConfig):
     """repeats of the inner cross-validation, each shuffled differently"""
     outer_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
     """folds of the nested cross-validation"""
-    outer_repeats: Count = 4
+    outer_repeats: Count = 10
     """repeats of the nested cross-validation, each shuffled differently"""
     random_splits: Count = 20
     """random splits of the size of the locked one"""
-    permutations: Count = 8
-    """shuffles of the yields among the runs, each cross-validated once"""
+    largest_forest: Annotated[int, Field(ge=2, le=100_000)] = 100
+    """trees of a forest in an outer fold at most; more change it by its own noise alone"""
     conformal_folds: Annotated[int, Field(ge=2, le=100_000)] = 5
-    """folds of the CV+ predictive intervals"""
+    """folds of the CV+ predictive intervals, and of the errors that give other models a normal distribution"""
     seed: Seed = 42
-    """of the outer folds, the shuffles and the bootstrap"""
+    """of the outer folds and the bootstrap"""
     nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
     """levels at which predictive intervals are checked [-]"""
 
@@ -87,6 +87,19 @@ class TrainingConfig(Section):
     choices: Choices = Choices()
 
 
+class LibraryTrialConfig(Section):
+    """What the choice of the averaged process's library is worth, and whether chance could reach its score."""
+
+    earlier: LibraryConfig = LibraryConfig(links=["identity", "logit", "avrami"], time_h=["linear", "log"])
+    """library that is scored beside that of `averaging`: the one before it, chosen after a look at scores"""
+    sub_libraries: Count = 500
+    """random halves of a library, each scored by the same folds"""
+    permutations: Annotated[int, Field(ge=19, le=100_000)] = 199
+    """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
+    seed: Seed = 42
+    """of the halves and of the shuffles"""
+
+
 class YieldConfig(Section):
     """Settings of the yield stage (thesis chapter 5)."""
 
@@ -105,6 +118,7 @@ class YieldConfig(Section):
     honest: EvaluationConfig = EvaluationConfig()
     other_sources: OtherSourcesConfig = OtherSourcesConfig()
     averaging: AveragingConfig = AveragingConfig()
+    library_trial: LibraryTrialConfig = LibraryTrialConfig()
     proposals: ProposalConfig
     retrospective: RetrospectiveConfig = RetrospectiveConfig()
     prediction: PredictionConfig

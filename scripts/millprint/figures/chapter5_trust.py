@@ -8,19 +8,19 @@ from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.chapter5 import STRATEGIES, interval_errors
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
-from millprint.predict.regressors import AVERAGED, TITLES
+from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, TITLES
 
 SCHEMES = {
     "locked": ("locked split", COLOURS[1], "s"),
     "random_split": ("random 21/6 splits", COLOURS[4], "v"),
-    "nested_cv": ("nested CV", COLOURS[2], "^"),
+    "nested_cv": ("repeated k-fold", COLOURS[2], "^"),
     "leave_one_out": ("leave-one-out", COLOURS[0], "o"),
-    "permutation": ("shuffled yields", "#999999", "x"),
 }
 METHODS = {
     "gaussian": ("own normal distribution", COLOURS[1], "s"),
     "mixture": ("own mixture", COLOURS[2], "^"),
     "cv_plus": ("CV+", COLOURS[0], "o"),
+    "errors": ("spread of the training yields", "#666666", "x"),
 }
 SEARCHES = {
     "expected_improvement": ("expected improvement", COLOURS[0], "-"),
@@ -51,17 +51,19 @@ ADDED = {
 R2_FROM = -1.0
 
 
-def _title(model: str, strategy: str) -> str:
-    return TITLES[model] if model == AVERAGED else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
+def model_title(model: str, strategy: str) -> str:
+    """Name of a model in figures."""
+    return TITLES[model] if model in (AVERAGED, CLIMATOLOGY) else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
 
 
 def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     """R2 of every model by every scheme, with intervals; the values printed in Table 5.6 are shown as markers.
 
-    scores: model, strategy, scheme, metric, value, lower, upper; claims: id, value.
+    scores: model, strategy, scheme, metric, value, lower, upper, without climatology, whose R2 is 0 by definition;
+    claims: id, value.
     """
     published = claims.set_index("id")["value"]
-    rows = scores[scores["metric"] == "r2"]
+    rows = scores[(scores["metric"] == "r2") & (scores["model"] != CLIMATOLOGY)]
     names = list(dict.fromkeys(zip(rows["model"], rows["strategy"], strict=True)))
     figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 4.6))
     height = np.arange(len(names))[::-1]
@@ -85,7 +87,7 @@ def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     axis.plot(published[printed.index].astype(float), printed, label="printed", **PUBLISHED)
     for place in height[:-1]:
         axis.axhline(place - 0.5, color="#DDDDDD", linewidth=0.6, zorder=0)
-    axis.set_yticks(height, [_title(model, strategy) for model, strategy in names])
+    axis.set_yticks(height, [model_title(model, strategy) for model, strategy in names])
     axis.tick_params(axis="y", length=0)
     axis.axvline(0, color="#999999", linewidth=0.8, zorder=0)
     axis.set(xlabel="coefficient of determination $R^2$ [-]")
@@ -120,7 +122,7 @@ def plot_coverage(coverage: pd.DataFrame) -> Figure:
         labelled.add(title)
         axes[-1].plot(table.loc[(*kind, levels[-1]), "width_pp"], place, marker, color=colour, label=label)
     axes[-1].set_xlim(0, 105)
-    axes[0].set_yticks(height, [_title(model, strategy) for model, strategy, _ in kinds], fontsize=7)
+    axes[0].set_yticks(height, [model_title(model, strategy) for model, strategy, _ in kinds], fontsize=7)
     for axis in axes:
         axis.title.set_fontsize(8)
         axis.tick_params(axis="y", length=0)

@@ -1,16 +1,20 @@
-"""Faster versions of two estimators of scikit-learn: the Gaussian process, and the random forests of a search."""
+"""Faster versions of estimators of scikit-learn: the Gaussian process and the random forest; a line with errors."""
 
 import warnings
 from typing import Any
 
 import numpy as np
 import sklearn
+from scipy.linalg.lapack import dpotrf, dtrtri
+from sklearn.ensemble import RandomForestRegressor
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Hyperparameter, Matern, WhiteKernel
+from sklearn.linear_model import LinearRegression
 from sklearn.tree import DecisionTreeRegressor
 
 from millprint.config.yields import Choices
+from millprint.predict.structured import Pairs
 
 
 class _OneHyperparameter:
@@ -46,6 +50,50 @@ class Noise(_OneHyperparameter, WhiteKernel):
     varied = "noise_level"
 
 
+class QuickProcess(GaussianProcessRegressor):
+    """scikit-learn's process for the kernel Factor * Smoothness + Noise, with a quick marginal likelihood.
+
+    scikit-learn's own differs by rounding alone. For some twenty rows, nearly all of its time goes into kernels that
+    build and check themselves anew at every step of the maximisation.
+    """
+
+    def log_marginal_likelihood(self, theta: Any = None, eval_gradient: bool = False, clone_kernel: bool = True) -> Any:
+        """Eq. 5.10 and, on request, its gradient in theta: the logarithms of factor, length scales and noise."""
+        if theta is None or not eval_gradient:
+            return super().log_marginal_likelihood(theta, eval_gradient, clone_kernel)
+        factor, scales, noise = np.exp(theta[0]), np.exp(-2 * theta[1:-1]), np.exp(theta[-1])
+        squares, target = self._squares(), self.y_train_
+        rows = len(target)
+        scaled = squares * scales[:, None]
+        root = np.sqrt(3 * scaled.sum(axis=0))
+        decay = factor * np.exp(-root)
+        smooth = (1 + root) * decay
+        covariance = smooth.copy()
+        covariance[:: rows + 1] += noise + self.alpha
+        # LAPACK itself: what surrounds it in numpy and scipy takes longer than the twenty rows.
+        lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1)
+        if failed:
+            return -np.inf, np.zeros_like(theta)
+        half = dtrtri(lower, lower=1)[0]
+        inverse = half.T @ half
+        weights = inverse @ target
+        value = -0.5 * target @ weights - np.log(lower.diagonal()).sum() - 0.5 * rows * np.log(2 * np.pi)
+        slope = 0.5 * (weights[:, None] * weights - inverse)
+        flat = slope.ravel()
+        # d k / d ln l_j = 3 C exp(-r) d_j^2 / l_j^2, with r^2 = 3 sum_j d_j^2 / l_j^2.
+        by_length = scaled @ (3 * decay * flat)
+        return value, np.concatenate([[smooth @ flat], by_length, [noise * slope.trace()]])
+
+    def _squares(self) -> np.ndarray:
+        """Squared differences of the training rows in each feature, (k, n * n); their sum (1, n * n) for one length."""
+        if getattr(self, "_rows", None) is not self.X_train_:
+            self._rows = self.X_train_
+            squares = Pairs.of(self.X_train_, self.X_train_).squares.reshape(self.X_train_.shape[1], -1)
+            shared = len(self.kernel_.theta) == 3
+            self._differences = squares.sum(axis=0, keepdims=True) if shared else squares
+        return self._differences
+
+
 def gaussian_process(parameters: dict[str, float], columns: int, choices: Choices) -> GaussianProcessRegressor:
     """A process of zero mean with the kernel C * Matern(nu = 1.5) + white noise, Eqs 5.5 to 5.10; it is not fitted yet.
 
@@ -57,7 +105,7 @@ def gaussian_process(parameters: dict[str, float], columns: int, choices: Choice
     lengths = parameters["length_scale"] if shared else np.full(columns, parameters["length_scale"])
     bounds = tuple(choices.kernel_bounds)
     kernel = Factor(parameters["constant"], bounds) * Smoothness(lengths, bounds, nu=1.5)
-    return GaussianProcessRegressor(kernel + Noise(parameters["noise"], bounds))
+    return QuickProcess(kernel + Noise(parameters["noise"], bounds))
 
 
 def fit_quietly(estimator: Any, inputs: np.ndarray, target: np.ndarray) -> Any:
@@ -68,6 +116,23 @@ def fit_quietly(estimator: Any, inputs: np.ndarray, target: np.ndarray) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         return estimator.fit(inputs, target)
+
+
+class LeastSquares(LinearRegression):
+    """scikit-learn's least squares, with the covariance of its line."""
+
+    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "LeastSquares":
+        """Fit on inputs (n, k) and a target (n,)."""
+        super().fit(X, y)
+        design = np.column_stack([np.ones(len(X)), X])
+        errors = y - self.predict(X)
+        self.covariance_ = np.linalg.pinv(design.T @ design) * (errors @ errors) / max(len(X) - design.shape[1], 1)
+        return self
+
+    def mean_deviation(self, inputs: np.ndarray) -> np.ndarray:
+        """Standard deviation (m,) of the line at inputs (m, k), without the scatter of a measurement."""
+        design = np.column_stack([np.ones(len(inputs)), inputs])
+        return np.sqrt(np.einsum("ij,jk,ik->i", design, self.covariance_, design))
 
 
 class ForestFold:
@@ -118,4 +183,40 @@ class ForestFold:
             random_state=self._seeds[index],
         )
         tree.fit(self._inputs, self._target, sample_weight=self._bootstraps[index], check_input=False)
-        return tree.predict(self._held_out, check_input=False)
+        return tree.tree_.predict(self._held_out).ravel()
+
+
+class QuickForest(RandomForestRegressor):
+    """scikit-learn's random forest, grown and asked without what surrounds each tree: the same trees and the same bits.
+
+    For some twenty rows, the threads and checks of RandomForestRegressor take most of its time.
+    """
+
+    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "QuickForest":
+        """Grow the trees on inputs (n, k) and a target (n,)."""
+        inputs, target = np.ascontiguousarray(X, dtype=np.float32), np.ascontiguousarray(y, dtype=float)
+        generator, rows = np.random.RandomState(self.random_state), len(target)
+        self.estimator_, self.estimators_, self.n_outputs_ = DecisionTreeRegressor(), [], 1
+        self.n_features_in_ = inputs.shape[1]
+        with sklearn.config_context(skip_parameter_validation=True, assume_finite=True):
+            for _ in range(self.n_estimators):
+                seed = generator.randint(np.iinfo(np.int32).max)
+                tree = DecisionTreeRegressor(
+                    max_depth=self.max_depth,
+                    min_samples_split=self.min_samples_split,
+                    min_samples_leaf=self.min_samples_leaf,
+                    max_features=self.max_features,
+                    random_state=seed,
+                )
+                drawn = np.random.RandomState(seed).randint(0, rows, rows, dtype=np.int32)
+                weights = np.bincount(drawn, minlength=rows).astype(float)
+                self.estimators_.append(tree.fit(inputs, target, sample_weight=weights, check_input=False))
+        return self
+
+    def predict(self, X: np.ndarray) -> np.ndarray:
+        """Mean prediction (m,) of the trees for inputs (m, k), Eq. 5.11."""
+        inputs = np.ascontiguousarray(X, dtype=np.float32)
+        total = np.zeros(len(inputs))
+        for tree in self.estimators_:
+            total += tree.tree_.predict(inputs).ravel()
+        return total / len(self.estimators_)

@@ -5,7 +5,7 @@ import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.yields import EvaluationConfig
-from millprint.predict.held_out import LOCKED_AGAIN, NESTED, PERMUTED, RANDOM
+from millprint.predict.held_out import LOCKED_AGAIN, NESTED, RANDOM
 from millprint.predict.metrics import GAINS, METRICS, YieldWeights, bootstrap_metrics, metrics
 
 KEYS = ["model", "strategy", "scheme"]
@@ -26,24 +26,26 @@ def _central(scores: pd.Series, level: float) -> dict[str, float]:
 
 
 def score_table(held_out: pd.DataFrame, weigh: YieldWeights, budget: EvaluationConfig) -> pd.DataFrame:
-    """Metrics by model, strategy and scheme: columns KEYS, metric, value, lower, upper.
+    """Metrics by model, strategy and scheme: columns KEYS, metric, value, error, lower, upper.
 
-    held_out: KEYS, repeat, case, yield_percent, predicted_percent. For random splits and permutations the value is
-    the median over the repeats and the interval their central range. For the others the interval is a bootstrap over
-    cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too.
+    held_out: KEYS, repeat, case, yield_percent, predicted_percent. For random splits the value is the median over the
+    repeats and the interval their central range. For the others the error is a jackknife and the interval a bootstrap
+    over cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too.
     """
     tables = []
     for keys, rows in held_out.groupby(KEYS, sort=False):
         about = dict(zip(KEYS, keys, strict=True))
-        if about["scheme"] in (RANDOM, PERMUTED):
+        if about["scheme"] == RANDOM:
             scores = _scores(rows, weigh)
-            table = pd.DataFrame({"metric": name, **_central(scores[name], budget.level)} for name in METRICS)
+            table = pd.DataFrame(
+                {"metric": name, "error": np.nan, **_central(scores[name], budget.level)} for name in METRICS
+            )
         else:
             wide = rows.pivot(index="repeat", columns="case", values=["yield_percent", "predicted_percent"])
             truth, predicted = wide["yield_percent"].to_numpy(), wide["predicted_percent"].to_numpy()
             table = bootstrap_metrics(truth, predicted, weigh, budget.resamples, budget.level, budget.seed)
         tables.append(table.assign(**about))
-    return pd.concat(tables, ignore_index=True)[[*KEYS, "metric", "value", "lower", "upper"]]
+    return pd.concat(tables, ignore_index=True)[[*KEYS, "metric", "value", "error", "lower", "upper"]]
 
 
 def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:

@@ -44,17 +44,24 @@ def cross_intervals(centres: np.ndarray, residuals: np.ndarray, levels: list[flo
     return np.clip(ends, 0, 100)
 
 
-def cross_validated_intervals(
-    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float], folds: int, seed: int
-) -> np.ndarray:
-    """CV+ intervals (m, levels, 2) [%] for the rows `unseen`, by refits of `fit` on folds of the training rows."""
+def cross_validate(
+    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, folds: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n, m) [%] and absolute residuals (n,) [pp] by refits of `fit` on folds of the training rows."""
     centres, residuals = np.empty((len(rows), len(unseen))), np.empty(len(rows))
     parts = KFold(min(folds, len(rows)), shuffle=True, random_state=seed)
     for kept, held in parts.split(rows):
         predict = fit(rows.iloc[kept], yields[kept])
         centres[held] = predict(unseen)
         residuals[held] = np.abs(yields[held] - predict(rows.iloc[held]))
-    return cross_intervals(centres, residuals, levels)
+    return centres, residuals
+
+
+def cross_validated_intervals(
+    fit: Fit, rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, levels: list[float], folds: int, seed: int
+) -> np.ndarray:
+    """CV+ intervals (m, levels, 2) [%] for the rows `unseen`, by refits of `fit` on folds of the training rows."""
+    return cross_intervals(*cross_validate(fit, rows, yields, unseen, folds, seed), levels)
 
 
 def refit(model: YieldModel, training: TrainingConfig) -> Fit:

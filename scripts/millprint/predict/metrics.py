@@ -52,10 +52,26 @@ def metrics(truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights) -> di
     }
 
 
+def jackknife_error(estimates: np.ndarray) -> np.ndarray:
+    """Standard error from the n estimates (..., n) without one case each: sqrt((n - 1) / n sum (estimate - mean)^2).
+
+    Efron and Stein, Ann. Stat. 9 (1981) 586. For a mean it is that of the mean. The models are not fitted again.
+    """
+    count = estimates.shape[-1]
+    return np.sqrt((count - 1) * np.var(estimates, axis=-1))
+
+
+def without_each(count: int) -> np.ndarray:
+    """Positions (count, count - 1) of the cases that are left when each is taken out."""
+    return np.array([np.delete(np.arange(count), index) for index in range(count)])
+
+
 def bootstrap_metrics(
     truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights, resamples: int, level: float, seed: int
 ) -> pd.DataFrame:
-    """Each metric with its percentile interval over resampled cases: columns metric, value, lower, upper.
+    """Each metric, its jackknife error and its percentile interval over resampled cases.
+
+    Columns: metric, value, error, lower, upper.
 
     truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, and a resample
     takes the same cases in all of them. The models are not fitted again: the interval shows how much the value depends
@@ -67,9 +83,13 @@ def bootstrap_metrics(
     values = metrics(truth, predicted, weigh)
     # A repeat at a time: all at once would take gigabytes.
     spread = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
+    left = metrics(truth[:, without_each(cases)], predicted[:, without_each(cases)], weigh)
     tail = (1 - level) / 2
     rows = []
     for name in METRICS:
         lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in spread]), axis=0), [tail, 1 - tail])
-        rows.append({"metric": name, "value": float(np.mean(values[name])), "lower": lower, "upper": upper})
+        error = float(jackknife_error(np.asarray(left[name]).mean(axis=0)))
+        rows.append(
+            {"metric": name, "value": float(np.mean(values[name])), "error": error, "lower": lower, "upper": upper}
+        )
     return pd.DataFrame(rows)

@@ -114,11 +114,19 @@ class YieldModel:
     def deviation(self, rows: pd.DataFrame) -> np.ndarray:
         """Standard deviation of a predicted measurement (n,) [pp]; NaN for a model that predicts no distribution.
 
-        For two steps it is that of the second, which predicts the residuals of the first.
+        For two steps the variances add up: that of the first step's mean, and that of the second step, which predicts
+        the residuals of the first and holds the noise. This takes the errors of both steps as independent. The second
+        step partly makes up for an error of the first, so the sum is rather too wide.
         """
-        last = self.steps[-1]
+        features, last = engineer(rows), self.steps[-1]
         deviation = regressor(last.plan.regressor).deviation
-        return deviation(last.estimator, last.inputs(engineer(rows))) if deviation else np.full(len(rows), np.nan)
+        if deviation is None:
+            return np.full(len(rows), np.nan)
+        variance = deviation(last.estimator, last.inputs(features)) ** 2
+        for step in self.steps[:-1]:
+            of_mean = regressor(step.plan.regressor).mean_deviation
+            variance = variance + (of_mean(step.estimator, step.inputs(features)) ** 2 if of_mean else np.nan)
+        return np.sqrt(variance)
 
     def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
         """Ends (n,), (n,) [%] of the central normal interval of a level; NaN without a distribution, not clipped."""

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 PRIMARY, TWO_STEP = "primary", "two_step"
 # The averaged Gaussian process (millprint.predict.averaging), which averages many fits and is not a regressor.
 AVERAGED = "averaged_gpr"
+# The yields of the training rows as the prediction for every condition: the reference of all scores.
+CLIMATOLOGY = "climatology"
 SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
 
 Parameters = dict[str, Any]
@@ -53,6 +55,7 @@ class Regressor:
     that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
     explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
     deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
+    mean_deviation(estimator, inputs): the same of what is predicted, without the scatter of a measurement.
     fitted(estimator, features): the hyper-parameters that the fit has determined, by name.
     fold_predictor(inputs, target, folds, training): a faster cross-validation than a fit for each evaluation.
     """
@@ -69,6 +72,7 @@ class Regressor:
     restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
     explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
     deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
+    mean_deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
     fitted: Callable[[Any, Sequence[str]], dict[str, float]] | None = None
     fold_predictor: Callable[[np.ndarray, np.ndarray, list, TrainingConfig], FoldPredictor] | None = None
 
@@ -79,9 +83,9 @@ class Regressor:
 
 
 def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from sklearn.linear_model import LinearRegression
+    from millprint.predict.estimators import LeastSquares
 
-    return LinearRegression()
+    return LeastSquares()
 
 
 def _keep_linear(estimator: Any) -> dict:
@@ -91,6 +95,7 @@ def _keep_linear(estimator: Any) -> dict:
 def _restore_linear(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
+    estimator.fit(inputs, target)
     estimator.coef_, estimator.intercept_ = np.array(kept["coefficients"]), kept["intercept"]
     return estimator
 
@@ -117,6 +122,17 @@ def _gpr_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
     return estimator.predict(inputs, return_std=True)[1]
 
 
+def _gpr_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    """Eq. 5.9 without the noise."""
+    import numpy as np
+
+    return np.sqrt(np.maximum(_gpr_deviation(estimator, inputs) ** 2 - estimator.kernel_.k2.noise_level, 0))
+
+
+def _linear_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    return estimator.mean_deviation(inputs)
+
+
 def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
     """The fitted hyper-parameters of a kernel; length scales in standard deviations of their feature."""
     import numpy as np
@@ -132,10 +148,10 @@ def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from sklearn.ensemble import RandomForestRegressor
+    from millprint.predict.estimators import QuickForest
 
     share = float(training.choices.max_features)
-    return RandomForestRegressor(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+    return QuickForest(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -206,6 +222,7 @@ REGRESSORS = {
         choices=("linear_features",),
         keep=_keep_linear,
         restore=_restore_linear,
+        mean_deviation=_linear_mean_deviation,
     ),
     "gpr": Regressor(
         title="GPR",
@@ -218,6 +235,7 @@ REGRESSORS = {
         keep=_keep_gpr,
         restore=_restore_gpr,
         deviation=_gpr_deviation,
+        mean_deviation=_gpr_mean_deviation,
         fitted=_fitted_kernel,
     ),
     "rf": Regressor(
@@ -257,7 +275,10 @@ REGRESSORS = {
     ),
 }
 # Names of the models in figures.
-TITLES = {name: record.title for name, record in REGRESSORS.items()} | {AVERAGED: "averaged GPR"}
+TITLES = {name: record.title for name, record in REGRESSORS.items()} | {
+    AVERAGED: "averaged GPR",
+    CLIMATOLOGY: "climatology",
+}
 
 
 def regressor(name: str) -> Regressor:

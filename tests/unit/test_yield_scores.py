@@ -1,0 +1,277 @@
+"""Proper scores, paired tests, libraries and permutations of the yield models, against closed forms and simulation."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm, ttest_1samp
+from sklearn.ensemble import RandomForestRegressor
+from sklearn.gaussian_process import GaussianProcessRegressor
+
+from millprint.predict.averaging import AveragedModel, Candidate, fit_member, library
+from millprint.predict.distributions import MixtureYields, NormalYields
+from millprint.predict.estimators import LeastSquares, QuickForest, fit_quietly, gaussian_process
+from millprint.predict.features import Standardisation, engineer
+from millprint.predict.held_out import LEFT_OUT, NESTED, outer_folds
+from millprint.predict.library_trials import (
+    closed_form_r2,
+    earlier_library,
+    permutation_p,
+    permute,
+    predict_runs,
+    refit_members,
+)
+from millprint.predict.metrics import YieldWeights, bootstrap_metrics, jackknife_error, without_each
+from millprint.predict.model import fit_model
+from millprint.predict.procedures import climatology, smaller_forests
+from millprint.predict.scores import paired_test
+from millprint.predict.statements import state
+from tests.unit.yield_settings import all_runs, parts, settings
+
+SCALES = ("linear", "linear", "log", "log", "linear")
+GPR = {"constant": 100.0, "length_scale": 1.0, "noise": 0.5}
+
+
+def mixture(*links: str) -> tuple[MixtureYields, AveragedModel, np.ndarray]:
+    rows, test = parts()
+    config, yields = settings().averaging, rows["yield_percent"].to_numpy(float)
+    members = [fit_member(Candidate(link, SCALES, "product"), rows, yields, config) for link in links]
+    weights = np.full(len(links), 1 / len(links))
+    found = MixtureYields.of(members, weights, test, config.margin)
+    return found, AveragedModel(members, weights), test["yield_percent"].to_numpy(float)
+
+
+def test_scores_of_a_normal_distribution_are_those_of_its_draws():
+    generator = np.random.default_rng(0)
+    truth, draws = np.array([40.0, 61.0]), generator.normal(50, 8, (2, 4000))
+    crps, log_score, below = NormalYields("gaussian", np.full(2, 50.0), np.full(2, 8.0)).scores(truth)
+    # CRPS = E|X - y| - E|X - X'| / 2.
+    expected = np.abs(draws - truth[:, None]).mean(axis=1) - np.abs(draws[:, :2000] - draws[:, 2000:]).mean(axis=1) / 2
+    np.testing.assert_allclose(crps, expected, rtol=0.05)
+    np.testing.assert_allclose(log_score, -np.log(norm.pdf(truth, 50, 8)))
+    np.testing.assert_allclose(below, norm.cdf(truth, 50, 8))
+
+
+def test_a_mixture_of_one_identity_member_has_the_scores_of_a_normal():
+    found, _, truth = mixture("identity")
+    (mean, deviation), *_ = found.latent
+    for own, normal in zip(
+        found.scores(truth), NormalYields("gaussian", 100 * mean, 100 * deviation).scores(truth), strict=True
+    ):
+        np.testing.assert_allclose(own, normal, rtol=1e-6, atol=1e-9)
+
+
+def test_scores_of_a_mixture_are_those_of_its_draws():
+    found, model, truth = mixture("logit", "avrami")
+    generator = np.random.default_rng(1)
+    _, test = parts()
+    draws = model.quantiles(test, generator.uniform(size=3000))
+    crps, log_score, below = found.scores(truth)
+    expected = np.abs(draws - truth[:, None]).mean(axis=1) - np.abs(draws[:, :1500] - draws[:, 1500:]).mean(axis=1) / 2
+    np.testing.assert_allclose(crps, expected, rtol=0.1, atol=0.2)
+    np.testing.assert_allclose(below, (draws <= truth[:, None]).mean(axis=1), atol=0.03)
+    # The density is the slope of the distribution function.
+    step = 1e-4
+    slope = (found.below((truth[:, None] + step) / 100) - found.below((truth[:, None] - step) / 100))[:, 0] / (2 * step)
+    np.testing.assert_allclose(np.exp(-log_score), slope, rtol=1e-3)
+
+
+def test_climatology_is_the_distribution_of_the_training_yields():
+    rows, test = parts()
+    yields = rows["yield_percent"].to_numpy(float)
+    answer = climatology(rows, yields, test, [0.8])
+    assert answer.predicted == pytest.approx(yields.mean())
+    half = norm.ppf(0.9) * yields.std(ddof=1) * np.sqrt(1 + 1 / len(yields))
+    assert answer.intervals["errors"][0, 0].tolist() == pytest.approx(
+        [max(yields.mean() - half, 0), min(yields.mean() + half, 100)]
+    )
+
+
+def test_the_quick_process_is_that_of_scikit_learn():
+    rows = all_runs()
+    inputs, target = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float)
+    inputs = Standardisation.of(inputs)(inputs)
+    for shape in ("per_feature", "shared"):
+        quick = gaussian_process(GPR, 10, settings(length_scales=shape).training.choices)
+        plain = GaussianProcessRegressor(quick.kernel)
+        for model in (quick, plain):
+            fit_quietly(model, inputs[:20], target[:20])
+        np.testing.assert_allclose(quick.predict(inputs), plain.predict(inputs), rtol=1e-3, atol=1e-3)
+        at = quick.kernel_.theta + 0.2
+        for own, theirs in zip(
+            quick.log_marginal_likelihood(at, True), plain.log_marginal_likelihood(at, True), strict=True
+        ):
+            np.testing.assert_allclose(own, theirs, rtol=1e-9, atol=1e-9)
+
+
+def test_the_quick_forest_is_that_of_scikit_learn_to_the_last_bit():
+    rows = all_runs()
+    inputs, target = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float)
+    shape = {"n_estimators": 12, "max_depth": 6, "min_samples_split": 4, "max_features": 0.5, "random_state": 3}
+    quick, plain = (kind(**shape).fit(inputs[:20], target[:20]) for kind in (QuickForest, RandomForestRegressor))
+    assert np.array_equal(quick.predict(inputs), plain.predict(inputs))
+
+
+def test_forests_of_the_folds_are_smaller_and_nothing_else_changes():
+    training = settings().training
+    section = training.spaces.model_copy(
+        update={"rf": training.spaces.rf.model_copy(update={"n_estimators": [50, 300]})}
+    )
+    changed = smaller_forests(training.model_copy(update={"spaces": section}), 100)
+    assert changed.spaces.rf.n_estimators == [50, 100] and changed.spaces.xgb == training.spaces.xgb
+    assert smaller_forests(training, 100) == training
+
+
+def test_the_line_has_the_error_of_the_closed_form():
+    time = np.array([5.0, 5.0, 12.5, 12.5, 20.0, 20.0])
+    target = 3 * time + np.array([1.0, -1.0, 2.0, -2.0, 0.5, -0.5])
+    line = LeastSquares().fit(time[:, None], target)
+    spread = ((target - line.predict(time[:, None])) ** 2).sum() / 4
+    expected = np.sqrt(spread * (1 / 6 + (30 - time.mean()) ** 2 / ((time - time.mean()) ** 2).sum()))
+    assert line.mean_deviation(np.array([[30.0]]))[0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("first", ["same", "linear"])
+def test_the_variance_of_the_first_step_enters_the_intervals(first):
+    rows, test = parts()
+    training = settings(time_model=first).training
+    steps = [GPR if first == "same" else {}, GPR]
+    model = fit_model("gpr", "two_step", steps, rows, rows["yield_percent"].to_numpy(float), training)
+    far = test.assign(time_h=60.0)
+    last, features = model.steps[-1], engineer(far)
+    _, second = last.estimator.predict(last.inputs(features), return_std=True)
+    time = model.steps[0]
+    if first == "same":
+        _, whole = time.estimator.predict(time.inputs(features), return_std=True)
+        own = whole**2 - time.estimator.kernel_.k2.noise_level
+    else:
+        own = time.estimator.mean_deviation(time.inputs(features)) ** 2
+    np.testing.assert_allclose(model.deviation(far) ** 2, second**2 + own)
+    # Far beyond the measured times, the first step knows less than within them.
+    assert (model.deviation(far) > second * 1.05).all()
+
+
+def test_jackknife_error_of_a_mean_is_its_standard_error():
+    values = np.random.default_rng(2).normal(size=27)
+    assert jackknife_error(values[without_each(27)].mean(axis=1)) == pytest.approx(values.std(ddof=1) / np.sqrt(27))
+    truth = np.linspace(10, 90, 27)
+    table = bootstrap_metrics(truth, truth + np.abs(values), YieldWeights(70, 2.0), 20, 0.95, 0).set_index("metric")
+    assert table.loc["mae", "error"] == pytest.approx(np.abs(values).std(ddof=1) / np.sqrt(27))
+
+
+def pair(seed: int, shift: float, repeats: int, folds: int) -> list[pd.DataFrame]:
+    """Two models whose errors differ by chance, or by `shift`, on 25 runs."""
+    generator = np.random.default_rng(seed)
+    truth = generator.uniform(0, 100, 25)
+    errors = generator.normal(0, 10, (2, 25)) + np.array([[0.0], [shift]])
+    tables = []
+    for error in errors:
+        parts = []
+        for repeat in range(repeats):
+            order = np.random.default_rng(repeat).permutation(25)
+            about = {"repeat": repeat, "fold": np.argsort(order) % folds, "case": np.arange(25)}
+            parts.append(
+                pd.DataFrame({**about, "yield_percent": truth, "predicted_percent": truth + error, "crps_pp": 1})
+            )
+        tables.append(pd.concat(parts))
+    return tables
+
+
+@pytest.mark.parametrize(("scheme", "repeats", "folds"), [(LEFT_OUT, 1, 25), (NESTED, 4, 5)])
+def test_paired_tests_reject_equal_models_rarely_and_different_ones_often(scheme, repeats, folds):
+    tests = {
+        shift: [paired_test(*pair(seed, shift, repeats, folds), scheme, "r2") for seed in range(150)]
+        for shift in (0.0, 20.0)
+    }
+    rejected = {shift: np.mean([each["p"] < 0.05 for each in found]) for shift, found in tests.items()}
+    assert rejected[0.0] < 0.1 and rejected[20.0] > 0.8
+    # The second model is worse, so the first minus the second is above zero.
+    assert np.mean([each["difference"] for each in tests[20.0]]) > 0
+
+
+def test_paired_test_of_left_out_crps_is_the_paired_t_test():
+    one, other = pair(3, 5.0, 1, 25)
+    gaps = np.random.default_rng(0).normal(0.5, 1, 25)
+    found = paired_test(one.assign(crps_pp=2 + gaps), other.assign(crps_pp=2.0), LEFT_OUT, "crps_pp")
+    known = ttest_1samp(gaps, 0)
+    assert (found["statistic"], found["p"]) == pytest.approx((known.statistic, known.pvalue))
+
+
+def test_corrected_test_of_folds_is_the_formula_of_its_source():
+    one, other = pair(5, 4.0, 2, 5)
+    found = paired_test(one, other, NESTED, "r2")
+    merged = one.merge(other, on=["repeat", "fold", "case"])
+    merged["gap"] = (merged["yield_percent_x"] - merged["predicted_percent_y"]) ** 2
+    merged["gap"] -= (merged["yield_percent_x"] - merged["predicted_percent_x"]) ** 2
+    folds = merged.groupby(["repeat", "fold"])["gap"].mean() / one["yield_percent"].head(25).var(ddof=0)
+    statistic = folds.mean() / np.sqrt((1 / 10 + 5 / 20) * folds.var(ddof=1))
+    assert found["statistic"] == pytest.approx(statistic) and found["degrees"] == 9
+
+
+def test_the_earlier_library_differs_in_link_and_time_alone():
+    config = settings()
+    declared, earlier = library(config.averaging), earlier_library(config.averaging, config.library_trial.earlier)
+    assert {each.link for each in earlier} == {"identity", "logit", "avrami"}
+    assert {each.scales[2] for each in earlier} == {"linear", "log"}
+    assert {each.structure for each in earlier} == {each.structure for each in declared}
+
+
+def test_a_library_predicts_a_run_without_its_yield():
+    config = settings()
+    rows = all_runs().assign(role="train").head(12)
+    rows.loc[rows.index[-2:], "role"] = "test"
+    wrong = rows.copy()
+    wrong.loc[4, "yield_percent"] = 99.0
+    tables = []
+    for each in (rows, wrong):
+        folds = [fold for fold in outer_folds(each, config.honest) if fold.scheme == LEFT_OUT][4:6]
+        found = refit_members(each, library(config.averaging), folds, config.averaging, lambda: None)
+        tables.append(predict_runs(found, np.arange(len(found[0].members)), config.averaging, each))
+    clean, other = tables
+    assert clean["predicted_percent"][0] == other["predicted_percent"][0]
+    assert clean["predicted_percent"][1] != other["predicted_percent"][1]
+
+
+def test_a_permutation_test_tells_a_relation_from_none():
+    config = settings()
+    rows, trial = all_runs(), config.library_trial
+    found = permutation_p(permute(rows, config.averaging, trial)).iloc[0]
+    assert found["p"] == 1 / 20 and found["measured"] > 0.6
+    noise = rows.assign(yield_percent=np.random.default_rng(4).permutation(rows["yield_percent"].to_numpy()))
+    assert permutation_p(permute(noise, config.averaging, trial)).iloc[0]["p"] > 0.05
+    yields = rows["yield_percent"].to_numpy(float)
+    assert closed_form_r2(rows, yields, config.averaging) == pytest.approx(found["measured"])
+
+
+@pytest.mark.parametrize(
+    ("apart", "words"),
+    [
+        (("no", "no"), "cannot be told apart"),
+        (("yes", "yes"), "can be told apart by both"),
+        (("yes", "no"), "can be told apart by leave-one-out, but not by repeated k-fold"),
+    ],
+)
+def test_the_sentence_follows_the_test(apart, words):
+    about = [{"model": name, "strategy": way} for name, way in (("averaged_gpr", "primary"), ("gpr", "two_step"))]
+    schemes = [{"scheme": name} for name in (LEFT_OUT, NESTED)]
+    every = [each | scheme for each in about for scheme in schemes]
+    rest = {"value": 0.8, "error": 0.1, "skill": 0.5, "distribution": "mixture", "lowest": 0.7, "highest": 0.9}
+    test = {"difference": -0.1, "error": 0.05, "p": 0.2, "metric": "r2"}
+    paired = [about[1] | scheme | test | {"told_apart": told} for scheme, told in zip(schemes, apart, strict=True)]
+    libraries = [
+        scheme | rest | {"library": name, "metric": "r2", "libraries": 5, "p": 0.3}
+        for scheme in schemes
+        for name in ("declared", "earlier", "declared minus earlier", "random halves of the earlier")
+    ]
+    chance = {"measure": "R2", "measured": 0.9, "permutations": 19, "median": 0.0, "highest": 0.4, "p": 0.05}
+    covered = {"method": "mixture", "nominal": 0.8, "covered": 0.7, "width_pp": 20.0}
+    tables = {
+        "honest": pd.DataFrame([each | rest | {"metric": "r2"} for each in every]),
+        "differences": pd.DataFrame(paired),
+        "scores": pd.DataFrame(
+            [each | rest | {"score": score} for each in every for score in ("crps_pp", "log_score")]
+        ),
+        "coverage": pd.DataFrame([each | covered for each in every]),
+        "libraries": pd.DataFrame(libraries),
+        "permutation_test": pd.DataFrame([chance]),
+    }
+    assert words in state(tables).set_index("about").loc["two best models", "statement"]
