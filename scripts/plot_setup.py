@@ -17,5 +17,7 @@ if "snakemake" in globals():
             text=["id", "quantity", "unit", "model", "interval"],
             may_be_blank=["x", "lower", "upper"],
         )
-        figure = plot_setup(predictions, points[points["setup"] == name], setup_named(name).title)
-        save(figure, snakemake.output.svg, snakemake.output.png)
+        points, title = points[points["setup"] == name], setup_named(name).title
+        save(plot_setup(predictions, points, title), snakemake.output.svg, snakemake.output.png)
+        first = predictions[predictions["quantity"] == predictions["quantity"].iloc[0]]
+        save(plot_setup(first, points, title), snakemake.output.first_svg, snakemake.output.first_png)

@@ -47,6 +47,9 @@ rule plot_setup:
             labels={"figure": "{setup}", "shows": "measured points over the prediction"},
         ),
         png=f"{VALIDATION}/{{setup}}/predictions.png",
+        # The first quantity alone, for a page.
+        first_svg=f"{VALIDATION}/{{setup}}/first.svg",
+        first_png=f"{VALIDATION}/{{setup}}/first.png",
     log:
         f"{LOGS}/validation/plot_{{setup}}.log",
     localrule: True
