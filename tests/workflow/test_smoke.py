@@ -91,7 +91,7 @@ def test_every_job_left_a_log(smoke_project):
     assert not empty
 
 
-def test_the_quick_validation_judges_the_impacts(smoke_project):
+def test_the_quick_validation_judges_impacts_and_a_tumbling_mill(smoke_project):
     verdicts = read_table(smoke_project / "results/validation/verdicts.tsv", text=["id", "verdict", "settings"])
     restitution = verdicts[(verdicts["id"] == "3a") & (verdicts["x"] > 30)]
     assert len(restitution) == 6
@@ -99,6 +99,11 @@ def test_the_quick_validation_judges_the_impacts(smoke_project):
     # The smoke run has larger steps than those that were fixed, and says so.
     assert restitution["settings"].str.startswith("settings changed since they were fixed on 20").all()
     assert (smoke_project / "results/validation/alumina_impact/predictions.svg").exists()
+    bond = verdicts[verdicts["setup"] == "bond_mill"]
+    assert set(bond["id"]) == {"5a", "5b", "5c"}
+    assert bond["predicted"].between(bond["predicted_lower"], bond["predicted_upper"]).all()
+    assert (bond["predicted"] > 0).all()
+    assert (smoke_project / "results/validation/bond_mill/charge.svg").exists()
     assert "Validation" in (smoke_project / "results/report/report.html").read_text()
 
 
