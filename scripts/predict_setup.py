@@ -6,6 +6,7 @@ from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig, setup_cases
 from millprint.files import write_table
 from millprint.job import job
+from millprint.validation.inputs import read_other_codes
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, predict
 
@@ -25,5 +26,6 @@ if "snakemake" in globals():
             given.runs,
             measured_points(read_measurements(snakemake.input.measured, SETUPS)),
             given.folder,
+            read_other_codes(snakemake.input.other_codes),
         )
         write_table(table, snakemake.output.predictions)

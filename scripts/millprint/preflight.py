@@ -37,7 +37,9 @@ from millprint.predict.tables import check_yield_tables, read_parts, read_rows
 from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
+from millprint.validation.inputs import read_other_codes
 from millprint.validation.measured import read_measurements
+from millprint.validation.tumbling_runs import tumbling_cases
 
 
 def check_before_running(
@@ -54,6 +56,7 @@ def check_before_running(
     if config.validation.chosen:
         read_measurements(config.validation.measured, config.validation.all_setups)
         read_fixed(config.validation.fixed)
+        read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
     speeds = with_paces(speed_settings(config, mills, swept, cases, source), bodies)
@@ -62,6 +65,7 @@ def check_before_running(
     groups.append((f"{source}: sweeps", list(cases.values())))
     groups.append((f"{source}: uncertainty", uncertainty_cases(config, mills)))
     measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
+    measured |= {name: tumbling_cases(config.validation.chosen[name], mills) for name in config.validation.tumbling}
     groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):

@@ -410,9 +410,9 @@ def drum() -> tuple[MillConfig, ContactConfig]:
 
 def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
     mill, contact = drum
-    case = tumbling.case_of(mill, contact, config.tumbling, 40.81, 0)
+    case = tumbling.case_of(mill, contact, config.drums[0], 40.81, 0)
     simulation = Simulation(case, mill, contact, DemConfig(ledger_samples_per_revolution=tumbling.ROW))
-    text = tumbling.input_text(simulation, mill.geometry, config)
+    text = tumbling.input_text(simulation, mill.geometry, config, config.drums[0])
     shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)
     assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell
     assert len(lifters) == 12 and len(re.findall("^fix lifter", text, re.MULTILINE)) == 12
@@ -426,7 +426,7 @@ def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
         words(text, "pair_coeff * *")[8] == "0.14"
         and words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
     )
-    settle, discard, window = tumbling.steps_of(simulation, config.tumbling)
+    settle, discard, window = tumbling.steps_of(simulation, config.drums[0])
     assert (
         window * simulation.step == pytest.approx(2 * 60 / 40.81)
         and discard % tumbling.ROW == settle % tumbling.ROW == 0
@@ -446,7 +446,7 @@ def test_a_drum_that_lammps_lacks_is_refused(drum, mill):
 
 def test_the_table_of_powers_has_a_row_for_each_speed():
     rows = [(40.0, 120, 20.0, 22.0, 1e-5, "x"), (40.0, 120, 22.0, 20.0, 1e-5, "x"), (20.0, 120, 10.0, 11.0, 2e-5, "x")]
-    table = tumbling.tabulate_power(rows).set_index("speed_rpm")
-    assert table.loc[40.0, ["millprint_W", "lammps_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
+    table = tumbling.tabulate_power(rows, "drum", "steel").set_index("speed_rpm")
+    assert table.loc[40.0, ["millprint_W", "power_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
     assert table.loc[20.0, "difference_pct"] == pytest.approx(10)
     assert table.loc[40.0, "millprint_se_W"] == pytest.approx(1.0)

@@ -10,7 +10,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import BondMillConfig, SliceMillConfig
 from millprint.config.sweep import DemConfig
-from millprint.errors import SimulationError
+from millprint.errors import ConfigError, SimulationError
 from millprint.validation import tumbling_runs
 from millprint.validation.charge import (
     carried,
@@ -21,8 +21,16 @@ from millprint.validation.charge import (
     net_power,
     toe_and_shoulder,
 )
+from millprint.validation.inputs import Inputs, read_other_codes
 from millprint.validation.power_formulas import Mill, half_angle, hogg_fuerstenau, morrell, morrell_shape
-from millprint.validation.tumbling import combined, contact_factors, intervals, mean_interval, without_jump
+from millprint.validation.tumbling import (
+    combined,
+    contact_factors,
+    intervals,
+    mean_interval,
+    powers_of_other_codes,
+    without_jump,
+)
 from millprint.validation.tumbling_runs import CONTACT_KEYS, case_of, design, run_all, sampled_contacts
 
 RADIUS, DIAMETER = 0.275, 0.022
@@ -270,3 +278,32 @@ def test_angles_about_the_top_have_a_mean_there(angles, mean):
     near = without_jump(np.array(angles))
     assert (near.mean() - mean + 180) % 360 - 180 == pytest.approx(0.0, abs=0.2)
     assert np.ptp(near) < 30
+
+
+def test_the_power_by_another_code_stands_beside_ours_where_mill_contacts_and_balls_agree(tmp_path):
+    table = tmp_path / "codes.tsv"
+    table.write_text(
+        "mill\tcontact\tcode\tspeed_rpm\tballs\tpower_W\n"
+        "slice_mill\tslice_mill\tLAMMPS\t29.15\t120\t14\n"
+        "slice_mill\tslice_mill\tLAMMPS\t29.15\t169\t18\n"
+        "slice_mill\tsteel\tLAMMPS\t29.15\t120\t15\n"
+        "slice_mill\tslice_mill\tLAMMPS\t29.15\t121\t14\n"
+        "bond_mill\tslice_mill\tLAMMPS\t29.15\t120\t14\n"
+    )
+    inputs = Inputs(
+        SliceMillConfig(), None, {}, DemConfig(), {}, tmp_path, pd.DataFrame(), other_codes=read_other_codes(table)
+    )
+    rows = powers_of_other_codes(inputs, single=False)
+    assert [(row["quantity"], row["predicted"], row["model"]) for row in rows] == [
+        ("power", 14, "LAMMPS"),
+        ("power, 169 balls", 18, "LAMMPS"),
+    ]
+    # Half of the critical speed of 58.3 rpm.
+    assert [row["x"] for row in rows] == pytest.approx([50, 50])
+
+
+def test_a_power_by_another_code_that_is_none_is_refused(tmp_path):
+    table = tmp_path / "codes.tsv"
+    table.write_text("mill\tcontact\tcode\tspeed_rpm\tballs\tpower_W\nslice_mill\tsteel\tLAMMPS\t29\t120\t-1\n")
+    with pytest.raises(ConfigError, match="power_W, row 1 = -1: must be above 0"):
+        read_other_codes(table)

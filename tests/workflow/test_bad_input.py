@@ -110,6 +110,12 @@ def test_valid_input_is_checked_only_once(project):
             {"setups": ["bead_drum"], "bead_drum": {"rayleigh_fraction": 0.9}},
             ["config.yaml: validation.bead_drum.rayleigh_fraction = 0.9: at most dem.rayleigh_fraction_max"],
         ),
+        (
+            CONFIG,
+            ("validation",),
+            {"setups": ["bond_mill"], "bond_mill": {"rayleigh_fraction": 0.9}},
+            ["config.yaml: validation.bond_mill.rayleigh_fraction = 0.9: at most dem.rayleigh_fraction_max"],
+        ),
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [0.001], ["ball_diameters_mm = 0.001", "too small to simulate"]),
         (CONFIG, ("sweeps", 0, "fill_ratios"), [1e-9], ["fill_ratios = 1e-09", "one ball needs at least"]),
         (CONFIG, ("sweeps", 0, "seeds"), [10**30], ["sweeps.0.seeds.0", "less than"]),

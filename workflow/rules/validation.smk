@@ -13,6 +13,7 @@ rule predict_setup:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         measured=CONFIG.validation.measured,
+        other_codes=CONFIG.validation.other_codes,
         runs=lambda wildcards: setup_runs(wildcards.setup),
         tables=lambda wildcards: own_tables(wildcards.setup),
     output:

@@ -1,4 +1,4 @@
-"""Power of a drum with lifters from LAMMPS, beside ours: `make bench SLICE=1`.
+"""Power of a drum with lifters from LAMMPS, beside ours: `make bench DRUMS=1`.
 
 LAMMPS has the shell as a cylinder and each square lifter as a block, all turning (`fix wall/gran/region`), and the
 contact law that means are compared with (`lammps.compared`). Its shell is smooth, ours has flat facets.
@@ -33,18 +33,10 @@ ROW = 10 * SAMPLE_EVERY
 # Largest balance error of our runs [-]: steps are as long as users of LAMMPS take them.
 CLOSURE_MAX = 0.03
 
-# Columns of results/bench/slice_mill.tsv.
+# Columns of results/bench/drums.tsv, as in config/data/other_codes.tsv; `power_W` is that of the other code.
 POWER_COLUMNS = (
-    "speed_rpm",
-    "balls",
-    "millprint_W",
-    "millprint_se_W",
-    "lammps_W",
-    "lammps_se_W",
-    "difference_pct",
-    "runs",
-    "time_step_s",
-    "lammps_version",
+    *("mill", "contact", "code", "speed_rpm", "balls", "power_W", "se_W", "millprint_W", "millprint_se_W"),
+    *("difference_pct", "runs", "time_step_s", "version"),
 )
 
 
@@ -86,9 +78,9 @@ def data_text(simulation: Simulation, shape: LifterDrumGeometry) -> str:
     return balls_text([-end for end in size], size, simulation.balls.position, simulation.diameter, density)
 
 
-def input_text(simulation: Simulation, shape: LifterDrumGeometry, bench: BenchConfig) -> str:
+def input_text(simulation: Simulation, shape: LifterDrumGeometry, bench: BenchConfig, settings: TumblingConfig) -> str:
     """LAMMPS's input: balls settle in the drum at rest, which then turns; the power of each turn of the window."""
-    settings, radius = bench.tumbling, simulation.radius
+    radius = simulation.radius
     law = bench.lammps.compared
     pair = law_text(simulation.contact, radius, law, 2.0)
     wall = law_text(simulation.contact.at_wall, radius, law, 1.0)
@@ -133,30 +125,37 @@ def steps_of(simulation: Simulation, settings: TumblingConfig) -> tuple[int, int
     return settle, settings.discard_turns * turn, settings.window_turns * turn
 
 
-def lammps_power(lammps: Lammps, place: Path, simulation: Simulation, bench: BenchConfig) -> tuple[float, str]:
+def lammps_power(
+    lammps: Lammps, place: Path, simulation: Simulation, bench: BenchConfig, settings: TumblingConfig
+) -> tuple[float, str]:
     """Mean power [W] from LAMMPS over the window, from the packing of our simulation, and its version."""
     shape = check_drum(simulation.mill)
-    log = lammps.run(place, input_text(simulation, shape, bench), data_text(simulation, shape))
+    log = lammps.run(place, input_text(simulation, shape, bench, settings), data_text(simulation, shape))
     if log.balls != simulation.count:
         raise ConfigError(f"{place}: LAMMPS has lost {simulation.count - log.balls} balls")
     return float(np.loadtxt(place / MEANS_FILE)[:, 1].mean()), log.version
 
 
 def compare_power(
-    bench: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path, cores: int
+    bench: BenchConfig,
+    settings: TumblingConfig,
+    mill: MillConfig,
+    contact: ContactConfig,
+    lammps: Lammps,
+    place: Path,
+    cores: int,
 ) -> pd.DataFrame:
     """Rows of POWER_COLUMNS, one for each speed, with standard errors over the starts. LAMMPS runs on `cores` cores."""
     check_drum(mill)
-    settings = bench.tumbling
     # A turn is a multiple of ROW steps.
     dem = DemConfig(ledger_samples_per_revolution=ROW, closure_max=CLOSURE_MAX)
     wanted = [(speed, seed) for speed in settings.speeds_rpm for seed in range(settings.seeds)]
     cases = [case_of(mill, contact, settings, speed, seed) for speed, seed in wanted]
     simulations = [Simulation(case, mill, contact, dem) for case in cases]
-    with ThreadPoolExecutor(cores) as pool, progress(len(cases), "power of the drum", "run") as bar:
+    with ThreadPoolExecutor(cores) as pool, progress(len(cases), f"power of {mill.name}", "run") as bar:
         folders = [place / f"{case.name}_lammps" for case in cases]
         theirs = [
-            pool.submit(lammps_power, lammps, folder, simulation, bench)
+            pool.submit(lammps_power, lammps, folder, simulation, bench, settings)
             for folder, simulation in zip(folders, simulations, strict=True)
         ]
         rows = []
@@ -166,17 +165,18 @@ def compare_power(
             power, version = future.result()
             rows.append((case.speed_rpm, simulation.count, ours["power_W"]["wall"], power, simulation.step, version))
             bar.update(1)
-    return tabulate_power(rows)
+    return tabulate_power(rows, mill.name, contact.name)
 
 
-def tabulate_power(rows: list[tuple[float, int, float, float, float, str]]) -> pd.DataFrame:
+def tabulate_power(rows: list[tuple[float, int, float, float, float, str]], mill: str, contact: str) -> pd.DataFrame:
     """Rows of POWER_COLUMNS from runs (speed, balls, our power, theirs, step, version), in the order of the speeds."""
     runs = pd.DataFrame(rows, columns=["speed_rpm", "balls", "ours", "theirs", "step", "version"])
     table = []
     for speed, group in runs.groupby("speed_rpm"):
         ours, theirs = group["ours"], group["theirs"]
         values = (
-            speed, group["balls"].iloc[0], ours.mean(), ours.sem(), theirs.mean(), theirs.sem(),
+            *(mill, contact, "LAMMPS", speed, group["balls"].iloc[0]),
+            *(theirs.mean(), theirs.sem(), ours.mean(), ours.sem()),
             100 * (theirs.mean() / ours.mean() - 1), len(group), group["step"].iloc[0], group["version"].iloc[0],
         )  # fmt: skip
         table.append(dict(zip(POWER_COLUMNS, values, strict=True)))

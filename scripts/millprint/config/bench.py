@@ -110,7 +110,7 @@ class PhysicsConfig(Section):
 
 
 class TumblingConfig(Section):
-    """Power of a drum with lifters from both codes: `make bench SLICE=1`."""
+    """Power of a drum with lifters from both codes: `make bench DRUMS=1`."""
 
     mill: Name
     """a file in config/mills: a lifter_drum with square lifters, its axis along y"""
@@ -166,7 +166,7 @@ class BenchConfig(Section):
     large: LargeCase
     lammps: LammpsConfig
     physics: PhysicsConfig
-    tumbling: TumblingConfig
+    drums: Annotated[list[TumblingConfig], Field(min_length=1)]
     quick: QuickConfig
 
     def case_named(self, name: str) -> BenchCase:

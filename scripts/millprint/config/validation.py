@@ -28,6 +28,8 @@ class ValidationConfig(Section):
     """whether the validation is a part of `all`, and so of the report of a run with chapters"""
     measured: ProjectFile = "config/data/measured.tsv"
     """what others measured, with sources"""
+    other_codes: ProjectFile = "config/data/other_codes.tsv"
+    """power of the same mills by other DEM codes, which the figures show beside ours"""
     fixed: ProjectFile = "config/data/fixed_predictions.tsv"
     """when the settings of each set-up were fixed, and their digest"""
     alumina_impact: AluminaImpactConfig = AluminaImpactConfig()

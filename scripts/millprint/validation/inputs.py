@@ -1,6 +1,6 @@
 """What a set-up predicts from."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,22 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.files import read_json, read_table
+from millprint.tables import Number, Text, read_measured
 
 PLACE_COLUMNS = ("id", "quantity", "unit", "x")
+OTHER_CODES = [
+    *(Text("mill"), Text("contact"), Text("code")),
+    *(Number("speed_rpm", 0, above=True), Number("balls", 1), Number("power_W", 0, above=True)),
+]
+
+
+def read_other_codes(path: str | Path) -> pd.DataFrame:
+    """Power of tumbling mills by other DEM codes, a row a speed. Raises ConfigError as `read_measured`."""
+    return read_measured(path, OTHER_CODES, fewest_rows=0)
+
+
+def _no_codes() -> pd.DataFrame:
+    return pd.DataFrame(columns=[column.name for column in OTHER_CODES])
 
 
 @dataclass(frozen=True)
@@ -21,7 +35,7 @@ class Inputs:
     settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
     predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,
     unit and x of the measured points of this set-up, without their values; folder: of the set-up's own tables, for one
-    that simulates before it predicts.
+    that simulates before it predicts; other_codes: as `read_other_codes`.
     """
 
     settings: Any
@@ -32,6 +46,7 @@ class Inputs:
     runs: Path
     places: pd.DataFrame
     folder: Path = Path()
+    other_codes: pd.DataFrame = field(default_factory=_no_codes)
 
     @property
     def contact(self) -> ContactConfig:

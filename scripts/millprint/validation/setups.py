@@ -1,7 +1,7 @@
 """The registry of set-ups: what each answers, what it assumes, and the function that predicts."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +186,7 @@ def predict(
     runs: str | Path,
     measured: pd.DataFrame,
     folder: str | Path = "",
+    other_codes: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """The predictions of a set-up, checked; `measured` are points as of `measured_points`, the others as of `Inputs`.
 
@@ -195,6 +196,8 @@ def predict(
     setup = setup_named(name)
     places = measured.loc[measured["setup"] == name, list(PLACE_COLUMNS)]
     inputs = Inputs(settings, mill, contacts, dem, cases, Path(runs), places, Path(folder))
+    if other_codes is not None:
+        inputs = replace(inputs, other_codes=other_codes)
     table = check_predictions(setup.predict(inputs), name)
     known = dict.fromkeys(table["quantity"])
     for id, quantity in zip(places["id"], places["quantity"], strict=True):

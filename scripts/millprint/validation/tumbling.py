@@ -1,6 +1,7 @@
 """Predictions for tumbling mills, from the runs of `millprint.validation.tumbling_runs`."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -182,4 +183,23 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
             rows.append(prediction(TURN_ENERGY, "J/rev", row["power_W"] * 60 / row["speed_rpm"], model=model))
         else:
             rows.append(prediction(POWER, "W", row["power_W"], x=row["speed"], model=model))
-    return pd.DataFrame(rows)
+    return pd.DataFrame([*rows, *powers_of_other_codes(inputs, single)])
+
+
+def powers_of_other_codes(inputs: Inputs, single: bool) -> list[dict[str, Any]]:
+    """Predictions by other codes for the same mill, contact set and numbers of balls.
+
+    single: whether the set-up is of one speed, so that it has the energy of a revolution for the power.
+    """
+    settings: TumblingConfig = inputs.settings
+    codes = inputs.other_codes
+    same = (codes["mill"] == settings.mill) & (codes["contact"] == settings.contact)
+    rows = []
+    for row in codes[same & codes["balls"].isin(settings.numbers)].to_dict("records"):
+        power, model = row["power_W"], str(row["code"])
+        if single:
+            rows.append(prediction(TURN_ENERGY, "J/rev", power * 60 / row["speed_rpm"], model=model))
+        else:
+            name = _named(POWER, int(row["balls"]), settings)
+            rows.append(prediction(name, "W", power, x=settings.speed_of(row["speed_rpm"]), model=model))
+    return rows

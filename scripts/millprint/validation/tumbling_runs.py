@@ -104,6 +104,17 @@ def case_of(row: Mapping[str, Any], settings: TumblingConfig, mill: MillConfig) 
     )  # fmt: skip
 
 
+def tumbling_cases(settings: TumblingConfig, mills: Mapping[str, MillConfig]) -> list[Case]:
+    """A case of each number of balls and speed, by which size, step and cost are checked before anything runs."""
+    mill = mills[settings.mill]
+    rows = [
+        {"number": number, "speed_rpm": settings.speed_rpm(speed), "seed": settings.seeds[0]}
+        for number in settings.numbers
+        for speed in settings.speeds
+    ]
+    return [case_of(row, settings, mill) for row in rows]
+
+
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> tuple[dict, np.ndarray]:
     """The results (RESULT_COLUMNS) of a case, and a last picture of the charge: (n, 4) x, z, diameter [m], speed [m/s].
 

@@ -93,6 +93,10 @@ class TumblingConfig(SetupConfig):
         """A speed of the set-up [rpm]."""
         return speed if self.critical_speed_rpm is None else speed / 100 * self.critical_speed_rpm
 
+    def speed_of(self, speed_rpm: float) -> float:
+        """A speed in rpm, in the unit of the set-up."""
+        return speed_rpm if self.critical_speed_rpm is None else 100 * speed_rpm / self.critical_speed_rpm
+
     def fill_ratio(self, number: int, volume_ml: float) -> float:
         """Fill ratio of a number of balls in a mill of that nominal volume [-]."""
         return number * math.pi / 6 * self.diameter_mm**3 / (1e3 * volume_ml)
