@@ -11,6 +11,7 @@ from millprint.calibration.preflight import calibration_faults
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
+from millprint.config.setups.tumbling import TumblingConfig
 from millprint.config.surrogate import check_surrogate_cases
 from millprint.config.sweep import Case, ball_count, overridden
 from millprint.config.validation import setup_cases
@@ -65,7 +66,9 @@ def check_before_running(
     groups.append((f"{source}: sweeps", list(cases.values())))
     groups.append((f"{source}: uncertainty", uncertainty_cases(config, mills)))
     measured = {name: list(setup_cases(setup, config.dem).values()) for name, setup in config.validation.chosen.items()}
-    measured |= {name: tumbling_cases(config.validation.chosen[name], mills) for name in config.validation.tumbling}
+    for name, setup in config.validation.chosen.items():
+        if isinstance(setup, TumblingConfig):
+            measured[name] = tumbling_cases(setup, mills)
     groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):

@@ -13,9 +13,13 @@ from millprint.files import read_json, read_table
 from millprint.tables import Number, Text, read_measured
 
 PLACE_COLUMNS = ("id", "quantity", "unit", "x")
-OTHER_CODES = [
-    *(Text("mill"), Text("contact"), Text("code")),
-    *(Number("speed_rpm", 0, above=True), Number("balls", 1), Number("power_W", 0, above=True)),
+OTHER_CODES: list[Number | Text] = [
+    Text("mill"),
+    Text("contact"),
+    Text("code"),
+    Number("speed_rpm", 0, above=True),
+    Number("balls", 1),
+    Number("power_W", 0, above=True),
 ]
 
 
