@@ -9,7 +9,7 @@ import yaml
 
 from millprint.calibration.drop_test import read_heights, summarise_drops
 from millprint.calibration.oscillation import read_track
-from millprint.claims.compare import verdict
+from millprint.claims.compare import UNDECIDED, verdict
 from millprint.claims.evidence import Finding
 from millprint.claims.tabulate import collect_findings
 from millprint.config.calibration import CalibrationConfig
@@ -94,8 +94,9 @@ def test_a_bad_section_is_refused_in_one_line(place, value, parts):
 
 def friction_table(static: float, rolling: float, **changed) -> pd.DataFrame:
     rows = {"parameter": ["static_friction", "rolling_friction"], "estimate": [static, rolling]}
+    rows |= {"lower": [0.995 * static, 0.995 * rolling], "upper": [1.005 * static, 1.005 * rolling]}
     fixed = {"experiment": "calibrated", "source": "simulated", "contact": "calibrated", "mill": "emax"}
-    fixed |= {"track_mill": "emax", "lower": 0.0, "upper": 1.0, "rms_mm": 0.3, "frames": 180}
+    fixed |= {"track_mill": "emax", "rms_mm": 0.3, "frames": 180}
     return pd.DataFrame(rows).assign(**fixed | changed)
 
 
@@ -111,6 +112,12 @@ def test_the_friction_claim_uses_the_track_of_the_same_mill(tmp_path, pair, expe
     finding = friction_claim(tmp_path)
     assert verdict("0.30/0.045", "recover", finding) == expected
     assert "emax_smooth gives 0.45/0.04" in finding.explanation
+
+
+def test_a_wide_fit_leaves_the_friction_claim_undecided(tmp_path):
+    table = friction_table(0.3, 0.045, lower=0.0, upper=1.0)
+    write_table(table, tmp_path / "calibration/calibrated/friction_fit.tsv")
+    assert verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == UNDECIDED
 
 
 def test_without_a_simulated_track_the_friction_claim_is_not_run(tmp_path):
