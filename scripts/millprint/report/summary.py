@@ -95,12 +95,16 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
         for claim in claims["id"]
     ]
     # Of type object, as pandas would make plain text of it.
-    shown = claims.drop(columns="kind").assign(source=pd.Series(sources, dtype=object, index=claims.index))
+    shown = claims.assign(source=pd.Series(sources, dtype=object, index=claims.index))
+    # In one cell with the value: the page is no wider than a screen.
+    interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + claims["interval_from"] + ")"
+    shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
+    shown = shown.drop(columns=["kind", "lower", "upper", "interval_from"])
     note = (
         "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
         "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
-        "function that computed it. lower and upper are the interval of what is simulated or trained, "
-        "interval_from says what was drawn again for it. claims.tsv also says of what kind a claim is."
+        "function that computed it. What is simulated or trained has an interval in brackets, and what was drawn "
+        "again for it. claims.tsv also says of what kind a claim is."
     )
     introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
