@@ -86,6 +86,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     write_table(pd.DataFrame({"term": ["A"]}), tmp_path / "doe/anova_printed.tsv")
     write_table(pd.DataFrame({"F": [1.0]}), tmp_path / "doe/pareto.tsv")
     table = claims(("2.a", "0", "reproduced"), ("2.b", "50", "deviates")).assign(kind="computed", quantity="<i>q</i>")
+    table = table.assign(reproduced="1.5", lower=["1.4", ""], upper=["1.6", ""], interval_from=["trainings", ""])
     paths = ("doe/anova_printed.tsv", "doe/pareto.tsv", "doe/wear.tsv")
     sources = tuple(source_in(path, "p_value", "term == 'A'") for path in paths)
     text = claims_page("test", table, {"2.a": Finding(1, sources=sources), "2.b": Finding(2)}, tmp_path)
@@ -95,6 +96,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     ]
     assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule compute_wet_lab, millprint.doe" in text
     assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
+    assert "1.5 (1.4 to 1.6, trainings)" in text and "1.5 (" not in text.replace("1.5 (1.4 to 1.6", "")
 
 
 def test_runtimes_are_those_of_benchmarks_and_else_of_logs(tmp_path):
