@@ -54,7 +54,7 @@ class QuickProcess(GaussianProcessRegressor):
     """scikit-learn's process for the kernel Factor * Smoothness + Noise, with a quick marginal likelihood.
 
     scikit-learn's own differs by rounding alone. For some twenty rows, nearly all of its time goes into kernels that
-    build and check themselves anew at every step of the maximisation.
+    build and check themselves again at every step of the maximisation.
     """
 
     def log_marginal_likelihood(self, theta: Any = None, eval_gradient: bool = False, clone_kernel: bool = True) -> Any:
