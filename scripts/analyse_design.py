@@ -20,29 +20,14 @@ from millprint.figures.chapter2 import interactions, pareto, residuals
 from millprint.figures.style import save
 from millprint.files import read_table, write_table
 
-DESIGN = ("design", "aliases", "confounding", "audit")
-ANALYSIS = (
-    "trends",
-    "contested",
-    "rival_models",
-    "residual_parts",
-    "detectable",
-    "residuals",
-    "residual_checks",
-    "lack_of_fit",
-    "interactions",
-)
-
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
     """Write the tables, and return one line for each departure of the runs from the design."""
-    paths = {name: str(folder / f"{name}.tsv") for name in (*DESIGN, *ANALYSIS, "anova_printed", "anova_corrected")}
-    design = {name: paths[name] for name in DESIGN}
-    departures = design_experiments.main(runs, fraction=str(folder / "fraction.json"), settings=config, **design)
-    analysis = {name: paths[name] for name in ANALYSIS}
-    anova = {"printed": paths["anova_printed"], "corrected": paths["anova_corrected"]}
-    analyse_variance.main(runs, {**analysis, **anova}, config)
-    ranking = pareto_table(*(read_table(path, text=["term"]) for path in anova.values()), printed_p={})
+    departures = design_experiments.main(runs, **design_experiments.paths_in(folder), settings=config)
+    paths = analyse_variance.paths_in(folder)
+    analyse_variance.main(runs, paths, config)
+    both = [read_table(paths[name], text=["term"]) for name in analyse_variance.VARIANCE]
+    ranking = pareto_table(*both, printed_p={})
     write_table(ranking, folder / "pareto.tsv")
     return departures
 

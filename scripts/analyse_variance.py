@@ -1,5 +1,7 @@
 """Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals."""
 
+from pathlib import Path
+
 from millprint.config.doe import AnalysisConfig
 from millprint.doe.contested import contested_table, residual_parts_table, rival_models_table
 from millprint.doe.model import fit_factors
@@ -9,6 +11,27 @@ from millprint.doe.trends import interaction_table, trend_table
 from millprint.doe.variance import corrected_table, detectable_table, printed_table
 from millprint.files import write_table
 from millprint.job import job
+
+# The tables of the analysis beside those of the variance, by the names of the rule's outputs.
+TABLES = (
+    "trends",
+    "contested",
+    "rival_models",
+    "residual_parts",
+    "detectable",
+    "residuals",
+    "residual_checks",
+    "lack_of_fit",
+    "interactions",
+)
+# Tables of the variance, by the names of the rule's outputs: the file that holds each.
+VARIANCE = {"printed": "anova_printed", "corrected": "anova_corrected"}
+
+
+def paths_in(folder: str | Path) -> dict[str, str]:
+    """The path of every table of the analysis in a folder."""
+    files = {**{name: name for name in TABLES}, **VARIANCE}
+    return {name: str(Path(folder) / f"{file}.tsv") for name, file in files.items()}
 
 
 def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> None:

@@ -1,5 +1,7 @@
 """Makes the design, its alias table and randomised run order, and compares the runs with it."""
 
+from pathlib import Path
+
 from millprint.config.design import DesignConfig
 from millprint.doe.aliases import alias_table, confounding_table
 from millprint.doe.audit import audit_table
@@ -7,6 +9,15 @@ from millprint.doe.design import describe, design_table
 from millprint.doe.runs import read_runs
 from millprint.files import write_json, write_table
 from millprint.job import job
+
+# The tables of the design, by the names of the rule's outputs.
+TABLES = ("design", "aliases", "confounding", "audit")
+
+
+def paths_in(folder: str | Path) -> dict[str, str]:
+    """The path of every file of the design in a folder."""
+    names = [*(f"{name}.tsv" for name in TABLES), "fraction.json"]
+    return {name.partition(".")[0]: str(Path(folder) / name) for name in names}
 
 
 def main(

@@ -132,6 +132,25 @@ def write_json(content: dict, path: str | Path) -> None:
         partial.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
+def read_format(path: str | Path, formats: Sequence[str], what: str, hint: str = "") -> dict:
+    """Read a JSON file whose key `format` is one of `formats`.
+
+    Raises ConfigError, in one line, for a file that is missing, is not JSON or has another format. what: a noun for the
+    file; hint: the end of each line, where such a file comes from.
+    """
+    end = f"; {hint}" if hint else ""
+    try:
+        content = read_json(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such {what}{end}") from None
+    except ValueError as error:
+        raise ConfigError(f"{path}: not a {what} ({str(error).splitlines()[0]}){end}") from None
+    given = content.get("format") if isinstance(content, dict) else None
+    if given not in formats:
+        raise ConfigError(f"{path}: format = {given!r}: must be {' or '.join(map(repr, formats))}{end}")
+    return content
+
+
 def read_json(path: str | Path) -> dict:
     """Read a JSON file. Raises DamagedFile for one that is not."""
     try:

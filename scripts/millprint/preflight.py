@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.calibration.preflight import calibration_faults
+from millprint.claims.elsewhere import read_stored
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
@@ -194,6 +195,7 @@ def check_tables(config: ChapterSections, source: str) -> None:
     check_formulas(config.doe.chemistry, f"{source}: doe.chemistry")
     read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
+    read_stored(config.data.verdicts)
     read_literature(config.doe.literature)
     read_reported_yields(config.doe.literature_yields)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)

@@ -9,9 +9,10 @@ import yaml
 
 from millprint.calibration.drop_test import read_heights, summarise_drops
 from millprint.calibration.oscillation import read_track
-from millprint.claims.compare import UNDECIDED, verdict
+from millprint.claims.compare import verdict
 from millprint.claims.evidence import Finding
 from millprint.claims.tabulate import collect_findings
+from millprint.claims.verdicts import UNDECIDED
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError

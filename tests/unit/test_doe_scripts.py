@@ -27,29 +27,15 @@ CLAIMS = ROOT / "config/data/claims.tsv"
 def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     """Everything that the claims of chapter 2 read, under results/doe; returns the audit's departures."""
     doe = results / "doe"
-    tables = {name: str(doe / f"{name}.tsv") for name in ("design", "aliases", "confounding", "audit")}
-    departures = design_experiments.main(str(screening), fraction=str(doe / "fraction.json"), settings=config, **tables)
-    analysis = {
-        name: str(doe / f"{name}.tsv")
-        for name in (
-            "trends",
-            "contested",
-            "rival_models",
-            "residual_parts",
-            "detectable",
-            "residuals",
-            "residual_checks",
-            "lack_of_fit",
-            "interactions",
-        )
-    }
-    printed, corrected = (str(doe / f"anova_{name}.tsv") for name in ("printed", "corrected"))
-    analyse_variance.main(str(screening), {"printed": printed, "corrected": corrected, **analysis}, config)
+    departures = design_experiments.main(str(screening), **design_experiments.paths_in(doe), settings=config)
+    analysis = analyse_variance.paths_in(doe)
+    analyse_variance.main(str(screening), analysis, config)
     outputs = {
         f"{name}_{kind}": str(doe / f"{name}.{kind}") for name in ("pareto", "residuals") for kind in ("svg", "png")
     }
     outputs["pareto"] = str(doe / "pareto.tsv")
-    plot_variance.main(printed, corrected, analysis["residuals"], str(CLAIMS), outputs, config.factors)
+    drawn = [analysis[name] for name in ("printed", "corrected", "residuals")]
+    plot_variance.main(*drawn, str(CLAIMS), outputs, config.factors)
     return departures
 
 

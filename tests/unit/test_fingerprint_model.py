@@ -198,7 +198,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
     [
         (None, "no such fingerprint"),
         ("not json", "not a fingerprint"),
-        ('{"about": {}}', "format: must be"),
+        ('{"about": {}}', "format = None: must be"),
         ('{"format": "millprint fingerprint 1", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
     ],
 )

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scripts.store_verdicts import main
 
-from millprint.claims.compare import DEVIATES, REPRODUCED, UNDECIDED, verdict
+from millprint.claims.compare import verdict
 from millprint.claims.elsewhere import (
     EXPECTED,
     TIMED,
@@ -18,6 +18,7 @@ from millprint.claims.elsewhere import (
 from millprint.claims.evidence import Finding, Interval
 from millprint.claims.intervals import WINDOWS, Repeated, over_draws, over_repeats, tabulate_intervals
 from millprint.claims.tabulate import collect_findings, tabulate_claims
+from millprint.claims.verdicts import DEVIATES, REPRODUCED, UNDECIDED
 from millprint.errors import ConfigError
 from millprint.files import write_json, write_table
 from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.claims.compare import UNDECIDED
 from millprint.claims.tabulate import collect_findings, tabulate_claims
+from millprint.claims.verdicts import UNDECIDED
 from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.surrogate import measures

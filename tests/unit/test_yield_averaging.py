@@ -209,7 +209,7 @@ def test_a_changed_file_is_refused(tmp_path):
     path.write_text("not a model")
     with pytest.raises(ConfigError, match="not a stored model"):
         load_any(str(path))
-    with pytest.raises(ConfigError, match="no such model"):
+    with pytest.raises(ConfigError, match="no such stored model"):
         load_any(str(tmp_path / "nothing.json"))
     write_json({"format": "other"}, path)
     with pytest.raises(ConfigError, match="format = 'other'"):

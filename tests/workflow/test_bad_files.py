@@ -50,6 +50,26 @@ def test_a_bad_run_of_the_screening(project, refusal, row, changed, parts):
     assert all(part in line for part in ["screening.tsv", *parts])
 
 
+VERDICT = "thesis\t2.1\treproduced\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
+
+
+@pytest.mark.parametrize(
+    ("damage", "parts"),
+    [
+        (lambda text: text.replace("verdict", "word"), ["column verdict is missing"]),
+        (lambda text: text + VERDICT.replace("reproduced", "perhaps"), ["column verdict", "'perhaps'", "must be"]),
+        (lambda text: text + VERDICT + VERDICT, ["column id, row 2 = '2.1'", "in a row above"]),
+        (lambda text: text + VERDICT.strip() + "\tmore\n", ["more columns than the header"]),
+    ],
+    ids=["column", "word", "twice", "cells"],
+)
+def test_bad_verdicts_of_other_machines(project, refusal, damage, parts):
+    table = project / "config/data/verdicts_elsewhere.tsv"
+    table.write_text(damage(table.read_text()))
+    line = refusal()
+    assert all(part in line for part in ["config/data/verdicts_elsewhere.tsv", *parts])
+
+
 def test_a_bad_study_of_the_literature(project, refusal):
     table = project / "config/data/literature_yields.tsv"
     table.write_text(table.read_text().replace("\t76\n", "\t760\n", 1))

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from markupsafe import escape
 
-from millprint.claims.compare import VERDICTS, in_short
+from millprint.claims.verdicts import VERDICTS, in_short
 from millprint.files import read_json, read_table
 from millprint.report.catalogue import TABLES
 from tests.browser import DESKTOP, PHONE, browser_page, needs_browser

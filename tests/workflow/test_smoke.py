@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from millprint.claims.compare import VERDICTS
 from millprint.claims.tabulate import CLAIM_COLUMNS
+from millprint.claims.verdicts import VERDICTS
 from millprint.files import read_json, read_table
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 

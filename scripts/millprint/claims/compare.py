@@ -5,10 +5,7 @@ import re
 from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, InvalidOperation
 
 from millprint.claims.evidence import Finding, Interval
-
-REPRODUCED, DEVIATES, ERRATUM, NOT_RUN = "reproduced", "deviates", "erratum", "not run"
-UNDECIDED = "undecided: the interval crosses the tolerance"
-VERDICTS = (REPRODUCED, ERRATUM, UNDECIDED, DEVIATES, NOT_RUN)
+from millprint.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, UNDECIDED
 
 # Relative bounds for fitted pairs (tolerance `recover`) and for claims with the tolerance `report`.
 RECOVER_BOUND = 0.05
@@ -31,11 +28,6 @@ def verdict(published: str, tolerance: str, finding: Finding) -> str:
     if finding.interval is None:
         return REPRODUCED if agrees(published, tolerance, finding.value) else DEVIATES
     return _of_interval(published, tolerance, finding.interval)
-
-
-def in_short(verdict: str) -> str:
-    """The first word or words of a verdict, for a legend or the head of a column."""
-    return verdict.partition(":")[0]
 
 
 def _of_interval(published: str, tolerance: str, interval: Interval) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.claims.compare import DEVIATES, NOT_RUN, REPRODUCED, UNDECIDED, VERDICTS, in_short
+from millprint.claims.verdicts import DEVIATES, NOT_RUN, REPRODUCED, UNDECIDED, VERDICTS, in_short
 from millprint.files import write_table
-from millprint.tables import Text, read_measured
+from millprint.tables import Text, read_measured, refuse_rows
 
 MACHINE = ["processor", "instructions", "date"]
 STORED = ["run", "id", "verdict", "reproduced", "lower", "upper"]
@@ -33,9 +33,16 @@ def this_machine(date: str) -> dict[str, str]:
 
 
 def read_stored(path: str | Path) -> pd.DataFrame:
-    """The stored verdicts, with COLUMNS. Raises ConfigError for a table that lacks a column or has another verdict."""
+    """The stored verdicts, with COLUMNS.
+
+    Raises ConfigError, in one line, for a table that lacks a column, has another verdict, or has two verdicts of one
+    processor on a claim of a run.
+    """
     columns = [Text(name, [in_short(one) for one in VERDICTS] if name == "verdict" else ()) for name in COLUMNS]
-    return read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
+    table = read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
+    twice = table.duplicated(["run", "id", "processor"])
+    refuse_rows(table, path, "id", twice, "this run has a verdict of this processor on it in a row above")
+    return table
 
 
 def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:

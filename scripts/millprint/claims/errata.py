@@ -6,9 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.claims.chapter6 import METRICS, VARIANT
-from millprint.claims.compare import ERRATUM
 from millprint.claims.evidence import Evidence, in_words
 from millprint.claims.tabulate import chapter_of
+from millprint.claims.verdicts import ERRATUM
 from millprint.files import read_table
 from millprint.surrogate.tables import covered_share
 

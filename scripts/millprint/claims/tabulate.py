@@ -7,8 +7,9 @@ import pandas as pd
 
 # Importing a chapter registers its claims.
 from millprint.claims import chapter2, chapter3, chapter3_curves, chapter4, chapter5, chapter6  # noqa: F401
-from millprint.claims.compare import DEVIATES, UNDECIDED, VERDICTS, deviation, in_short, is_number, verdict
+from millprint.claims.compare import deviation, is_number, verdict
 from millprint.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
+from millprint.claims.verdicts import DEVIATES, UNDECIDED, VERDICTS, in_short
 from millprint.errors import ConfigError
 from millprint.files import read_table
 

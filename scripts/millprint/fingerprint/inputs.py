@@ -12,7 +12,7 @@ import numpy as np
 from millprint.config.counting import recorded_count
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.errors import ConfigError
-from millprint.files import read_json
+from millprint.files import read_format, read_json
 from millprint.fingerprint.columns import MEASURED
 
 # The format of a fingerprint file, and the usual name of such files.
@@ -86,12 +86,4 @@ def counted(summary: dict, rule_name: str) -> dict:
 
 def read_content(path: str | Path) -> dict:
     """The content of a fingerprint file. Raises ConfigError, in one line, for a missing or an invalid file."""
-    try:
-        content = read_json(path)
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such fingerprint; {WHERE}") from None
-    except ValueError:
-        raise ConfigError(f"{path}: not a fingerprint; {WHERE}") from None
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise ConfigError(f"{path}: format: must be {FORMAT!r}; {WHERE}")
-    return content
+    return read_format(path, [FORMAT], "fingerprint", WHERE)

@@ -8,7 +8,7 @@ import pandas as pd
 
 from millprint.config.averaging import INPUTS
 from millprint.errors import ConfigError
-from millprint.files import read_json, write_json
+from millprint.files import read_format, write_json
 from millprint.fingerprint.condition import BASIC, Condition, energy_scale
 from millprint.predict.averaging import AveragedModel
 from millprint.predict.features import FREQUENCY, NORMAL, TANGENTIAL, describe
@@ -54,15 +54,7 @@ class MillCurves:
     @classmethod
     def read(cls, path: str | Path) -> "MillCurves":
         """Read what `write` has written; raises ConfigError, in one line, for a file that is missing or another."""
-        try:
-            content = read_json(path)
-        except FileNotFoundError:
-            raise ConfigError(f"{path}: no such file; `snakemake {path}` writes the curves of the mill") from None
-        except ValueError as error:
-            raise ConfigError(f"{path}: not a JSON file ({str(error).splitlines()[0]})") from None
-        given = content.get("format") if isinstance(content, dict) else None
-        if given != FORMAT:
-            raise ConfigError(f"{path}: format = {given!r}: must be {FORMAT!r}")
+        content = read_format(path, [FORMAT], "file of a mill's curves", f"`snakemake {path}` writes it")
         try:
             return cls(
                 content["mill"],

@@ -10,7 +10,7 @@ from millprint.config.averaging import INPUTS
 from millprint.config.yields import TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
-from millprint.files import read_json, write_json
+from millprint.files import read_format, read_json, write_json
 from millprint.predict.averaging import LINKS, AveragedModel, Candidate, Member, to_conversion
 from millprint.predict.features import CONDITIONS, Standardisation, describe
 from millprint.predict.model import Plan, Step, YieldModel, fit_in_turn
@@ -88,16 +88,7 @@ def read_stored(path: str, expected: str | None = None) -> dict:
 
     Raises ConfigError, in one line, if it is missing, holds no yield model, or has another format than `expected`.
     """
-    try:
-        content = read_json(path)
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such model") from None
-    except ValueError as error:
-        raise ConfigError(f"{path}: not a stored model ({str(error).splitlines()[0]})") from None
-    given = content.get("format") if isinstance(content, dict) else None
-    if given not in ([expected] if expected else [FORMAT, AVERAGED_FORMAT]):
-        raise ConfigError(f"{path}: format = {given!r}: must be {expected or 'that of a yield model of millprint'!r}")
-    return content
+    return read_format(path, [expected] if expected else [FORMAT, AVERAGED_FORMAT], "stored model")
 
 
 def stored_search(path: str) -> list[dict | None]:

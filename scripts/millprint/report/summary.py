@@ -8,8 +8,8 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from millprint.claims.compare import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, UNDECIDED, in_short
 from millprint.claims.evidence import Finding
+from millprint.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, UNDECIDED, in_short
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.pages import embed_files, render_page
 from millprint.report.catalogue import TABLES
