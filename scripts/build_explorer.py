@@ -1,30 +1,40 @@
-"""Builds the explorer: one page with the fingerprints and the yield model of a run, which needs no server."""
+"""Builds the explorer of a run: its mill with the yield model, and every other mill that has been run."""
 
+from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import InverseConfig
+from millprint.config.heat import HeatConfig
+from millprint.config.mill import MillConfig
 from millprint.config.proposals import PredictionConfig
-from millprint.explorer.page import Yields, explorer_content, explorer_page
+from millprint.explorer.content import Machine, explorer_content, mill_content
+from millprint.explorer.page import explorer_page
+from millprint.explorer.simulated import simulated_content
+from millprint.explorer.tables import Heat, Spectra
+from millprint.explorer.yields import Yields
 from millprint.files import whole_file
 from millprint.job import job
 
 
-def main(fingerprints: list[str], yield_model: str, output: str, about: dict) -> None:
-    """Write the page; `about` holds name, title, request, prediction and level."""
-    content = explorer_content(
-        about["name"],
-        about["title"],
-        fingerprints,
+def main(inputs, output: str, about: dict, others: list[dict]) -> None:
+    """Write the page.
+
+    inputs: fingerprints, yield_model, spectra with summaries, temperatures, limits; about: name, mill, request,
+    prediction, level, spectra, rule, heat; others: section `mill` and files of each further mill.
+    """
+    spectra, heat, rule = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["rule"]
+    own = mill_content(
+        Machine.of_mill(MillConfig(**about["mill"])),
+        list(inputs.fingerprints),
         InverseConfig(**about["request"]),
-        Yields(yield_model, PredictionConfig(**about["prediction"]), about["level"]),
+        Yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
+        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, rule),
+        Heat(inputs.temperatures, inputs.limits, heat),
     )
+    settings = {"spectra": spectra, "rule": rule, "heat": heat}
+    further = [simulated_content(each["mill"], each["files"], settings) for each in others]
     with whole_file(output) as partial:
-        partial.write_text(explorer_page(content))
+        partial.write_text(explorer_page(explorer_content(about["name"], [own, *further])))
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "build explorer"):
-        main(
-            list(snakemake.input.fingerprints),
-            snakemake.input.yield_model,
-            snakemake.output.html,
-            dict(snakemake.params.about),
-        )
+        main(snakemake.input, snakemake.output.html, dict(snakemake.params.about), list(snakemake.params.others))

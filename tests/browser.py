@@ -14,6 +14,7 @@ import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 
@@ -21,6 +22,8 @@ import pytest
 from PIL import Image
 
 VARIABLE = "MILLPRINT_BROWSER"
+# A newer axe.min.js than that of the environment.
+AXE_VARIABLE = "MILLPRINT_AXE"
 BROWSERS = (
     "chromium-headless-shell",
     "chrome-headless-shell",
@@ -47,6 +50,12 @@ def find_browser() -> str | None:
     """The path of a Chromium-based browser, or None."""
     names = (os.environ[VARIABLE],) if os.environ.get(VARIABLE) else BROWSERS
     return next((found for name in names if (found := shutil.which(name))), None)
+
+
+def axe_script() -> str:
+    """The text of axe-core, which checks accessibility: of MILLPRINT_AXE, or of the package axe-core-python."""
+    given = os.environ.get(AXE_VARIABLE)
+    return (Path(given) if given else Path(str(files("axe_core_python"))) / "axe.min.js").read_text(encoding="utf-8")
 
 
 needs_browser = pytest.mark.skipif(
@@ -112,8 +121,12 @@ class Page:
 
     def open(self, file: Path) -> None:
         """Open a file and wait until it is loaded."""
+        self.go(file.resolve().as_uri())
+
+    def go(self, address: str) -> None:
+        """Open an address and wait until it is loaded; it must differ from the last one by more than what follows #."""
         self._loaded = False
-        self._send("Page.navigate", url=file.resolve().as_uri())
+        self._send("Page.navigate", url=address)
         while not self._loaded:
             self._note(self._receive())
 
@@ -123,6 +136,20 @@ class Page:
         answer = self._send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]["exception"].get("description")
         return answer["result"].get("value")
+
+    def press(self, key: str, code: int, shift: bool = False) -> None:
+        """Press and release a key, as a user at a keyboard does; `code` is its Windows virtual-key code."""
+        about = {"key": key, "code": key, "windowsVirtualKeyCode": code, "modifiers": 8 * shift}
+        self._send("Input.dispatchKeyEvent", type="rawKeyDown", **about)
+        self._send("Input.dispatchKeyEvent", type="keyUp", **about)
+
+    def accessibility_faults(self) -> list[str]:
+        """What axe finds wrong with the page, a line for each rule, with the first element that breaks it."""
+        self.run(f"{axe_script()}; return 0;")
+        return self.run("""
+          const { violations } = await axe.run(document);
+          return violations.map(({ id, help, nodes }) =>
+            `${id}: ${help} (${nodes.length}): ${nodes[0].html.slice(0, 200)}`);""")
 
     def picture(self, path: Path) -> Image.Image:
         """A picture of the window, also written to `path`."""

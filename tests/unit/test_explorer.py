@@ -12,7 +12,9 @@ from millprint.config.load import read_yaml
 from millprint.config.proposals import PredictionConfig
 from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
-from millprint.explorer.page import Yields, explorer_content, explorer_page, sliders
+from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
+from millprint.explorer.page import explorer_page
+from millprint.explorer.yields import Yields
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -75,7 +77,8 @@ def run(tmp_path_factory) -> dict:
     request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})
     prediction = PredictionConfig(**section["prediction"])
     yields = Yields(folder / "yield.json", prediction, LEVEL)
-    content = explorer_content("test", "A mill <of> ours", paths, request, yields)
+    machine = Machine("emax", "A mill <of> ours", "the jar moves", 0.07)
+    content = explorer_content("test", [mill_content(machine, paths, request, yields)])
     page = folder / "explorer.html"
     page.write_text(explorer_page(content))
     return {
@@ -92,12 +95,13 @@ def run(tmp_path_factory) -> dict:
 def _states(content: dict, count: int) -> list[dict]:
     """Conditions at random, half over all that the sliders can reach and half over what was simulated."""
     generator = np.random.default_rng(7)
-    trained = {name: (0.8 * low, 1.2 * high) for name, (low, _, high) in content["chemistry"].items()}
-    simulated = content["fingerprints"][0]["about"]["ranges"]
-    inside = {name: simulated[name] for name in content["sliders"]}
+    (mill,) = content["mills"]
+    trained = {name: (0.8 * low, 1.2 * high) for name, (low, _, high) in mill["chemistry"].items()}
+    simulated = mill["fingerprints"][0]["about"]["ranges"]
+    inside = {name: simulated[name] for name in mill["sliders"]}
     return [
         {"contact": k % 2, **{name: float(generator.uniform(*ends)) for name, ends in (ranges | trained).items()}}
-        for ranges in (content["sliders"], inside)
+        for ranges in (mill["sliders"], inside)
         for k in range(count // 2)
     ]
 
@@ -199,11 +203,11 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
 
 @needs_browser
 def test_a_page_without_further_intervals_offers_no_choice(run, page, tmp_path):
-    content = run["content"]
-    plain = [{key: own[key] for key in ("about", "inputs", "processes")} for own in content["fingerprints"]]
-    origins = {"scatter": content["origins"]["scatter"]}
+    (mill,) = run["content"]["mills"]
+    plain = [{key: own[key] for key in ("about", "inputs", "processes", "digest")} for own in mill["fingerprints"]]
+    origins = {"scatter": mill["origins"]["scatter"]}
     path = tmp_path / "plain.html"
-    path.write_text(explorer_page(content | {"fingerprints": plain, "origins": origins}))
+    path.write_text(explorer_page(run["content"] | {"mills": [mill | {"fingerprints": plain, "origins": origins}]}))
     page.open(path)
     script = """return { hidden: document.getElementById("shade").hidden,
       lines: document.querySelector("#results div").querySelectorAll(".interval").length,
@@ -310,5 +314,5 @@ def test_another_file_is_refused_in_one_line(run, tmp_path):
     other = tmp_path / "other.json"
     other.write_text("{}")
     with pytest.raises(ConfigError, match="format"):
-        explorer_content("test", "A mill", [other], run["request"])
+        mill_content(Machine("mill", "A mill"), [other], run["request"])
     assert Path(run["page"]).is_file()

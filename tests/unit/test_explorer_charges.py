@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import explore_mill
 from millprint.config.fingerprint import TARGET_DESCRIPTORS
 from millprint.config.mixture import BallMixture
-from millprint.explorer.page import balls_searched, explorer_content
+from millprint.explorer.content import Machine, balls_searched, explorer_content, mill_content
+from millprint.explorer.page import explorer_page
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inputs import charges_of
 from millprint.fingerprint.model import Fingerprint
@@ -39,8 +39,10 @@ def mills(tmp_path_factory) -> dict:
     }.items():
         file, page = folder / f"{name}.json", folder / f"{name}.html"
         Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95, charges_of(runs)).write(file)
-        explore_mill.main(str(file), str(page), "a_run", "A mill")
-        found[name] = {"file": file, "page": page, "fingerprint": Fingerprint.read(file)}
+        own = Fingerprint.read(file)
+        content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own))
+        page.write_text(explorer_page(explorer_content("a_run", [content])))
+        found[name] = {"file": file, "page": page, "fingerprint": own}
     return found
 
 
@@ -122,7 +124,7 @@ def test_a_charge_is_chosen_by_its_name(mills, page):
 def test_charges_alone_leave_no_diameter_to_set(mills, page):
     page.open(mills["alone"]["page"])
     said = page.run("""return { slider: document.getElementById("ball_diameter_m"), state: explorer.state.charge,
-      options: [...document.getElementById("axis").options].map((e) => e.value),
+      options: [...document.getElementById("axis").options].map((e) => e.value).filter((name) => name in SETTINGS),
       labels: [...document.querySelectorAll("#media label")].map((e) => e.textContent) };""")
     assert said["slider"] is None and said["state"] == "three"
     assert said["options"] == ["speed_hz", "fill_ratio", "density_kg_m3"]
@@ -161,5 +163,5 @@ def test_a_page_names_the_balls_that_its_search_tries(mills):
 
 def test_a_slider_of_the_diameter_reaches_over_balls_of_one_size_alone(mills):
     own = mills["both"]["fingerprint"]
-    content = explorer_content("a_run", "A mill", [mills["both"]["file"]], simulated_request(own))
+    content = mill_content(Machine("emax", "A mill"), [mills["both"]["file"]], simulated_request(own))
     assert content["sliders"]["ball_diameter_m"] == pytest.approx([0.005 / 1.25, 0.01 * 1.25])

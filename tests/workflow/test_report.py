@@ -54,6 +54,8 @@ def test_a_page_is_readable_and_fetches_nothing(report, page, tmp_path, name, wi
     spill = 'return [...document.querySelectorAll(".cards")].map((e) => e.scrollWidth - e.parentElement.clientWidth);'
     assert all(wider <= 0 for wider in page.run(spill))
     assert page.outside_requests() == []
+    # Also for those who hear the page, or use it by keyboard.
+    assert page.accessibility_faults() == []
 
 
 @needs_browser
@@ -194,7 +196,12 @@ def test_the_table_of_runtimes_has_every_benchmark(report):
 def test_the_explorer_contains_the_fingerprints_of_the_run(report):
     text = (report / "explorer.html").read_text()
     (content,) = re.findall(r"new Explorer\((\{.*\})\);", text)
-    content = json.loads(content)
-    assert [stored["about"]["contact"] for stored in content["fingerprints"]] == ["calibrated", "steel"]
+    own, *_ = json.loads(content)["mills"]
+    assert own["name"] == "emax"
+    assert [stored["about"]["contact"] for stored in own["fingerprints"]] == ["calibrated", "steel"]
     stored = json.loads((report.parent / "fingerprint/fingerprint_calibrated.json").read_text())
-    assert content["fingerprints"][0]["processes"] == stored["processes"]
+    assert own["fingerprints"][0]["processes"] == stored["processes"]
+    spectra = read_table(report.parent / "dose/spectra_summary_steel.tsv", text=["counting_rule", "channel", "pair"])
+    shown = [each for each in own["spectra"]["conditions"] if each["contact"] == "steel"]
+    assert len(shown) == len(spectra.drop_duplicates(["fill_ratio", "speed_rpm", "ball_diameter_mm"]))
+    assert len(own["heat"]["conditions"]) == 1

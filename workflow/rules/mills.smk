@@ -141,6 +141,7 @@ BOX_OUTPUTS = (
         *MILL_PICTURES,
         *expand([*rules.draw_sheet.output, *rules.balance_heat.output], mill=BOX),
         *rules.collect_mills.output,
+        f"{RESULTS}/mills/explorer.html",
     ]
 )
 FINGERPRINTED = [

@@ -1,17 +1,8 @@
 /* Line charts with bands, as SVG. */
 
-const SVG = "http://www.w3.org/2000/svg";
 const CHART = { width: 300, height: 225, left: 42, right: 10, top: 40, bottom: 36 };
-
-/** An element with attributes and children; text where a child is a string. */
-function element(name, attributes = {}, ...children) {
-  const made = name.startsWith("svg:")
-    ? document.createElementNS(SVG, name.slice(4))
-    : document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
+// Charts drawn so far: each has a clipping path of its own.
+let charts = 0;
 
 /** Some five round numbers within a range. */
 function ticks(low, high) {
@@ -23,21 +14,10 @@ function ticks(low, high) {
   return found;
 }
 
-/** A number with three digits, or all of a whole one. */
-function digits(value, count = 3) {
-  if (!Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
-  if (size >= 10 ** count) return String(Math.round(value));
-  const text = value.toPrecision(count);
-  return text.includes("e") ? String(Number(text)) : text;
-}
-
-const short = (value) => String(Number(value.toPrecision(6)));
-
 /**
- * chart: title, x (values), label, lines ({name, colour, bands, dashed}), known (from-to in x of what was simulated),
- * at (x of the marked condition), top (fixed upper end, optional). Each band is {value, lower, upper} for an x, its ends
- * NaN where they are not known.
+ * chart: title, x (values), label, lines ({name, colour, bands, dashed, now}), known (from-to in x of what was simulated;
+ * all of it if left out), at (x of the marked condition, if there is one), top (fixed upper end, optional), level ({value,
+ * name} of a horizontal line, optional). Each band is {value, lower, upper} for an x, its ends NaN where they are not known.
  */
 function drawChart(chart) {
   const { width, height, left, right, top, bottom } = CHART;
@@ -48,11 +28,11 @@ function drawChart(chart) {
   const upper = chart.top ?? Math.min(highest, 1.5 * largest);
   const x = (value) => left + ((value - low) / (high - low)) * (width - left - right);
   const y = (value) => height - bottom - (value / upper) * (height - top - bottom);
-  const id = `clip-${chart.title.replace(/\W+/g, "-")}`;
+  const id = `clip-${(charts += 1)}`;
   const svg = element("svg:svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": describeChart(chart) });
   const area = { x: left, y: top, width: width - left - right, height: height - top - bottom };
   svg.append(element("svg:clipPath", { id }, element("svg:rect", area)), element("svg:rect", { ...area, class: "ground" }));
-  const [from, to] = chart.known.map((value) => Math.min(Math.max(x(value), left), width - right));
+  const [from, to] = (chart.known ?? [low, high]).map((value) => Math.min(Math.max(x(value), left), width - right));
   svg.append(element("svg:rect", { ...area, x: from, width: Math.max(to - from, 2), class: "known" }));
   svg.append(element("svg:text", { x: 2, y: 14, class: "chart-title" }, chart.title));
   for (const value of ticks(0, upper)) {
@@ -68,9 +48,16 @@ function drawChart(chart) {
   const inside = element("svg:g", { "clip-path": `url(#${id})` });
   for (const line of chart.lines) inside.append(...drawLine(line, chart.x, x, y));
   svg.append(inside);
+  if (chart.level && chart.level.value <= upper) {
+    const place = y(chart.level.value);
+    svg.append(
+      element("svg:line", { x1: left, x2: width - right, y1: place, y2: place, class: "level" }),
+      element("svg:text", { x: width - right - 3, y: place - 4, "text-anchor": "end" }, chart.level.name),
+    );
+  }
   if (chart.lines.length > 1) svg.append(drawNames(chart.lines));
   for (const line of chart.lines) {
-    if (line.now.value <= upper) {
+    if (line.now && line.now.value <= upper) {
       svg.append(element("svg:circle", { cx: x(chart.at), cy: y(line.now.value), r: 4, fill: line.colour, class: "now" }));
     }
   }
@@ -106,7 +93,7 @@ function drawNames(lines) {
 function describeChart(chart) {
   const said = chart.lines.map((line) => {
     const ends = [line.bands[0], line.bands.at(-1)].map((band) => digits(band.value));
-    return `${line.name}: ${ends[0]} to ${ends[1]}, ${digits(line.now.value)} now`;
+    return `${line.name}: ${ends[0]} to ${ends[1]}${line.now ? `, ${digits(line.now.value)} now` : ""}`;
   });
   return `${chart.title} against ${chart.label} from ${short(chart.x[0])} to ${short(chart.x.at(-1))}. ${said.join("; ")}`;
 }

@@ -102,6 +102,7 @@ class Fingerprint {
     const conditions = content.inputs.fill_ratio.map((_, i) =>
       Object.fromEntries(Object.entries(content.inputs).map(([name, column]) => [name, column[i]])),
     );
+    this.conditions = conditions.length;
     const inputs = conditions.map((condition) => this.point(condition));
     this.processes = Object.fromEntries(
       Object.entries(content.processes).map(([name, process]) => [name, new LogProcess(process, inputs)]),

@@ -1,0 +1,29 @@
+"""Builds the explorer of one mill or several: one page with their fingerprints, spectra and temperatures."""
+
+from millprint.config.dose import SpectraConfig
+from millprint.config.heat import HeatConfig
+from millprint.explorer.content import explorer_content
+from millprint.explorer.page import explorer_page
+from millprint.explorer.simulated import simulated_content
+from millprint.files import whole_file
+from millprint.job import job
+
+
+def main(mills: list[dict], output: str, name: str, *, spectra: dict, rule: str, heat: dict) -> None:
+    """Write the page; mills: for each its section `mill` and its files, as `simulated_content` takes them."""
+    settings = {"spectra": SpectraConfig(**spectra), "rule": rule, "heat": HeatConfig(**heat)}
+    content = explorer_content(name, [simulated_content(**each, settings=settings) for each in mills])
+    with whole_file(output) as partial:
+        partial.write_text(explorer_page(content))
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "explore mills"):
+        files = ("fingerprint", "spectra", "summary", "temperatures", "limits")
+        columns = zip(*(getattr(snakemake.input, key) for key in files), strict=True)
+        rows = zip(snakemake.params.mills, columns, strict=True)
+        main(
+            [{"mill": mill, "files": dict(zip(files, row, strict=True))} for mill, row in rows],
+            snakemake.output.html,
+            **snakemake.params.about,
+        )

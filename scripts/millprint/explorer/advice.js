@@ -1,0 +1,47 @@
+/* What the numbers can be used for and what not, as far as it follows from the mill and the state. */
+
+/** Two lists of sentences, {use, avoid}, for a condition and its answer. */
+function adviceFor(explorer, found) {
+  const { mill, mills, fingerprint, state } = explorer;
+  const { about } = fingerprint;
+  const fills = fromTo(...about.ranges.fill_ratio);
+  const use = [];
+  const avoid = [];
+  if (found.outside.length) {
+    const names = listed(found.outside.map(nameOf));
+    avoid.push(`A decision on these settings: ${names} ${found.outside.length > 1 ? "were" : "was"} not simulated here, and nothing has tested the scaling laws so far out.`);
+  } else {
+    use.push("These settings: all of them lie within what was simulated.");
+  }
+  use.push(`To compare settings of this mill with each other, at fill ratios from ${fills}: ratios are surer than values.`);
+  use.push(
+    mills.length > 1
+      ? "To find settings of another mill with nearly the same collisions, by the search below."
+      : "To find other settings with nearly the same collisions, by the search below.",
+  );
+  const missing = mill.further.filter((origin) => fingerprint.missing(origin, state.fill_ratio));
+  if (!mill.further.length || missing.length) {
+    avoid.push("The interval as the whole error: friction, restitution and the shape of the jar are taken as given here.");
+  } else {
+    use.push("To judge how much unknown friction and restitution leave open: their interval stands apart.");
+  }
+  avoid.push("What single grains of powder feel: the simulation has balls without powder. Specific energy and hits are upper bounds.");
+  const warmest = mill.content.heat && explorer.heat.condition();
+  if (warmest && warmest.over_limit_share > 0) {
+    avoid.push(`A long run without a look at the temperatures: ${digits(100 * warmest.over_limit_share, 2)} % of the samples of the nearest condition pass ${short(warmest.limit_degC)} °C.`);
+  }
+  if (mill.yieldModel) {
+    const outside = found.yield_percent.outside;
+    if (outside.length) avoid.push(`The yield at these settings: ${listed(outside.map(({ name }) => NAMES[name]))} ${outside.length > 1 ? "lie" : "lies"} outside of what the yield model was trained on.`);
+    else use.push("To rank recipes of the powder that the yield model was trained on, in this jar.");
+    avoid.push("Yields of another powder, jar or contact set: the yield model has seen one chemistry in one jar.");
+  }
+  return { use, avoid };
+}
+
+function renderAdvice(explorer, found) {
+  const { use, avoid } = adviceFor(explorer, found);
+  const items = (list) => list.map((text) => element("li", {}, text));
+  byId("use-for").replaceChildren(...items(use));
+  byId("avoid-for").replaceChildren(...items(avoid));
+}

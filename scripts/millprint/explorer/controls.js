@@ -1,0 +1,157 @@
+/* The controls of the settings: contact set, balls, and a slider with a field for each number. */
+
+class Controls {
+  constructor(explorer) {
+    this.explorer = explorer;
+  }
+
+  /** All controls of the mill that is shown. */
+  build() {
+    const { mill } = this.explorer;
+    for (const id of ["contacts", "mill-sliders", "powder-sliders"]) {
+      byId(id).replaceChildren(...[...byId(id).children].filter((child) => child.tagName === "LEGEND"));
+    }
+    this.sliders = {};
+    this.buildContacts(mill);
+    for (const [name, setting] of Object.entries(SETTINGS)) {
+      // Without balls of one size there is no diameter to set.
+      if (mill.reach(name)) this.buildSlider("mill-sliders", name, setting);
+    }
+    for (const [name, setting] of Object.entries(POWDER)) {
+      if (mill.powder[name]) this.buildSlider("powder-sliders", name, setting);
+    }
+    this.buildPowder();
+  }
+
+  buildContacts(mill) {
+    const { explorer } = this;
+    mill.fingerprints.forEach((fingerprint, i) => {
+      const radio = element("input", { type: "radio", name: "contact", id: `contact-${i}`, value: i });
+      radio.addEventListener("change", () => explorer.choose(i));
+      const { contact, restitution, static_friction: friction } = fingerprint.about;
+      const text = `${contact} (e = ${short(restitution)}, µ = ${short(friction)})`;
+      byId("contacts").append(element("span", {}, radio, element("label", { for: radio.id }, text)));
+    });
+  }
+
+  /** The unit of a setting, how to get to it and back, and the ends and the step of its slider in this unit. */
+  scaleOf(name) {
+    const { explorer } = this;
+    const { kind, unit, factor, step } = { ...SETTINGS, ...POWDER }[name];
+    const scale = kind ? explorer.units.of(kind) : fixedUnit(unit, factor);
+    const stride = kind ? SPEED_STEPS[scale.unit] : step;
+    const [first, last] = explorer.mill.reach(name).map((value) => scale.to(value) / stride);
+    return { ...scale, step: stride, low: Math.ceil(first - 1e-9) * stride, high: Math.floor(last + 1e-9) * stride };
+  }
+
+  buildSlider(place, name, { label }) {
+    const { explorer } = this;
+    const slider = element("input", { type: "range", id: name });
+    const field = element("input", { type: "number", step: "any", id: `${name}-field` });
+    const unit = element("span", { class: "unit" });
+    const known = element("span", { class: "simulated" });
+    const hint = element("p", { class: "hint", id: `${name}-hint` });
+    slider.setAttribute("aria-describedby", hint.id);
+    const set = (text) => {
+      const value = Number(text);
+      const { low, high, from } = this.scaleOf(name);
+      if (text === "" || !(value > 0)) return;
+      explorer.state[name] = from(clamp(value, [low, high]));
+      explorer.render();
+    };
+    slider.addEventListener("input", () => set(slider.value));
+    field.addEventListener("change", () => set(field.value));
+    const head = element("div", { class: "head" }, element("label", { for: name }, label), element("span", {}, field, " ", unit));
+    const whole = element("div", { class: "slider" }, head, element("div", { class: "track" }, known, slider), hint);
+    byId(place).append(whole);
+    this.sliders[name] = { whole, slider, field, known, hint, unit };
+  }
+
+  /** The mass of the powder, which sets the ball-to-powder ratio. */
+  buildPowder() {
+    const { explorer } = this;
+    const field = element("input", { type: "number", step: "any", min: 0, id: "powder-field" });
+    field.addEventListener("change", () => {
+      const mass = Number(field.value);
+      if (!(mass > 0)) return;
+      const { low, high } = this.scaleOf("bpr");
+      explorer.state.bpr = clamp(explorer.answer(explorer.state).balls_g / mass, [low, high]);
+      explorer.render();
+    });
+    const label = element("label", { for: field.id }, "Powder");
+    byId("powder-sliders").append(element("div", { class: "head" }, label, element("span", {}, field, " g")));
+    this.powder = field;
+  }
+
+  render(found) {
+    const { explorer } = this;
+    explorer.mill.fingerprints.forEach((_, i) => {
+      byId(`contact-${i}`).checked = i === explorer.contact;
+    });
+    this.renderMedia(found);
+    const outside = new Set([...found.outside, ...(found.yield_percent?.outside ?? []).map((item) => item.name)]);
+    for (const name of Object.keys(this.sliders)) this.renderSlider(name, outside.has(name));
+    if (document.activeElement !== this.powder) this.powder.value = digits(found.powder_g);
+  }
+
+  renderSlider(name, outside) {
+    const { explorer } = this;
+    const { whole, slider, field, known, hint, unit: named } = this.sliders[name];
+    const { unit, to, low, high, step } = this.scaleOf(name);
+    const { label } = { ...SETTINGS, ...POWDER }[name];
+    const shown = to(explorer.state[name]);
+    for (const [key, value] of Object.entries({ min: short(low), max: short(high), step })) slider.setAttribute(key, value);
+    field.setAttribute("min", short(low));
+    field.setAttribute("max", short(high));
+    field.setAttribute("aria-label", withUnit(label, unit));
+    named.textContent = unit;
+    slider.value = shown;
+    if (document.activeElement !== field || Number(field.value) !== shown) field.value = short(shown);
+    slider.setAttribute("aria-valuetext", `${short(shown)} ${unit}`);
+    whole.hidden = name === "ball_diameter_m" && explorer.state.charge !== ONE_SIZE;
+    const range = explorer.mill.known(name, explorer.fingerprint, explorer.state.charge);
+    known.hidden = hint.hidden = !range;
+    if (!range) return;
+    const ends = range.map(to);
+    const [from, till] = ends.map((value) => (clamp(value, [low, high]) - low) / (high - low));
+    // A slider's thumb, 16 px wide, does not reach over the ends of its track.
+    known.style.left = `calc(${from} * (100% - 16px) + 8px - 2px)`;
+    known.style.width = `calc(${till - from} * (100% - 16px) + 4px)`;
+    hint.textContent = `${outside ? "outside: " : ""}${name in SETTINGS ? "simulated" : "trained"} ${fromTo(...ends)} ${unit}`;
+    hint.classList.toggle("warn", outside);
+  }
+
+  /** The choice of balls; hidden if all are of one size. */
+  renderMedia(found) {
+    const { explorer } = this;
+    const { about, media } = explorer.fingerprint;
+    const box = byId("media");
+    const options = media.map((charge, i) => {
+      const radio = element("input", { type: "radio", name: "charge", id: `charge-${i}`, value: charge });
+      radio.checked = charge === explorer.state.charge;
+      radio.addEventListener("change", () => {
+        explorer.take(charge);
+        explorer.render();
+        byId(radio.id).focus();
+      });
+      const mean = charge === ONE_SIZE ? null : digits(1e3 * about.charges[charge].ball_diameter_m);
+      const words = mean ? `${charge} (d30 = ${mean} mm)` : "balls of one size";
+      return element("span", {}, radio, element("label", { for: radio.id }, words));
+    });
+    box.replaceChildren(element("legend", {}, "Balls"), ...options);
+    const { charge } = explorer.state;
+    const said = [];
+    if (charge !== ONE_SIZE && about.charges?.[charge]) {
+      const text = chargeInWords(explorer.fingerprint, charge, found.balls);
+      said.push(`${charge}: ${text}. Only charges that were simulated: between two of them nothing is calculated.`);
+    }
+    box.append(element("p", { class: "hint", id: "charge-said" }, ...said));
+    box.hidden = media.length === 1 && media[0] === ONE_SIZE;
+  }
+}
+
+/** "12 of 10 mm, 3 of 14 mm" */
+function chargeInWords(fingerprint, charge, balls) {
+  const counts = fingerprint.counts(charge, balls);
+  return fingerprint.about.charges[charge].sizes_m.map((size, k) => `${counts[k]} of ${short(1e3 * size)} mm`).join(", ");
+}

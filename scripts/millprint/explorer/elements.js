@@ -1,0 +1,61 @@
+/* Elements of the page, and numbers as text. */
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** An element with attributes and children; text where a child is a string. */
+function element(name, attributes = {}, ...children) {
+  const made = name.startsWith("svg:")
+    ? document.createElementNS(SVG, name.slice(4))
+    : document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+const byId = (id) => document.getElementById(id);
+
+/** Fill a list of options, each a value and its text, or a group of them: {label, options}. */
+function fillOptions(choice, options) {
+  const option = ([value, text]) => element("option", { value }, text);
+  choice.replaceChildren(
+    ...options.map((each) =>
+      each.options ? element("optgroup", { label: each.label }, ...each.options.map(option)) : option(each),
+    ),
+  );
+}
+
+/** A number with three digits, or all of a whole one. */
+function digits(value, count = 3) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size >= 10 ** count) return size >= 1e7 ? inPowers(value, count) : String(Math.round(value));
+  const text = value.toPrecision(count);
+  return text.includes("e") ? inPowers(value, count) : text;
+}
+
+const SUPERSCRIPTS = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
+/** A whole power of ten: 10⁻³. */
+function powerOfTen(exponent) {
+  return `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign]).join("")}`;
+}
+
+function inPowers(value, count) {
+  const [front, exponent] = value.toExponential(count - 1).split("e");
+  return `${front}·${powerOfTen(Number(exponent))}`;
+}
+
+const short = (value) => String(Number(value.toPrecision(6)));
+
+/** "low to high", or the one number if both are the same. */
+const fromTo = (low, high) => (short(low) === short(high) ? short(low) : `${short(low)} to ${short(high)}`);
+
+/** A quantity with its unit; "-" for one that has none. */
+function withUnit(label, unit) {
+  return `${label} [${unit || "-"}]`;
+}
+
+/** "a, b and c" */
+function listed(words) {
+  return words.length < 2 ? words.join("") : `${words.slice(0, -1).join(", ")} and ${words.at(-1)}`;
+}

@@ -1,0 +1,66 @@
+/* A paragraph for the methods section of a paper, from the state and its numbers. */
+
+function methodsText(explorer, found) {
+  const { mill, fingerprint, state, units, content } = explorer;
+  const { about } = fingerprint;
+  const { unit, to } = units.of("speed");
+  const rpm = unit === "rpm" ? "" : ` (${short(Number((60 * state.speed_hz).toPrecision(4)))} rpm)`;
+  const gravity = units.acceleration > 0 && unit !== "g" ? `, with up to ${digits(units.acceleration * state.speed_hz ** 2)} g at a wall` : "";
+  const balls = state.charge === ONE_SIZE || !about.charges?.[state.charge]
+    ? `${found.balls} balls of ${short(Number((1e3 * state.ball_diameter_m).toPrecision(4)))} mm`
+    : `${found.balls} balls (${state.charge}: ${chargeInWords(fingerprint, state.charge, found.balls)})`;
+  const [low, high] = about.ranges.speed_hz.map(to);
+  const interval = short(100 * about.probability);
+  const band = (name) => {
+    const scale = unitOf(RESULTS[name], units);
+    const own = inUnit(found[name], scale);
+    return `${digits(own.value)} ${scale.unit} (${between(own)})`;
+  };
+  const said = [
+    `The milling was characterised by the discrete element method with millprint ${content.version}, with balls and without powder.`,
+    `Mill: ${mill.content.title} (nominal volume ${short(1e6 * about.volume_m3)} mL)${mill.content.words ? `; ${mill.content.words}` : ""}.`,
+    `Settings: ${short(Number(to(state.speed_hz).toPrecision(4)))} ${unit}${rpm}${gravity}; ${balls} with a density of ${short(state.density_kg_m3)} kg/m³, ${digits(found.balls_g)} g in all, ` +
+      `which fill ${short(Number((100 * state.fill_ratio).toPrecision(3)))} % of the jar's volume.`,
+    `Contact set ${about.contact}: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
+    `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
+      `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the interval in which ${interval} % of new simulations are expected.`,
+    `Contacts of a pair that follow each other within ${short(1e3 * about.collision_gap_s)} ms count as one collision.`,
+    `A collision dissipates on average ${band("normal_energy_J")} along the line of centres and ${band("tangential_energy_J")} along the surface; ` +
+      `collisions of one ball: ${band("frequency_per_ball_hz")}.`,
+    `All balls dissipate ${band("power_W")}, of which ${band("tangential_share")} by shear.`,
+    ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
+    `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,
+    ...(found.outside.length ? [`Outside of what was simulated: ${listed(found.outside.map(nameOf))}.`] : []),
+    `(Run ${content.name}; fingerprint file with SHA-256 ${mill.content.fingerprints[explorer.contact].digest}….)`,
+  ];
+  return said.join(" ");
+}
+
+/** Coefficients at the wall, where they are its own. */
+function wallWords(about) {
+  const own = { wall_restitution: "restitution", wall_static_friction: "static friction" };
+  const words = Object.entries(own).filter(([key]) => key in about).map(([key, name]) => `${name} ${short(about[key])}`);
+  return words.length ? ` (at the wall: ${words.join(", ")})` : "";
+}
+
+/** The interval of the power by an origin besides the scatter. */
+function furtherWords({ mill, fingerprint, state }, found, origin) {
+  const { title } = mill.content.origins[origin];
+  const interval = found.power_W.further[origin];
+  return interval
+    ? `By ${title} alone the power lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
+    : `The interval by ${title} is not known (${fingerprint.missing(origin, state.fill_ratio)}).`;
+}
+
+/** Copy the text of an element; without access to the clipboard it stays selected. */
+async function copyText(source, said, text = source.textContent) {
+  try {
+    await navigator.clipboard.writeText(text);
+    said.textContent = "Copied.";
+    return;
+  } catch {
+    // A page in a frame, or opened without permission.
+  }
+  getSelection().selectAllChildren(source);
+  said.textContent = document.execCommand("copy") ? "Copied." : "Selected: copy it with the keyboard.";
+}

@@ -1,0 +1,120 @@
+/* One mill of the page: its fingerprints and yields, and what they answer for a state. */
+
+/* What can be set of a mill: a kind of unit that can be chosen, or unit, factor from SI and step of the slider. */
+const SETTINGS = {
+  speed_hz: { label: "Speed", kind: "speed" },
+  fill_ratio: { label: "Fill ratio", unit: "", factor: 1, step: 0.005 },
+  ball_diameter_m: { label: "Ball diameter", unit: "mm", factor: 1e3, step: 0.1 },
+  density_kg_m3: { label: "Ball density", unit: "kg/m³", factor: 1, step: 50 },
+};
+/* Of powder and time. Only a yield model knows the molar ratio. */
+const POWDER = {
+  bpr: { label: "Ball-to-powder mass ratio", unit: "", factor: 1, step: 1 },
+  molar_ratio: { label: "MgH₂ to borate", unit: "mol/mol", factor: 1, step: 0.1 },
+  time_h: { label: "Milling time", unit: "h", factor: 1, step: 0.5 },
+};
+/* Where no yield was measured: range of the slider and first value. */
+const WITHOUT_YIELD = { bpr: [1, 10, 100], time_h: [0.5, 5, 50] };
+const SECONDS_PER_HOUR = 3600;
+
+class Mill {
+  constructor(content, variables) {
+    this.content = content;
+    this.variables = variables;
+    // A mill without measured yields has no yield model.
+    this.yieldModel = content.yield && new YieldModel(content.yield);
+    this.powder = content.yield ? content.chemistry : WITHOUT_YIELD;
+  }
+
+  /** Its fingerprints, a contact set each; they are factored when the mill is first shown. */
+  get fingerprints() {
+    this.models ??= this.content.fingerprints.map(
+      (stored, i) => new Fingerprint(stored, this.variables, this.content.widths[i], this.further),
+    );
+    return this.models;
+  }
+
+  get name() {
+    return this.content.name;
+  }
+
+  /** Origins of intervals besides the scatter, of which the run knows something. */
+  get further() {
+    return Object.keys(this.content.origins).filter((origin) => origin !== "scatter");
+  }
+
+  /** The range of a slider in SI: a margin around what was simulated or trained. */
+  reach(name) {
+    if (name in SETTINGS) return this.content.sliders[name];
+    const [low, , high] = this.powder[name];
+    const beyond = this.yieldModel ? 0.25 * (high - low) : 0;
+    return [Math.max(low - beyond, POWDER[name].step), high + beyond];
+  }
+
+  /** A condition in the midst of what was simulated and trained. */
+  firstState(fingerprint) {
+    const { about } = fingerprint;
+    const middle = (name, { factor, step }) => {
+      const [low, high] = about.ranges[name];
+      return low === high ? low : (Math.round((factor * (low + high)) / 2 / step) * step) / factor;
+    };
+    const [charge] = fingerprint.media;
+    return {
+      charge,
+      speed_hz: middle("speed_hz", { factor: 60, step: SPEED_STEPS.rpm }),
+      fill_ratio: clamp(0.1, about.ranges.fill_ratio),
+      ball_diameter_m: fingerprint.range("ball_diameter_m", charge)[1],
+      density_kg_m3: about.density_kg_m3,
+      ...Object.fromEntries(Object.entries(this.powder).map(([name, [, first]]) => [name, first])),
+    };
+  }
+
+  /** Everything that the page says of a condition. */
+  answer(state, fingerprint) {
+    const condition = Object.fromEntries(["charge", ...Object.keys(SETTINGS)].map((name) => [name, state[name]]));
+    const prediction = fingerprint.predict(condition);
+    const balls_g = prediction.balls * state.density_kg_m3 * (Math.PI / 6) * state.ball_diameter_m ** 3 * 1e3;
+    const found = { ...prediction, balls_g, ...doses(prediction, state, balls_g / state.bpr) };
+    if (!this.yieldModel) return found;
+    const conditions = {
+      ...Object.fromEntries(Object.keys(POWDER).map((name) => [name, state[name]])),
+      normal_energy_uJ: 1e6 * prediction.normal_energy_J.value,
+      tangential_energy_uJ: 1e6 * prediction.tangential_energy_J.value,
+      specific_frequency_hz: prediction.frequency_per_ball_hz.value,
+    };
+    return { ...found, yield_percent: this.yieldModel.predict(conditions) };
+  }
+
+  /** The range in SI that a setting was simulated or trained in; null for one without any. */
+  known(name, fingerprint, charge) {
+    if (name in SETTINGS) return fingerprint.range(name, charge);
+    if (!this.yieldModel) return null;
+    const [low, , high] = this.content.chemistry[name];
+    return [low, high];
+  }
+
+  /** The search of the page: a target, in the descriptors' SI units, over all contact sets. */
+  search(target, breathe) {
+    const { search } = this.content;
+    const allowed = {
+      speeds_hz: search.speeds_rpm.map((speed) => speed / 60),
+      fill_ratios: search.fill_ratios,
+      balls: search.ball_diameters_mm,
+      densities_kg_m3: search.densities_kg_m3,
+    };
+    return rankConditions(target, this.fingerprints, allowed, search.weights, search.ranked, search.grid, breathe);
+  }
+}
+
+/** Specific energies [J/kg] and collisions a gram [1/g] of the powder [g] that is milled for state.time_h. */
+function doses(prediction, state, powder_g) {
+  const time_s = state.time_h * SECONDS_PER_HOUR;
+  const perMass = (1e3 * time_s) / powder_g;
+  return {
+    powder_g,
+    dose_J_kg: times(prediction.power_W, perMass),
+    normal_dose_J_kg: times(prediction.normal_power_W, perMass),
+    tangential_dose_J_kg: times(prediction.tangential_power_W, perMass),
+    hits_per_g: times(prediction.frequency_per_ball_hz, (prediction.balls * time_s) / powder_g),
+  };
+}

@@ -1,0 +1,158 @@
+/* The numbers of the condition that is set, and how they change with one setting. */
+
+const NORMAL = "#0072b2";
+const TANGENTIAL = "#c2500a";
+const INK = "#333";
+const POINTS = 41;
+
+const NAMES = {
+  charge: "Charge",
+  amplitude_m: "Amplitude",
+  normal_energy_uJ: "normal energy [µJ]",
+  tangential_energy_uJ: "tangential energy [µJ]",
+  specific_frequency_hz: "collisions of a ball [1/s]",
+  tangential_share: "tangential share [-]",
+  bpr: "ball-to-powder ratio",
+  molar_ratio: "MgH₂ to borate",
+  time_h: "milling time [h]",
+};
+/* Results with the kind of their unit, or with unit and factor from SI. */
+const DESCRIPTORS = {
+  normal_energy_J: { label: "Normal energy of a collision", kind: "energy" },
+  tangential_energy_J: { label: "Tangential energy of a collision", kind: "energy" },
+  frequency_per_ball_hz: { label: "Collisions of one ball", kind: "frequency" },
+};
+const RESULTS = {
+  ...DESCRIPTORS,
+  normal_power_W: { label: "Normal power, all balls", unit: "W", factor: 1 },
+  tangential_power_W: { label: "Tangential power, all balls", unit: "W", factor: 1 },
+  power_W: { label: "Dissipated power, all balls", unit: "W", factor: 1 },
+  tangential_share: { label: "Tangential share", unit: "%", factor: 100 },
+};
+
+/** The unit of a result, and how to get to it. */
+const unitOf = ({ kind, unit, factor }, units) => (kind ? units.of(kind) : fixedUnit(unit, factor));
+/** A band in a unit that is proportional to SI. */
+const inUnit = (band, scale) => times(band, scale.to(1));
+const between = ({ lower, upper }) => `${digits(lower)} to ${digits(upper)}`;
+/** The name of a setting within a sentence. */
+const nameOf = (name) => (SETTINGS[name]?.label ?? NAMES[name]).toLowerCase();
+
+class Results {
+  constructor(explorer) {
+    this.explorer = explorer;
+  }
+
+  render(found) {
+    byId("results").replaceChildren(...this.rows(found));
+    byId("outside").textContent = this.warnings(found).join(" ");
+    byId("brief").textContent = this.brief(found);
+  }
+
+  rows(found) {
+    const { units, mill, fingerprint, state } = this.explorer;
+    const item = (label, text, below, warn) => {
+      const lines = [below].flat().map((line) => element("dd", { class: "interval" }, line));
+      return element("div", warn ? { class: "warn" } : {}, element("dt", {}, label), element("dd", {}, text), ...lines);
+    };
+    const warn = found.outside.length > 0;
+    const rows = Object.entries(RESULTS).map(([name, about]) => {
+      const scale = unitOf(about, units);
+      const band = inUnit(found[name], scale);
+      const others = mill.further.map((origin) => {
+        const interval = band.further[origin];
+        const words = interval ? between(interval) : fingerprint.missing(origin, state.fill_ratio);
+        return `${mill.content.origins[origin].title}: ${words}`;
+      });
+      // The scatter is named only where there is something to tell it from.
+      const below = others.length ? [`scatter: ${between(band)}`, ...others] : between(band);
+      return item(about.label, `${digits(band.value)} ${scale.unit}`, below, warn);
+    });
+    const dose = units.of("dose");
+    const [normal, tangential] = ["normal", "tangential"].map((name) => digits(inUnit(found[`${name}_dose_J_kg`], dose).value));
+    rows.push(
+      item("Specific energy of the powder", units.text("dose", found.dose_J_kg.value), [
+        `normal ${normal}, tangential ${tangential}`,
+        `if all that is dissipated reached the powder, in ${short(state.time_h)} h`,
+      ], warn),
+      item("Hits of the powder", `${digits(found.hits_per_g.value)} 1/g`, `in ${short(state.time_h)} h`, warn),
+      item("Acceleration of the wall", this.acceleration(), "largest of any point", false),
+    );
+    const { value, lower, upper, outside = [] } = found.yield_percent ?? {};
+    if (found.yield_percent) {
+      const about = `${digits(lower)} to ${digits(upper)}${outside.length ? ", extrapolated" : ""}`;
+      rows.push(item("Yield to expect", `${digits(value)} %`, about, outside.length + found.outside.length > 0));
+    }
+    rows.push(item("To weigh in", `${digits(found.powder_g)} g of powder`, `with ${found.balls} balls of ${digits(found.balls_g)} g in all`, false));
+    return rows;
+  }
+
+  acceleration() {
+    const { acceleration } = this.explorer.units;
+    return acceleration > 0 ? `${digits(acceleration * this.explorer.state.speed_hz ** 2)} g` : "–";
+  }
+
+  /** The line at the foot of a phone. */
+  brief(found) {
+    const { units } = this.explorer;
+    const { value, outside = [] } = found.yield_percent ?? {};
+    return [
+      ...Object.entries(DESCRIPTORS).map(([name, { kind }]) => units.text(kind, found[name].value)),
+      `${digits(found.power_W.value)} W`,
+      ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
+    ].join(" · ");
+  }
+
+  warnings(found) {
+    const said = [];
+    if (found.outside.length) {
+      const names = found.outside.map(nameOf).join(", ");
+      said.push(`Not simulated: ${names}. The scaling laws carry the numbers on, with a wider interval.`);
+    }
+    const outside = found.yield_percent?.outside ?? [];
+    if (outside.length) {
+      const names = outside.map((each) => `${NAMES[each.name]} ${digits(each.value)}, trained ${digits(each.low)} to ${digits(each.high)}`);
+      said.push(`The yield model was not trained there: ${names.join("; ")}.`);
+    }
+    return said;
+  }
+
+  /** A band whose ends are those of the interval that charts show; NaN where it is not known. */
+  shade(band) {
+    const { shaded } = this.explorer;
+    if (shaded === "scatter") return band;
+    const { lower = NaN, upper = NaN } = band.further[shaded] ?? {};
+    return { ...band, lower, upper };
+  }
+
+  renderCharts(found) {
+    const { explorer } = this;
+    const { axis: name, units, mill } = explorer;
+    const { low, high, to, from, unit } = explorer.controls.scaleOf(name);
+    const { label } = { ...SETTINGS, ...POWDER }[name];
+    // With the condition itself, and both sides of it, among the points: a yield is trained in a narrow range.
+    const here = to(explorer.state[name]);
+    const near = [-1e-3, 0, 1e-3].map((by) => clamp(here + by * (high - low), [low, high]));
+    const x = [...new Set([...linspace(low, high, POINTS), ...near])].sort((one, other) => one - other);
+    const answers = x.map((value) => explorer.answer({ ...explorer.state, [name]: from(value) }));
+    const line = (key, named, colour, scale) => ({
+      name: named,
+      colour,
+      bands: answers.map((answer) => (key === "yield_percent" ? answer[key] : this.shade(times(answer[key], scale)))),
+      now: times(found[key], scale),
+      dashed: key === "yield_percent" ? answers.map((answer) => answer[key].outside.length > 0) : null,
+    });
+    const [energy, frequency] = ["energy", "frequency"].map((kind) => units.of(kind));
+    const both = (keys, scale) => [line(keys[0], "normal", NORMAL, scale), line(keys[1], "tangential", TANGENTIAL, scale)];
+    const charts = [
+      { title: `Energy of a collision [${energy.unit}]`, lines: both(["normal_energy_J", "tangential_energy_J"], energy.to(1)) },
+      { title: `Collisions of one ball [${frequency.unit}]`, lines: [line("frequency_per_ball_hz", "collisions", INK, frequency.to(1))] },
+      { title: "Dissipated power [W]", lines: both(["normal_power_W", "tangential_power_W"], 1) },
+      { title: "Tangential share [%]", lines: [line("tangential_share", "share", INK, 100)], top: 100 },
+      ...(found.yield_percent ? [{ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 }] : []),
+    ];
+    const known = mill.known(name, explorer.fingerprint, explorer.state.charge)?.map(to);
+    const shared = { x, label: withUnit(label, unit), known, at: here };
+    byId("charts").replaceChildren(...charts.map((chart) => drawChart({ ...chart, ...shared })));
+  }
+}

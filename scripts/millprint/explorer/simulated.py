@@ -1,0 +1,37 @@
+"""A mill of the explorer from the files of its own sweep: fingerprint, spectra and temperatures."""
+
+from typing import TypedDict
+
+from millprint.config.dose import SpectraConfig
+from millprint.config.heat import HeatConfig
+from millprint.config.mill import MillConfig
+from millprint.explorer.content import Machine, mill_content
+from millprint.explorer.tables import Heat, Spectra
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import simulated_request
+
+
+class Settings(TypedDict):
+    """What the tables of a run were made with: bins, the counting rule to show, and the heat balance."""
+
+    spectra: SpectraConfig
+    rule: str
+    heat: HeatConfig
+
+
+def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> dict:
+    """What the page computes from for a mill, whose search covers what was simulated.
+
+    mill: its section as plain values; files: fingerprint and, where they were made, spectra with summary, and
+    temperatures with limits.
+    """
+    request = simulated_request(Fingerprint.read(files["fingerprint"]))
+    return mill_content(
+        Machine.of_mill(MillConfig(**mill)),
+        [files["fingerprint"]],
+        request,
+        spectra=Spectra([(files["spectra"], files["summary"])], settings["spectra"], settings["rule"])
+        if "spectra" in files
+        else None,
+        heat=Heat(files["temperatures"], files["limits"], settings["heat"]) if "temperatures" in files else None,
+    )

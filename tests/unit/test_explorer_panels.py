@@ -1,0 +1,229 @@
+"""The explorer's spectra, temperatures, doses and units, against the tables and the library, at two widths."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.config.dose import SpectraConfig
+from millprint.dose.dose import HITS, NORMAL, TANGENTIAL, TOTAL, doses
+from millprint.dose.spectra import CHANNELS, PAIRS
+from millprint.errors import ConfigError
+from millprint.explorer.tables import Spectra, spectra_content
+from millprint.files import read_table
+from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+from tests.unit.explorer_pages import ACCELERATION, BINS, CONDITIONS, HEAT, two_mills
+
+SETTING = {"speed_hz": 12.5, "fill_ratio": 0.09, "ball_diameter_m": 0.01, "density_kg_m3": 7700.0}
+# A condition and powder whose dose is compared with the library's.
+POWDER = {"bpr": 17.0, "time_h": 3.5}
+NEXT_FRAME = "await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));"
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory) -> dict:
+    return two_mills(tmp_path_factory.mktemp("panels"))
+
+
+@pytest.fixture(scope="module")
+def pages(built, tmp_path_factory):
+    """The page at both widths, by width."""
+    folder = tmp_path_factory.mktemp("browsers")
+    with browser_page(folder / "wide", DESKTOP) as wide, browser_page(folder / "narrow", PHONE) as narrow:
+        found = {DESKTOP: wide, PHONE: narrow}
+        for page in found.values():
+            page.open(built["page"])
+        yield found
+        for page in found.values():
+            assert page.errors == []
+
+
+WIDTHS = pytest.mark.parametrize("width", [DESKTOP, PHONE])
+
+
+@needs_browser
+@WIDTHS
+@pytest.mark.parametrize("mill", ["emax", "planetary"])
+def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mill):
+    own = built["fingerprints"][mill]
+    found = own.predict(own.condition(**{name: SETTING[name] for name in list(SETTING)[:3]}))
+    mass = found.balls * 7700.0 * np.pi / 6 * 0.01**3 * 1e3 / POWDER["bpr"]
+    columns = [found.normal_energy_J, found.tangential_energy_J, found.frequency_per_ball_hz]
+    normal, tangential, frequency = (pd.Series([band.value]) for band in columns)
+    times = (pd.Series([POWDER["time_h"]]), pd.Series([mass]))
+    theirs = doses(normal, tangential, found.balls * frequency, *times).iloc[0]
+    ours = pages[width].run(f"""
+      explorer.useMill(explorer.mills.find((mill) => mill.name === {mill!r}));
+      Object.assign(explorer.state, {SETTING | POWDER!r});
+      const found = explorer.answer(explorer.state);
+      return {{ powder: found.powder_g, power: [found.power_W.value, found.power_W.lower, found.power_W.upper],
+        doses: [found.normal_dose_J_kg, found.tangential_dose_J_kg, found.dose_J_kg].map((band) => band.value * 1e-6),
+        hits: found.hits_per_g.value }};""")
+    assert ours["powder"] == pytest.approx(mass, rel=1e-6)
+    np.testing.assert_allclose(ours["doses"], theirs[[NORMAL, TANGENTIAL, TOTAL]], rtol=1e-6)
+    assert ours["hits"] == pytest.approx(theirs[HITS], rel=1e-6)
+    power = found.power_W
+    np.testing.assert_allclose(ours["power"], [power.value, power.lower, power.upper], rtol=1e-6)
+
+
+@needs_browser
+@WIDTHS
+def test_spectra_and_their_shares_are_those_of_the_table(built, pages, width):
+    text = ["mill", "contact", "varied", "charge", "counting_rule", "channel", "pair"]
+    table = read_table(built["folder"] / "spectra.tsv", text=text)
+    ours = pages[width].run("""
+      const { edges, conditions } = explorer.mills[0].content.spectra;
+      const spectra = conditions.flatMap((each) => Object.keys(CHANNELS).flatMap((channel) =>
+        ["ball_ball", "ball_wall"].map((pair) => [each, each.bins[channel][pair]])));
+      return spectra.flatMap(([each, own]) => {
+        const of = (quantity, share) => spectrumSteps(own, quantity, edges, share).map((step) => step.value);
+        const bins = spectrumSteps(own, "power_W", edges, false);
+        const shares = [of("collisions_hz", true), of("power_W", true)];
+        return bins.map(({ low, high, value }, i) => [each.fill_ratio, each.speed_hz * 60, low, high,
+          of("collisions_hz", false)[i], value, shares[0][i], shares[1][i]]);
+      });""")
+    names = ["fill_ratio", "speed_rpm", "energy_low_J", "energy_high_J", "collisions_hz", "power_W"]
+    names += ["collisions_above_share", "power_above_share"]
+    assert len(CONDITIONS) * len(CHANNELS) * len(PAIRS) * 10 < len(ours) == len(table)
+    order = ["fill_ratio", "speed_rpm", "channel", "pair"]
+    theirs = table.sort_values(order, kind="stable")[names].to_numpy(float)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-12)
+
+
+@needs_browser
+@WIDTHS
+def test_the_panel_of_spectra_follows_the_sliders_until_conditions_are_chosen(pages, width):
+    said = pages[width].run(f"""
+      const named = (each) => [each.fill_ratio, Math.round(each.speed_hz * 60)];
+      const show = () => ({{ pair: explorer.spectra.pair().map(named),
+        key: [...document.querySelectorAll("#spectra-key li")].map((e) => e.textContent),
+        charts: document.querySelectorAll("#spectra-charts svg[role=img]").length,
+        lines: document.querySelectorAll("#spectra-charts path.line").length,
+        marks: document.querySelectorAll("#spectra-charts .mark").length,
+        rows: document.querySelectorAll("#spectra-table tbody tr").length }});
+      explorer.useMill(explorer.mills[0]); explorer.spectra.chosen = ["", ""];
+      Object.assign(explorer.state, {{ fill_ratio: 0.07, speed_hz: 11 }}); explorer.render(); {NEXT_FRAME}
+      const slow = show();
+      explorer.state.speed_hz = 19; explorer.state.fill_ratio = 0.2; explorer.render(); {NEXT_FRAME}
+      const fast = show();
+      const choice = document.getElementById("spectra-0");
+      const at = [...choice.options].find((option) => option.value.includes("f0.06-n600"));
+      choice.value = at.value; choice.dispatchEvent(new Event("change")); {NEXT_FRAME}
+      const chosen = show();
+      const titles = () => [...document.querySelectorAll("#spectra-charts .chart-title")].map((e) => e.textContent);
+      const bins = titles();
+      const shown = document.getElementById("spectra-shown"); shown.value = "above";
+      shown.dispatchEvent(new Event("change")); {NEXT_FRAME}
+      const above = titles(); shown.value = "bins"; shown.dispatchEvent(new Event("change"));
+      choice.value = ""; choice.dispatchEvent(new Event("change"));
+      return {{ slow, fast, chosen, bins, above }};""")
+    assert said["slow"]["pair"] == [[0.06, 600], [0.06, 1200]]
+    assert said["fast"]["pair"] == [[0.12, 1200], [0.12, 600]]
+    assert said["chosen"]["pair"] == [[0.06, 600], [0.12, 600]]
+    # Two conditions, each between balls and at the wall, in four charts, with the energies of half power.
+    for shown in (said["slow"], said["fast"], said["chosen"]):
+        assert (shown["charts"], shown["lines"], shown["marks"], shown["rows"]) == (4, 16, 8, 14)
+    assert said["chosen"]["key"][0] == "calibrated, 10 mm, fill 0.06, 600 rpm"
+    assert said["bins"] != said["above"] and "above" in said["above"][0]
+
+
+@needs_browser
+@WIDTHS
+def test_the_panel_of_temperatures_shows_the_nearest_condition_with_its_band(built, pages, width):
+    table = read_table(built["folder"] / "planetary_temperatures.tsv", text=["condition", "body"])
+    limits = read_table(built["folder"] / "planetary_limits.tsv", text=["condition", "contact", "limit_body"])
+    said = pages[width].run(f"""
+      explorer.useMill(explorer.mills[1]); Object.assign(explorer.state, {{ fill_ratio: 0.11, speed_hz: 18 }});
+      explorer.render(); {NEXT_FRAME}
+      const found = explorer.heat.condition();
+      return {{ id: found.id, courses: found.courses, text: document.getElementById("heat-said").textContent,
+        lines: document.querySelectorAll("#heat-chart path.line").length,
+        bands: document.querySelectorAll("#heat-chart path.band").length,
+        hidden: document.getElementById("spectra").hidden }};""")
+    assert said["id"] == "d10_f0.12_n1200" and (said["lines"], said["bands"]) == (3, 3)
+    for body, course in said["courses"].items():
+        own = table[(table["condition"] == said["id"]) & (table["body"] == body)]
+        for end, values in course.items():
+            np.testing.assert_allclose(values, own[f"{end}_degC"], atol=0.006)
+    row = limits.set_index("condition").loc[said["id"]]
+    assert f"reaches {HEAT.limit.temperature_degC:g} °C without a pause" in said["text"]
+    assert row["total_W"] == pytest.approx(240) and said["text"].startswith("240 W, with no pauses")
+    # A mill without spectra shows no empty panel of them.
+    assert said["hidden"]
+
+
+@needs_browser
+@WIDTHS
+def test_units_change_what_is_shown_and_not_the_state(pages, width):
+    said = pages[width].run("""
+      const set = (kind, unit) => { const choice = document.getElementById(`unit-${kind}`);
+        choice.value = unit; choice.dispatchEvent(new Event("change")); };
+      explorer.useMill(explorer.mills[0]); explorer.state.speed_hz = 15; explorer.render();
+      const first = () => document.querySelector("#results dd").textContent;
+      const results = () => [...document.querySelectorAll("#results div")];
+      const dose = () => results().find((e) => e.textContent.startsWith("Specific")).querySelector("dd").textContent;
+      const before = JSON.stringify(explorer.state);
+      const shown = { µJ: first(), "kJ/g": dose() };
+      for (const unit of ["mJ", "J"]) { set("energy", unit); shown[unit] = first(); }
+      for (const unit of ["J/g", "kWh/t"]) { set("dose", unit); shown[unit] = dose(); }
+      const speeds = {};
+      for (const unit of ["Hz", "g", "rpm"]) {
+        set("speed", unit);
+        const slider = document.getElementById("speed_hz");
+        speeds[unit] = [document.getElementById("speed_hz-field").value, slider.getAttribute("aria-valuetext")];
+        if (unit === "g") {
+          const field = document.getElementById("speed_hz-field");
+          field.value = "10"; field.dispatchEvent(new Event("change"));
+          speeds.set = explorer.state.speed_hz; explorer.state.speed_hz = 15;
+        }
+      }
+      set("energy", "µJ"); set("dose", "kJ/g"); set("frequency", "1/min");
+      const hits = () => results()[2].querySelector("dd").textContent;
+      const minutes = hits(); set("frequency", "1/s");
+      const target = document.getElementById("target-normal_energy_J").value;
+      const same = JSON.stringify(explorer.state) === before;
+      return { shown, speeds, minutes, seconds: hits(), same, hash: location.hash, target };""")
+    numbers = {unit: float(text.split()[0]) for unit, text in said["shown"].items()}
+    assert all(text.endswith(unit) for unit, text in said["shown"].items())
+    assert numbers["mJ"] == pytest.approx(numbers["µJ"] / 1e3, rel=0.01)
+    assert numbers["J"] == pytest.approx(numbers["µJ"] / 1e6, rel=0.01)
+    assert numbers["J/g"] == pytest.approx(numbers["kJ/g"] * 1e3, rel=0.01)
+    assert numbers["kWh/t"] == pytest.approx(numbers["kJ/g"] / 3.6e-3, rel=0.01)
+    expected = ACCELERATION["emax"] * 15**2
+    assert said["speeds"]["Hz"] == ["15", "15 Hz"] and said["speeds"]["rpm"] == ["900", "900 rpm"]
+    assert float(said["speeds"]["g"][0]) == pytest.approx(expected, rel=1e-5)
+    assert said["speeds"]["set"] == pytest.approx((10 / ACCELERATION["emax"]) ** 0.5, rel=1e-9)
+    ratio = float(said["minutes"].split()[0]) / float(said["seconds"].split()[0])
+    assert ratio == pytest.approx(60, rel=0.01) and said["same"]
+
+
+@needs_browser
+def test_the_methods_text_and_the_advice_follow_the_state(pages):
+    said = pages[DESKTOP].run("""
+      const read = () => ({ text: document.getElementById("methods").textContent,
+        use: document.getElementById("use-for").innerText, avoid: document.getElementById("avoid-for").innerText });
+      explorer.useMill(explorer.mills[0]);
+      Object.assign(explorer.state, { speed_hz: 15, fill_ratio: 0.1, ball_diameter_m: 0.01, bpr: 20 });
+      explorer.render(); const inside = read();
+      explorer.state.speed_hz = 24; explorer.render(); const outside = read();
+      getSelection().removeAllRanges(); document.getElementById("copy").click();
+      await new Promise((done) => setTimeout(done, 300));
+      return { inside, outside, copied: document.getElementById("copied").textContent,
+        power: explorer.answer({ ...explorer.state, speed_hz: 15 }).power_W.value,
+        contact: explorer.fingerprint.about.contact };""")
+    text = said["inside"]["text"]
+    power = f"{said['power']:#.3g}".rstrip(".")
+    for words in ("900 rpm", "balls of 10 mm", "fill 10 %", power, said["contact"], "mass ratio 20", "SHA-256", "95 %"):
+        assert words in text, words
+    assert "Outside of what was simulated" not in text and "nan" not in text.lower() and "undefined" not in text
+    assert "These settings" in said["inside"]["use"] and "These settings" not in said["inside"]["avoid"]
+    assert "Outside of what was simulated: speed." in said["outside"]["text"]
+    assert "speed was not simulated here" in said["outside"]["avoid"]
+    assert "These settings" not in said["outside"]["use"]
+    assert said["copied"] in ("Copied.", "Selected: copy it with the keyboard.")
+
+
+def test_a_table_with_other_bins_is_refused_in_one_line(built):
+    tables = [(built["folder"] / "spectra.tsv", built["folder"] / "spectra_summary.tsv")]
+    other = SpectraConfig(bins_per_decade=BINS.bins_per_decade + 2)
+    with pytest.raises(ConfigError, match=r"its bins are not those of dose\.spectra"):
+        spectra_content(Spectra(tables, other, "lifetimes"))
