@@ -1,25 +1,5 @@
 """The explorer of any mill, and of all mills of the box: fingerprints, spectra and temperatures on one page."""
 
-EXPLORED_WITH = {
-    "name": CONFIG.name,
-    "spectra": CONFIG.dose.spectra.model_dump(mode="json"),
-    "rule": CONFIG.fingerprint.counting_rule,
-    "heat": CONFIG.dose.heat.model_dump(mode="json"),
-}
-# What a page takes from each mill, by the names of `millprint.explorer.simulated`.
-OF_MILL = {
-    "spectra": rules.tabulate_mill_spectra.output.spectra,
-    "summary": rules.tabulate_mill_spectra.output.summary,
-    "temperatures": rules.balance_heat.output.temperatures,
-    "limits": rules.balance_heat.output.limits,
-}
-
-
-def explored(names) -> dict[str, list[str]]:
-    """The files that the page of some mills is made from, in the order of the mills."""
-    files = {key: [path.format(mill=name) for name in names] for key, path in OF_MILL.items()}
-    return {"fingerprint": [predicting(name) for name in names], **files}
-
 
 rule explore_mill:
     input:

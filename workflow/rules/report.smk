@@ -1,10 +1,5 @@
 """Pages of the report: claims, sortable tables, runtimes and the explorer."""
 
-from os.path import exists
-
-from millprint.config.checks import MILL_FOLDER
-from millprint.config.load import load_named
-from millprint.config.mill import MillConfig
 from millprint.records import digest
 from millprint.report.catalogue import TABLES
 
@@ -157,33 +152,6 @@ rule tabulate_runtimes:
         "Adding up the run times of all jobs"
     script:
         "../../scripts/tabulate_runtimes.py"
-
-
-def further_mills(wildcards) -> list[dict]:
-    """Every other mill that has been run in these results: its section, its files, and a digest of each.
-
-    No inputs, because a whole run would then simulate these mills again whenever something of theirs changes. The
-    digests make the page again once they have changed.
-    """
-    found = []
-    for path in sorted(Path(RESULTS).glob("mills/*/fingerprint.json")):
-        mill = described_mill(path.parent.name)
-        if mill is None or mill.name == CONFIG.mill:
-            continue
-        files = {key: paths[0] for key, paths in explored([mill.name]).items()}
-        # Without the analysis of its uncertainty, or before it, a mill has the fingerprint of its own sweep.
-        files["fingerprint"] = next(filter(exists, [files["fingerprint"], str(path)]))
-        known = {key: file for key, file in files.items() if exists(file)}
-        found.append({"mill": dumped(mill), "files": known, "digests": [digest(file) for file in known.values()]})
-    return found
-
-
-def described_mill(name: str):
-    """A mill of this run or in a file; None for results of a mill whose file is gone or is no mill any more."""
-    try:
-        return MILLS.get(name) or load_named(MILL_FOLDER, name, MillConfig, "mill", Sources(shipped))
-    except ConfigError:
-        return None
 
 
 rule build_explorer:
