@@ -1,4 +1,4 @@
-"""Draws the geometry of a mill, and its motion as a row of pictures."""
+"""Draws the geometry of each of some mills, and its motion as a row of pictures."""
 
 from millprint.config.mill import MillConfig
 from millprint.figures.mills import plot_geometry, plot_motion
@@ -6,8 +6,16 @@ from millprint.figures.style import save
 from millprint.job import job
 from millprint.view.mill_picture import picture_mill
 
+
+def main(mill: MillConfig, geometry_svg: str, geometry_png: str, motion_svg: str, motion_png: str) -> None:
+    picture = picture_mill(mill)
+    save(plot_geometry(picture), geometry_svg, geometry_png)
+    save(plot_motion(picture), motion_svg, motion_png)
+
+
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"draw {snakemake.params.mill['name']}"):
-        picture = picture_mill(MillConfig(**snakemake.params.mill))
-        save(plot_geometry(picture), snakemake.output.geometry_svg, snakemake.output.geometry_png)
-        save(plot_motion(picture), snakemake.output.motion_svg, snakemake.output.motion_png)
+    mills, paths = snakemake.params.mills, list(snakemake.output)
+    with job(snakemake.log[0], f"draw {', '.join(mill['name'] for mill in mills)}"):
+        for number, mill in enumerate(mills):
+            # All geometries come first in the output, then all motions.
+            main(MillConfig(**mill), *paths[number :: len(mills)])

@@ -1,7 +1,11 @@
-"""Compares the roll-outs of a surrogate, of any kind, with the simulations that they started from."""
+"""Compares the roll-outs of a surrogate, of any kind, with the simulations that they started from.
+
+Of a graph network, also the errors of single steps from states of the simulation, before errors can grow.
+"""
 
 import pandas as pd
 
+from millprint.config.surrogate import EdgeConfig
 from millprint.files import read_json, write_table
 from millprint.job import job
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
@@ -12,6 +16,8 @@ from millprint.surrogate.tables import join_tables, printed_measures, tabulate
 from millprint.surrogate.trajectory import read_trajectory
 from millprint.tables import read_printed
 
+# Single steps that are averaged.
+GRAPHS = 2000
 ROLES = ("dem", "other_seed", "twin", "original", "driven")
 
 
@@ -44,11 +50,38 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
     }
 
 
+def step_errors(
+    weights: str, runs: list[str], rule: EdgeConfig, starts_s: dict[str, float], variant: str, threads: int
+) -> pd.DataFrame:
+    """The errors of single steps of a graph network; starts_s: from where in each test, in the order of `runs`."""
+    from millprint.surrogate.checkpoint import choose_device
+    from millprint.surrogate.thesis.network import read_weights
+    from millprint.surrogate.thesis.surrogate import single_steps
+
+    device = choose_device(threads)
+    model, recipe = read_weights(weights, device)
+    tables = []
+    for (test, start_s), run in zip(starts_s.items(), runs, strict=True):
+        values = single_steps(model, recipe, rule, read_trajectory(run, start_s), read_scene(run), GRAPHS, device)
+        tables.append(tabulate(values, {}, test, variant))
+    return join_tables(tables)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], f"evaluate the surrogate {snakemake.wildcards.variant}") as log:
         parts, own = [], (snakemake.input.claims, snakemake.wildcards.variant)
         for test, rolled_out in zip(snakemake.params.tests, snakemake.input.rollouts, strict=True):
             parts.append(main(rolled_out, of_test(test, snakemake.input), *own, test))
             log.info("measured: %s", test)
-        for name, output in snakemake.output.items():
-            write_table(join_tables([part[name] for part in parts]), output)
+        for name in parts[0]:
+            write_table(join_tables([part[name] for part in parts]), snakemake.output[name])
+        if snakemake.params.starts_s:
+            found = step_errors(
+                snakemake.input.weights,
+                list(snakemake.input.stepped),
+                EdgeConfig(**snakemake.params.edges),
+                snakemake.params.starts_s,
+                snakemake.wildcards.variant,
+                threads=snakemake.threads,
+            )
+            write_table(found, snakemake.output.single_steps)

@@ -4,7 +4,9 @@ from millprint.config.dose import WearConfig
 from millprint.doe.wet_lab import read_wear, wear_table
 from millprint.dose.sliding import CONDITION
 from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
-from millprint.files import read_table, write_json, write_table
+from millprint.figures.dose import plot_wear
+from millprint.figures.style import save
+from millprint.files import read_json, read_table, write_json, write_table
 from millprint.fingerprint.bands import read_factors
 from millprint.job import job
 
@@ -27,6 +29,14 @@ def main(inputs, output, settings: WearConfig, machine: dict[str, str], log) -> 
     write_table(wear, output.wear)
 
 
+def draw(tables, material: str) -> None:
+    """Draw the measured and the predicted wear, from the written tables."""
+    weighings = read_table(tables.fit, text=["role", "loads_from"])
+    predicted = read_table(tables.wear, text=[*CONDITION[:2], "material"])
+    figure = plot_wear(weighings, predicted, material, read_json(tables.coefficient)["verdict"])
+    save(figure, tables.svg, tables.png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "fit wear") as log:
         main(
@@ -36,3 +46,4 @@ if "snakemake" in globals():
             snakemake.params.machine,
             log,
         )
+        draw(snakemake.output, snakemake.params.settings["material"])

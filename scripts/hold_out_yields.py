@@ -15,7 +15,8 @@ from millprint.predict.tables import read_rows
 def main(
     train: str,
     test: str,
-    output,
+    predictions_path: str,
+    intervals_path: str,
     model: str,
     strategy: str,
     training: TrainingConfig,
@@ -29,19 +30,22 @@ def main(
     folds = outer_folds(rows, budget)
     with threadpool_limits(1), progress(len(folds), f"holding out {model} {strategy}", "fold") as bar:
         predictions, intervals = predict_held_out(procedure, rows, folds, budget.nominal, bar.update)
-    write_table(predictions, output.predictions)
-    write_table(intervals, output.intervals)
+    write_table(predictions, predictions_path)
+    write_table(intervals, intervals_path)
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"hold out {snakemake.wildcards.model} {snakemake.wildcards.strategy}"):
-        main(
-            snakemake.input.train,
-            snakemake.input.test,
-            snakemake.output,
-            snakemake.wildcards.model,
-            snakemake.wildcards.strategy,
-            TrainingConfig(**snakemake.params.training),
-            HeldOutConfig(**snakemake.params.honest),
-            AveragingConfig(**snakemake.params.averaging),
-        )
+    chosen, output = snakemake.params.models, snakemake.output
+    with job(snakemake.log[0], f"hold out {', '.join(' '.join(model) for model in chosen)}") as log:
+        for (model, strategy), *paths in zip(chosen, output.predictions, output.intervals, strict=True):
+            main(
+                snakemake.input.train,
+                snakemake.input.test,
+                *paths,
+                model,
+                strategy,
+                TrainingConfig(**snakemake.params.training),
+                HeldOutConfig(**snakemake.params.honest),
+                AveragingConfig(**snakemake.params.averaging),
+            )
+            log.info("held out: %s %s", model, strategy)

@@ -3,7 +3,9 @@
 import pandas as pd
 
 from millprint.config.partition import PartitionConfig
-from millprint.files import write_table
+from millprint.figures.chapter4 import plot_mass_per_watt, plot_specific_yield, plot_yield
+from millprint.figures.style import save
+from millprint.files import read_table, write_table
 from millprint.fingerprint import regimes
 from millprint.fingerprint.energy import (
     Chemistry,
@@ -74,6 +76,16 @@ def main(regimes_path: str, fingerprint_path: str, output, settings: PartitionCo
     write_table(side_by_side(designs).drop(columns="power_as_printed_W"), output.design)
 
 
+def draw(tables) -> None:
+    """Figures 4.3 to 4.5, from the written tables: yield, specific yield and converted mass per watt."""
+    cases, judged = read_table(tables.table_4_2), read_table(tables.table_4_4)
+    cases = cases[cases["curves"] == "published"]
+    published, ours = (judged[judged["curves"] == name] for name in ("published", "ours"))
+    save(plot_yield(cases, read_table(tables.slopes)), tables.yield_svg, tables.yield_png)
+    save(plot_specific_yield(published, ours), tables.specific_svg, tables.specific_png)
+    save(plot_mass_per_watt(published, ours), tables.mass_svg, tables.mass_png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "partition dissipation"):
         main(
@@ -82,3 +94,4 @@ if "snakemake" in globals():
             snakemake.output,
             PartitionConfig(**snakemake.params.settings),
         )
+        draw(snakemake.output)

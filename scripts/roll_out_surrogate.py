@@ -1,4 +1,4 @@
-"""Rolls a trained surrogate out from the first states of a simulation."""
+"""Rolls a trained surrogate out in every test, from the first states of its simulation."""
 
 import logging
 
@@ -20,15 +20,20 @@ def main(setting: Setting, output: str, settings: RollOutConfig, case: str, star
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"roll out the surrogate {snakemake.wildcards.variant}, {snakemake.wildcards.test}"):
-        rules, starts_s = RollOutConfig(**snakemake.params.settings), snakemake.params.starts_s
-        setting = Setting(
-            snakemake.input.weights,
-            snakemake.input.run,
-            EdgeConfig(**snakemake.params.edges),
-            rules.snap_back_m,
-            choose_device(snakemake.threads),
-            until_s=max(starts_s) + 0.01,
-            member=rules.member,
-        )
-        main(setting, snakemake.output.rollout, rules, snakemake.params.case, starts_s)
+    variant, tests = snakemake.wildcards.variant, snakemake.params.tests
+    with job(snakemake.log[0], f"roll out the surrogate {variant}"):
+        for (test, chosen), run, output in zip(
+            tests.items(), snakemake.input.runs, snakemake.output.rollouts, strict=True
+        ):
+            logger.info("%s", test)
+            rules, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
+            setting = Setting(
+                snakemake.input.weights,
+                run,
+                EdgeConfig(**snakemake.params.edges),
+                rules.snap_back_m,
+                choose_device(snakemake.threads),
+                until_s=max(starts_s) + 0.01,
+                member=rules.member,
+            )
+            main(setting, output, rules, chosen["case"], starts_s)

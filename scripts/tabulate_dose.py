@@ -4,6 +4,8 @@ import pandas as pd
 
 from millprint.dose.dose import AXES, regime_doses, screening_doses
 from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, verdict
+from millprint.figures.spectra import plot_doses
+from millprint.figures.style import save
 from millprint.files import read_table, whole_file, write_table
 from millprint.fingerprint.regimes import read_regimes
 from millprint.job import job
@@ -35,6 +37,11 @@ def main(files, output, ball_diameter_m: float, density_kg_m3: float) -> None:
         partial.write_text("\n".join(lines) + "\n")
 
 
+def draw(tables) -> None:
+    """Draw yields against time, doses and hits, with the best kinetics over each, from the written tables."""
+    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), tables.svg, tables.png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate doses"):
         main(
@@ -43,3 +50,4 @@ if "snakemake" in globals():
             snakemake.params.ball_diameter_m,
             snakemake.params.density_kg_m3,
         )
+        draw(snakemake.output)

@@ -1,4 +1,4 @@
-"""Tunes and fits one yield model on the training rows."""
+"""Tunes and fits the yield models of one regressor on the training rows."""
 
 from threadpoolctl import threadpool_limits
 
@@ -29,13 +29,16 @@ def main(
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"train yield model {snakemake.wildcards.model} {snakemake.wildcards.strategy}"):
-        main(
-            snakemake.input.train,
-            snakemake.output.model,
-            snakemake.wildcards.model,
-            snakemake.wildcards.strategy,
-            TrainingConfig(**snakemake.params.training),
-            SearchConfig(**snakemake.params.search),
-            threads=snakemake.threads,
-        )
+    name = snakemake.wildcards.model
+    with job(snakemake.log[0], f"train yield models {name}") as log:
+        for (strategy, settings), path in zip(snakemake.params.trained, snakemake.output.models, strict=True):
+            main(
+                snakemake.input.train,
+                path,
+                name,
+                strategy,
+                TrainingConfig(**settings),
+                SearchConfig(**snakemake.params.search),
+                threads=snakemake.threads,
+            )
+            log.info("trained: %s", path)

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import choose_time_step
-import plot_modulus as modulus_script
-import plot_timestep as timestep_script
+import compare_moduli
+import compare_time_steps
 from millprint.claims.tabulate import collect_findings
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
@@ -172,19 +171,19 @@ def test_no_step_passes_where_the_finest_leaves_the_balance_open():
 def files(tmp_path):
     table = table_of(sweep((10.0, 5.0)))
     write_table(table, tmp_path / "timestep.tsv")
-    choice = choose_time_step.main(tmp_path / "timestep.tsv", SETTINGS, 2e-6, tmp_path / "timestep.json")
+    choice = compare_time_steps.choose(tmp_path / "timestep.tsv", SETTINGS, 2e-6, tmp_path / "timestep.json")
     assert choice["configured_step_holds"] and "2e-06 s holds" in in_words(choice)
     return tmp_path
 
 
 def outputs(folder, name):
-    return type("Output", (), {"svg": folder / f"{name}.svg", "png": folder / f"{name}.png"})
+    return folder / f"{name}.svg", folder / f"{name}.png"
 
 
 def test_the_verdict_and_the_figure_come_from_the_written_table(files):
     choice = read_json(files / "timestep.json")
     assert choice["configured_step_s"] == 2e-6 and choice["criteria"] == SETTINGS.model_dump(exclude={"study"})
-    timestep_script.main(files / "timestep.tsv", files / "timestep.json", outputs(files, "timestep"))
+    compare_time_steps.draw(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
     assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
 
 
@@ -210,7 +209,7 @@ def test_the_figure_of_the_modulus_has_a_tick_at_each_modulus(tmp_path):
     assert [label.get_text() for label in deviation.get_xticklabels()] == ["0.205", "2.05", "205"]
     assert all(axis.get_ylabel().endswith("]") for axis in (power, deviation, clock))
     write_table(table, tmp_path / "modulus.tsv")
-    modulus_script.main(tmp_path / "modulus.tsv", outputs(tmp_path, "modulus"))
+    compare_moduli.draw(tmp_path / "modulus.tsv", *outputs(tmp_path, "modulus"))
     assert (tmp_path / "modulus.png").stat().st_size > 1000
 
 

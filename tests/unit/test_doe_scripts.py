@@ -10,8 +10,7 @@ import pytest
 import analyse_variance
 import compute_wet_lab
 import design_experiments
-import plot_interactions
-import plot_variance
+import plot_doe
 import tabulate_literature
 from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
@@ -35,7 +34,7 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     }
     outputs["pareto"] = str(doe / "pareto.tsv")
     drawn = [analysis[name] for name in ("printed", "corrected", "residuals")]
-    plot_variance.main(*drawn, str(CLAIMS), outputs, config.factors)
+    plot_doe.main(*drawn, str(CLAIMS), outputs, config.factors)
     return departures
 
 
@@ -102,11 +101,11 @@ def test_with_another_yield_in_one_run_the_sums_deviate(thesis, tmp_path):
 
 
 def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(thesis, tmp_path):
-    for figure in settings().interactions:
-        svg, png = tmp_path / f"{figure.name}.svg", tmp_path / f"{figure.name}.png"
-        plot_interactions.main(
-            str(thesis / "doe/interactions.tsv"), str(svg), str(png), figure.name, settings().factors
-        )
+    figures = settings().interactions
+    svgs, pngs = ([tmp_path / f"{figure.name}.{kind}" for figure in figures] for kind in ("svg", "png"))
+    names = [figure.name for figure in figures]
+    plot_doe.draw_interactions(str(thesis / "doe/interactions.tsv"), names, svgs, pngs, settings().factors)
+    for figure, svg, png in zip(figures, svgs, pngs, strict=True):
         text = svg.read_text()
         # Text is kept as text: both factors' labels, with their units, can be read in the file.
         for symbol in figure.panels[0]:

@@ -16,9 +16,7 @@ import explain_yield_models
 import hold_out_yields
 import leave_regimes_out
 import permute_yields
-import plot_yield_models
-import plot_yield_scores
-import plot_yield_trust
+import plot_yields
 import predict_yields
 import propose_experiments
 import search_retrospectively
@@ -123,8 +121,7 @@ def run_chapter(results: Path, screening: Path) -> Path:
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
         held_out[model] = tuple(map(str, paths))
-        outputs = SimpleNamespace(predictions=paths[0], intervals=paths[1])
-        hold_out_yields.main(train, test, outputs, model, strategy, config.training, config.honest, config.averaging)
+        hold_out_yields.main(train, test, *paths, model, strategy, config.training, config.honest, config.averaging)
     used = [held_out["linear"]] * len(models) + [held_out["averaged_gpr"], held_out[CLIMATOLOGY]]
     evaluate_yield_models.main(
         SimpleNamespace(
@@ -253,10 +250,10 @@ def test_another_split_and_another_seed_work(tmp_path):
     for seed, training in (("first", config.training), ("other", other)):
         train_yield_model.main(train, str(tmp_path / f"{seed}.json"), "xgb", "primary", training, config.search)
     assert (tmp_path / "first.json").read_bytes() != (tmp_path / "other.json").read_bytes()
-    outputs = SimpleNamespace(predictions=tmp_path / "held.tsv", intervals=tmp_path / "intervals.tsv")
+    outputs = tmp_path / "held.tsv", tmp_path / "intervals.tsv"
     shifted = config.honest.model_copy(update={"seed": 7})
-    hold_out_yields.main(train, test, outputs, "linear", "primary", config.training, shifted, config.averaging)
-    held = read_table(outputs.predictions, text=["scheme", "case"])
+    hold_out_yields.main(train, test, *outputs, "linear", "primary", config.training, shifted, config.averaging)
+    held = read_table(outputs[0], text=["scheme", "case"])
     assert (held["scheme"] == LOCKED_AGAIN).sum() == 7
 
 
@@ -347,13 +344,13 @@ def drawn(names: list[str], folder: Path) -> SimpleNamespace:
 def test_figures_are_drawn(chapter, tmp_path):
     plotted = drawn(["predictions", "intervals", "shap"], tmp_path)
     tables = {name: chapter / f"{name}.tsv" for name in ("predictions", "shap")}
-    plot_yield_models.main(SimpleNamespace(**tables), plotted)
+    plot_yields.draw_models(SimpleNamespace(**tables), plotted)
     trusted = drawn(["evaluation", "coverage", "retrospective", "proposals", "regimes"], tmp_path)
     tables = {name: chapter / f"{name}.tsv" for name in ("honest", "coverage", "retrospective")}
     more = {"proposals": chapter / "next_experiments.tsv", "regimes": chapter / "regimes_summary.tsv"}
-    plot_yield_trust.main(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
+    plot_yields.draw_trust(SimpleNamespace(**tables, **more, claims=CLAIMS), trusted)
     scored = drawn(["scores", "pit", "permutations"], tmp_path)
     tables = {name: chapter / f"{name}.tsv" for name in ("scores", "pit", "permutations")}
-    plot_yield_scores.main(SimpleNamespace(**tables), scored)
+    plot_yields.draw_scores(SimpleNamespace(**tables), scored)
     for path in (*vars(plotted).values(), *vars(trusted).values(), *vars(scored).values()):
         assert path.stat().st_size > 5000

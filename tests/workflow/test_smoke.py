@@ -135,8 +135,8 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     ("change", "rerun"),
     [
         ("doe={half_life: {ph: 12}}", {"compute_wet_lab"}),
-        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_maps", "plot_spectra"}),
-        ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yield_trust"}),
+        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint", "plot_spectra"}),
+        ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yields"}),
         (
             "yields={honest: {level: 0.9}}",
             {
@@ -144,15 +144,14 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
                 "search_retrospectively",
                 "state_yields",
                 "leave_sources_out",
-                "plot_sources",
-                *(f"plot_yield_{name}" for name in ("models", "trust", "scores")),
+                "plot_yields",
             },
         ),
         (
             "validation={alumina_impact: {speed_m_s: 3.8}}",
             {"predict_setup", "plot_setup", "tabulate_verdicts", "tabulate_validation"},
         ),
-        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_drop_test"}),
+        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_calibration"}),
     ],
 )
 def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):

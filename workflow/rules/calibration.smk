@@ -3,6 +3,8 @@
 from millprint.config.calibration import SwingConfig
 
 CALIBRATION = f"{RESULTS}/calibration"
+# What the figure of a fit shows.
+FRICTION_TABLES = ("track", "fit", "profile", "paths")
 EXPERIMENTS = {test.name: test for test in CONFIG.calibration.oscillation.experiments}
 
 
@@ -32,29 +34,6 @@ rule calibrate_restitution:
         "Simulating the drop test and fitting the restitution"
     script:
         "../../scripts/calibrate_restitution.py"
-
-
-rule plot_drop_test:
-    input:
-        drops=rules.calibrate_restitution.output.drops,
-        restitution=rules.calibrate_restitution.output.restitution,
-    output:
-        svg=report(
-            f"{CALIBRATION}/drop_test.svg",
-            caption="../report/drop_test.rst",
-            category="Chapter 3",
-            labels={"figure": "Sec. 3.2.2", "shows": "restitution from the drop test"},
-        ),
-        png=f"{CALIBRATION}/drop_test.png",
-    log:
-        f"{LOGS}/calibration/plot_drop_test.log",
-    localrule: True
-    params:
-        library=library("plot_drop_test.py"),
-    message:
-        "Drawing the drop test"
-    script:
-        "../../scripts/plot_drop_test.py"
 
 
 rule fit_friction:
@@ -92,36 +71,44 @@ rule fit_friction:
         "../../scripts/fit_friction.py"
 
 
-rule plot_friction_fit:
+rule plot_calibration:
     input:
-        track=rules.fit_friction.output.track,
-        fit=rules.fit_friction.output.fit,
-        profile=rules.fit_friction.output.profile,
-        paths=rules.fit_friction.output.paths,
+        **{name: expand(rules.fit_friction.output[name], experiment=EXPERIMENTS) for name in FRICTION_TABLES},
+        drops=rules.calibrate_restitution.output.drops,
+        restitution=rules.calibrate_restitution.output.restitution,
     output:
-        svg=report(
-            f"{CALIBRATION}/{{experiment}}/friction_fit.svg",
-            caption="../report/friction_fit.rst",
+        drops_svg=report(
+            f"{CALIBRATION}/drop_test.svg",
+            caption="../report/drop_test.rst",
             category="Chapter 3",
-            labels={"figure": "3.3", "shows": "friction pair of the oscillating ball, {experiment}"},
+            labels={"figure": "Sec. 3.2.2", "shows": "restitution from the drop test"},
         ),
-        png=f"{CALIBRATION}/{{experiment}}/friction_fit.png",
+        drops_png=f"{CALIBRATION}/drop_test.png",
+        friction_svgs=[
+            report(
+                f"{CALIBRATION}/{name}/friction_fit.svg",
+                caption="../report/friction_fit.rst",
+                category="Chapter 3",
+                labels={"figure": "3.3", "shows": f"friction pair of the oscillating ball, {name}"},
+            )
+            for name in EXPERIMENTS
+        ],
+        friction_pngs=[f"{CALIBRATION}/{name}/friction_fit.png" for name in EXPERIMENTS],
     log:
-        f"{LOGS}/calibration/plot_friction_fit_{{experiment}}.log",
+        f"{LOGS}/calibration/plot_calibration.log",
     localrule: True
     params:
-        library=library("plot_friction_fit.py"),
+        library=library("plot_calibration.py"),
     message:
-        "Drawing the friction fit of experiment {wildcards.experiment}"
+        "Drawing the drop test and the friction fits"
     script:
-        "../../scripts/plot_friction_fit.py"
+        "../../scripts/plot_calibration.py"
 
 
 CALIBRATION_OUTPUTS = [
     *rules.calibrate_restitution.output,
-    *rules.plot_drop_test.output,
     *expand(rules.fit_friction.output, experiment=EXPERIMENTS),
-    *expand(rules.plot_friction_fit.output, experiment=EXPERIMENTS),
+    *rules.plot_calibration.output,
 ]
 
 

@@ -113,11 +113,12 @@ rule tabulate_literature:
         "../../scripts/tabulate_literature.py"
 
 
-rule plot_variance:
+rule plot_doe:
     input:
         printed=rules.analyse_variance.output.printed,
         corrected=rules.analyse_variance.output.corrected,
         residuals=rules.analyse_variance.output.residuals,
+        means=rules.analyse_variance.output.interactions,
         claims=CONFIG.data.claims,
     output:
         pareto=f"{DOE}/pareto.tsv",
@@ -135,41 +136,27 @@ rule plot_variance:
             labels={"figure": "Residuals of the ANOVA"},
         ),
         residuals_png=f"{DOE}/residuals.png",
+        interaction_svgs=[
+            report(
+                f"{DOE}/interaction_{name}.svg",
+                caption="../report/interactions.rst",
+                category="Chapter 2",
+                labels={"figure": title},
+            )
+            for name, title in INTERACTION_TITLES.items()
+        ],
+        interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
     log:
-        f"{LOGS}/doe/plot_variance.log",
+        f"{LOGS}/doe/plot_doe.log",
     localrule: True
     params:
         factors=FACTORS,
-        library=library("plot_variance.py"),
+        interactions=list(INTERACTION_TITLES),
+        library=library("plot_doe.py"),
     message:
-        "Plotting the ranking of the factors and the residuals"
+        "Plotting the ranking of the factors, the residuals and the interactions"
     script:
-        "../../scripts/plot_variance.py"
-
-
-rule plot_interactions:
-    input:
-        means=rules.analyse_variance.output.interactions,
-    output:
-        svg=report(
-            f"{DOE}/interaction_{{figure}}.svg",
-            caption="../report/interactions.rst",
-            category="Chapter 2",
-            labels=lambda wildcards: {"figure": INTERACTION_TITLES[wildcards.figure]},
-        ),
-        png=f"{DOE}/interaction_{{figure}}.png",
-    log:
-        f"{LOGS}/doe/plot_interactions_{{figure}}.log",
-    wildcard_constraints:
-        figure="[a-z][a-z0-9_]*",
-    localrule: True
-    params:
-        factors=FACTORS,
-        library=library("plot_interactions.py"),
-    message:
-        "Plotting the interactions of figure {wildcards.figure}"
-    script:
-        "../../scripts/plot_interactions.py"
+        "../../scripts/plot_doe.py"
 
 
 DOE_OUTPUTS = [
@@ -177,6 +164,5 @@ DOE_OUTPUTS = [
     *rules.analyse_variance.output,
     *rules.compute_wet_lab.output,
     *rules.tabulate_literature.output,
-    *rules.plot_variance.output,
-    *expand([*rules.plot_interactions.output], figure=INTERACTION_TITLES),
+    *rules.plot_doe.output,
 ]

@@ -47,6 +47,13 @@ rule fit_wear:
         fit=f"{DOSE}/wear_fit.tsv",
         coefficient=f"{DOSE}/wear_coefficient.json",
         wear=f"{DOSE}/wear.tsv",
+        svg=report(
+            f"{DOSE}/wear.svg",
+            caption="../report/wear.rst",
+            category="Chapter 2",
+            labels={"figure": "Table 2.6", "shows": "wear by Archard's law"},
+        ),
+        png=f"{DOSE}/wear.png",
     log:
         f"{LOGS}/dose/fit_wear.log",
     localrule: True
@@ -64,35 +71,9 @@ rule fit_wear:
         "../../scripts/fit_wear.py"
 
 
-rule plot_wear:
-    input:
-        fit=rules.fit_wear.output.fit,
-        wear=rules.fit_wear.output.wear,
-        coefficient=rules.fit_wear.output.coefficient,
-    output:
-        svg=report(
-            f"{DOSE}/wear.svg",
-            caption="../report/wear.rst",
-            category="Chapter 2",
-            labels={"figure": "Table 2.6", "shows": "wear by Archard's law"},
-        ),
-        png=f"{DOSE}/wear.png",
-    log:
-        f"{LOGS}/dose/plot_wear.log",
-    localrule: True
-    params:
-        material=WEAR.material,
-        library=library("plot_wear.py"),
-    message:
-        "Drawing measured and predicted wear"
-    script:
-        "../../scripts/plot_wear.py"
-
-
 DOSE_OUTPUTS = [
     *SPECTRA_OUTPUTS,
     *YIELD_DOSE_OUTPUTS,
     *rules.measure_sliding.output,
     *rules.fit_wear.output,
-    *rules.plot_wear.output,
 ]

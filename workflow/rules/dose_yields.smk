@@ -11,24 +11,6 @@ rule tabulate_dose:
         kinetics=f"{DOSE}/kinetics.tsv",
         curves=f"{DOSE}/kinetics_curves.tsv",
         verdict=f"{DOSE}/dose_verdict.txt",
-    log:
-        f"{LOGS}/dose/tabulate_dose.log",
-    localrule: True
-    params:
-        ball_diameter_m=CONFIG.partition.ball_diameter_mm * 1e-3,
-        density_kg_m3=CONTACTS[CONFIG.partition.contact].density_kg_m3,
-        library=library("tabulate_dose.py"),
-    message:
-        "Calculating the dose of every run, and fitting kinetics to the yields"
-    script:
-        "../../scripts/tabulate_dose.py"
-
-
-rule plot_dose:
-    input:
-        doses=rules.tabulate_dose.output.doses,
-        curves=rules.tabulate_dose.output.curves,
-    output:
         svg=report(
             f"{DOSE}/dose.svg",
             caption="../report/dose.rst",
@@ -37,14 +19,16 @@ rule plot_dose:
         ),
         png=f"{DOSE}/dose.png",
     log:
-        f"{LOGS}/dose/plot_dose.log",
+        f"{LOGS}/dose/tabulate_dose.log",
     localrule: True
     params:
-        library=library("plot_dose.py"),
+        ball_diameter_m=CONFIG.partition.ball_diameter_mm * 1e-3,
+        density_kg_m3=CONTACTS[CONFIG.partition.contact].density_kg_m3,
+        library=library("tabulate_dose.py"),
     message:
-        "Drawing yields against time and dose"
+        "Calculating the dose of every run, fitting kinetics to the yields, and drawing both"
     script:
-        "../../scripts/plot_dose.py"
+        "../../scripts/tabulate_dose.py"
 
 
-YIELD_DOSE_OUTPUTS = [*rules.tabulate_dose.output, *rules.plot_dose.output]
+YIELD_DOSE_OUTPUTS = [*rules.tabulate_dose.output]

@@ -106,11 +106,23 @@ rule invert_master_curves:
         "../../scripts/invert_master_curves.py"
 
 
-rule plot_cycles:
+def mapped_runs(contact: str) -> dict[float, str]:
+    """The record of the simulation that the maps of a contact set show at each fill ratio."""
+    return {fill: f"{RESULTS}/dem/{path}/run.h5" for fill, path in mapped_cases(CONFIG, CASES, contact).items()}
+
+
+rule plot_fingerprint:
     input:
+        descriptors=rules.tabulate_descriptors.output.descriptors,
         cycles=rules.tabulate_descriptors.output.cycles,
         densities=rules.tabulate_descriptors.output.densities,
+        means=expand(rules.fit_master_curves.output.means, contact=CONFIG.contacts),
+        curves=expand(rules.fit_master_curves.output.curves, contact=CONFIG.contacts),
+        zones=rules.measure_scaling.output.zones,
+        universal=rules.measure_scaling.output.universal,
+        exponents=rules.measure_scaling.output.exponents,
         published=PUBLISHED,
+        runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
     output:
         densities_svg=report(
             f"{FINGERPRINT_FIGURES}/cycle_densities.svg",
@@ -126,67 +138,33 @@ rule plot_cycles:
             labels={"figure": "3.6", "shows": "mean dissipation per revolution"},
         ),
         means_png=f"{FINGERPRINT_FIGURES}/cycle_means.png",
-    log:
-        f"{LOGS}/fingerprint/plot_cycles.log",
-    localrule: True
-    params:
-        mill=CONFIG.mill,
-        contacts=CONFIG.contacts,
-        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
-        library=library("plot_cycles.py"),
-    message:
-        "Drawing the dissipation of single revolutions"
-    script:
-        "../../scripts/plot_cycles.py"
-
-
-rule plot_master_curves:
-    input:
-        descriptors=rules.tabulate_descriptors.output.descriptors,
-        means=rules.fit_master_curves.output.means,
-        curves=rules.fit_master_curves.output.curves,
-        zones=rules.measure_scaling.output.zones,
-        published=PUBLISHED,
-    output:
-        energies_svg=report(
-            f"{FINGERPRINT_FIGURES}/energies_{{contact}}.svg",
-            caption="../report/energies.rst",
-            category="Chapter 3",
-            labels={"figure": "3.7, 3.8", "shows": "energy and frequency of collisions, {contact}"},
-        ),
-        energies_png=f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png",
-        curves_svg=report(
-            f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.svg",
-            caption="../report/master_curves.rst",
-            category="Chapter 3",
-            labels={"figure": "3.11, 3.12, 4.2", "shows": "master curves, {contact}"},
-        ),
-        curves_png=f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png",
-    log:
-        f"{LOGS}/fingerprint/plot_master_curves_{{contact}}.log",
-    localrule: True
-    params:
-        mill=CONFIG.mill,
-        library=library("plot_master_curves.py"),
-    message:
-        "Drawing the master curves of contact set {wildcards.contact}"
-    script:
-        "../../scripts/plot_master_curves.py"
-
-
-rule plot_universal_curves:
-    input:
-        descriptors=rules.tabulate_descriptors.output.descriptors,
-        universal=rules.measure_scaling.output.universal,
-        exponents=rules.measure_scaling.output.exponents,
-    output:
-        svg=report(
+        energies_svgs=[
+            report(
+                f"{FINGERPRINT_FIGURES}/energies_{contact}.svg",
+                caption="../report/energies.rst",
+                category="Chapter 3",
+                labels={"figure": "3.7, 3.8", "shows": f"energy and frequency of collisions, {contact}"},
+            )
+            for contact in CONFIG.contacts
+        ],
+        energies_pngs=expand(f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png", contact=CONFIG.contacts),
+        curves_svgs=[
+            report(
+                f"{FINGERPRINT_FIGURES}/master_curves_{contact}.svg",
+                caption="../report/master_curves.rst",
+                category="Chapter 3",
+                labels={"figure": "3.11, 3.12, 4.2", "shows": f"master curves, {contact}"},
+            )
+            for contact in CONFIG.contacts
+        ],
+        curves_pngs=expand(f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png", contact=CONFIG.contacts),
+        universal_svg=report(
             f"{FINGERPRINT_FIGURES}/universal_curves.svg",
             caption="../report/universal_curves.rst",
             category="Chapter 3",
             labels={"figure": "3.14", "shows": "universal master curves"},
         ),
-        png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
+        universal_png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
         exponents_svg=report(
             f"{FINGERPRINT_FIGURES}/exponents.svg",
             caption="../report/exponents.rst",
@@ -194,42 +172,29 @@ rule plot_universal_curves:
             labels={"figure": "Eqs 3.28, 3.29", "shows": "exponents of the scaling"},
         ),
         exponents_png=f"{FINGERPRINT_FIGURES}/exponents.png",
+        maps_svgs=[
+            report(
+                f"{FINGERPRINT_FIGURES}/maps_{contact}.svg",
+                caption="../report/maps.rst",
+                category="Chapter 3",
+                labels={"figure": "3.9, 3.10", "shows": f"heat map and granular temperature, {contact}"},
+            )
+            for contact in CONFIG.contacts
+        ],
+        maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
     log:
-        f"{LOGS}/fingerprint/plot_universal_curves.log",
+        f"{LOGS}/fingerprint/plot_fingerprint.log",
     localrule: True
     params:
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
-        library=library("plot_universal_curves.py"),
+        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
+        maps=[mapped_runs(contact) for contact in CONFIG.contacts],
+        library=library("plot_fingerprint.py"),
     message:
-        "Drawing the universal master curves and the exponents of the scaling"
+        "Drawing the figures of chapter 3: revolutions, master curves, their scaling, and maps"
     script:
-        "../../scripts/plot_universal_curves.py"
-
-
-rule plot_maps:
-    input:
-        runs=lambda wildcards: [
-            f"{RESULTS}/dem/{path}/run.h5" for path in mapped_cases(CONFIG, CASES, wildcards.contact).values()
-        ],
-    output:
-        svg=report(
-            f"{FINGERPRINT_FIGURES}/maps_{{contact}}.svg",
-            caption="../report/maps.rst",
-            category="Chapter 3",
-            labels={"figure": "3.9, 3.10", "shows": "heat map and granular temperature, {contact}"},
-        ),
-        png=f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png",
-    log:
-        f"{LOGS}/fingerprint/plot_maps_{{contact}}.log",
-    localrule: True
-    params:
-        fill_ratios=lambda wildcards: list(mapped_cases(CONFIG, CASES, wildcards.contact)),
-        library=library("plot_maps.py"),
-    message:
-        "Drawing maps of the balls and of the granular temperature, contact set {wildcards.contact}"
-    script:
-        "../../scripts/plot_maps.py"
+        "../../scripts/plot_fingerprint.py"
 
 
 FINGERPRINT_OUTPUTS = [
@@ -237,8 +202,5 @@ FINGERPRINT_OUTPUTS = [
     *expand(rules.fit_master_curves.output, contact=CONFIG.contacts),
     *rules.measure_scaling.output,
     *rules.invert_master_curves.output,
-    *rules.plot_cycles.output,
-    *expand(rules.plot_master_curves.output, contact=CONFIG.contacts),
-    *rules.plot_universal_curves.output,
-    *expand(rules.plot_maps.output, contact=CONFIG.contacts),
+    *rules.plot_fingerprint.output,
 ]

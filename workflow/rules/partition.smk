@@ -15,24 +15,6 @@ rule partition_dissipation:
         table_4_5=f"{PARTITION}/table_4_5.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
         design=f"{PARTITION}/design.tsv",
-    log:
-        f"{LOGS}/partition/partition_dissipation.log",
-    localrule: True
-    params:
-        settings=settings("partition"),
-        library=library("partition_dissipation.py"),
-    message:
-        "Calculating the cases of constant speed and constant power, their yields and energy costs"
-    script:
-        "../../scripts/partition_dissipation.py"
-
-
-rule plot_partition:
-    input:
-        slopes=rules.partition_dissipation.output.slopes,
-        table_4_2=rules.partition_dissipation.output.table_4_2,
-        table_4_4=rules.partition_dissipation.output.table_4_4,
-    output:
         yield_svg=report(
             f"{PARTITION_FIGURES}/yield.svg",
             caption="../report/partition_yield.rst",
@@ -55,14 +37,15 @@ rule plot_partition:
         ),
         mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
     log:
-        f"{LOGS}/partition/plot_partition.log",
+        f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
     params:
-        library=library("plot_partition.py"),
+        settings=settings("partition"),
+        library=library("partition_dissipation.py"),
     message:
-        "Drawing yield, specific yield and mass per watt against fill ratio"
+        "Calculating and drawing the cases of constant speed and constant power, their yields and energy costs"
     script:
-        "../../scripts/plot_partition.py"
+        "../../scripts/partition_dissipation.py"
 
 
-PARTITION_OUTPUTS = [*rules.partition_dissipation.output, *rules.plot_partition.output]
+PARTITION_OUTPUTS = [*rules.partition_dissipation.output]

@@ -105,28 +105,31 @@ rule tabulate_claims:
         "../../scripts/tabulate_claims.py"
 
 
-rule tabulate_chapter:
+rule tabulate_chapters:
     input:
-        tables=lambda wildcards: SHOWN_TABLES[wildcards.chapter],
+        tables=[path for paths in SHOWN_TABLES.values() for path in paths],
     output:
-        html=report(
-            f"{RESULTS}/report/tables_{{chapter}}.html",
-            caption="../report/tables.rst",
-            category="Chapter {chapter}",
-            labels={"figure": "tables", "shows": "tables of chapter {chapter}, to sort and filter"},
-        ),
+        pages=[
+            report(
+                f"{RESULTS}/report/tables_{chapter}.html",
+                caption="../report/tables.rst",
+                category=f"Chapter {chapter}",
+                labels={"figure": "tables", "shows": f"tables of chapter {chapter}, to sort and filter"},
+            )
+            for chapter in SHOWN_TABLES
+        ],
     log:
-        f"{LOGS}/report/tabulate_chapter_{{chapter}}.log",
+        f"{LOGS}/report/tabulate_chapters.log",
     localrule: True
     params:
-        chapter=lambda wildcards: wildcards.chapter,
+        chapters=list(SHOWN_TABLES),
         name=CONFIG.name,
-        results=lambda wildcards, output: str(Path(output.html).parents[1]),
-        library=library("tabulate_chapter.py"),
+        results=lambda wildcards, output: str(Path(output.pages[0]).parents[1]),
+        library=library("tabulate_chapters.py"),
     message:
-        "Writing the page of tables of chapter {wildcards.chapter}"
+        "Writing a page of tables for each chapter"
     script:
-        "../../scripts/tabulate_chapter.py"
+        "../../scripts/tabulate_chapters.py"
 
 
 rule tabulate_runtimes:
@@ -191,7 +194,7 @@ rule build_explorer:
 
 REPORT_PAGES = [
     *rules.tabulate_claims.output,
-    *expand(rules.tabulate_chapter.output.html, chapter=SHOWN_TABLES),
+    *rules.tabulate_chapters.output,
     *rules.tabulate_runtimes.output,
     rules.build_explorer.output.html,
     rules.record_run.output.run,

@@ -4,7 +4,14 @@ SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
 # By variant, the names of all of its trainings.
 TRAININGS = {variant: CONFIG.surrogate.trainings_of(variant) for variant in CONFIG.surrogate.variants}
+ROLLOUT = f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5"
 MOVING_TESTS = [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
+# Every training of an ablation.
+ABLATED = [
+    variant
+    for variant in (*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again)
+    if CONFIG.surrogate.training_of(variant)[0] in CONFIG.surrogate.ablations
+]
 
 
 wildcard_constraints:
@@ -19,8 +26,7 @@ def simulated(case: str) -> str:
 
 def tests_of(variant: str) -> list[str]:
     """The tests in which a variant is rolled out: all tests; for an ablation only the test on the training motion."""
-    ablation = CONFIG.surrogate.training_of(variant)[0] in CONFIG.surrogate.ablations
-    return [CONFIG.surrogate.trained_test] if ablation else SURROGATE_TESTS
+    return [CONFIG.surrogate.trained_test] if variant in ABLATED else SURROGATE_TESTS
 
 
 def measured(variant: str) -> list[str]:
@@ -39,9 +45,14 @@ def variant_settings(section: str):
     return lambda wildcards: getattr(CONFIG.surrogate.variant(wildcards.variant), section).model_dump(mode="json")
 
 
-def rollout_settings(wildcards) -> dict:
-    """The settings of a variant's roll-out in a test."""
-    return CONFIG.surrogate.rollout_of(wildcards.variant, wildcards.test).model_dump(mode="json")
+def rollout_in(variant: str, test: str) -> dict:
+    """Settings, case and starts of a variant's roll-out in a test."""
+    chosen = CONFIG.surrogate.tests[test]
+    return {
+        "settings": CONFIG.surrogate.rollout_of(variant, test).model_dump(mode="json"),
+        "case": chosen.case,
+        "starts_s": chosen.starts_s,
+    }
 
 
 def variant_weights(wildcards) -> str:
@@ -61,9 +72,10 @@ def compared_runs(wildcards) -> dict[str, str]:
     return {f"{test}_{role}": path for test in tests_of(wildcards.variant) for role, path in runs_of(test).items()}
 
 
-def moving_tests_of(variant: str) -> list[str]:
-    """The tests of a variant in which the balls move; single steps are evaluated in these."""
-    return [test for test in tests_of(variant) if test in MOVING_TESTS]
+def single_steps_of(wildcards) -> dict[str, float]:
+    """The tests of a variant in which the balls move, with their starts [s]; single steps are evaluated from there."""
+    moving = [test for test in tests_of(wildcards.variant) if test in MOVING_TESTS]
+    return {test: CONFIG.surrogate.tests[test].starts_s[0] for test in moving}
 
 
 def changes(variant: str) -> str:

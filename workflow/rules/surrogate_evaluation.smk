@@ -6,33 +6,38 @@ SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
 rule roll_out_surrogate:
     input:
         weights=variant_weights,
-        run=lambda wildcards: simulated(CONFIG.surrogate.tests[wildcards.test].case),
+        runs=lambda wildcards: [simulated(CONFIG.surrogate.tests[test].case) for test in tests_of(wildcards.variant)],
     output:
-        rollout=f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5",
+        rollouts=expand(ROLLOUT, test=SURROGATE_TESTS, allow_missing=True),
     log:
-        f"{LOGS}/surrogate/{{variant}}/{{test}}/roll_out_surrogate.log",
+        f"{LOGS}/surrogate/{{variant}}/roll_out_surrogate.log",
     benchmark:
-        f"{BENCHMARKS}/roll_out_surrogate/{{variant}}/{{test}}.tsv"
+        f"{BENCHMARKS}/roll_out_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=none_of(ABLATED),
     params:
         edges=variant_settings("edges"),
-        settings=rollout_settings,
-        case=lambda wildcards: CONFIG.surrogate.tests[wildcards.test].case,
-        starts_s=lambda wildcards: CONFIG.surrogate.tests[wildcards.test].starts_s,
+        tests=lambda wildcards: {test: rollout_in(wildcards.variant, test) for test in tests_of(wildcards.variant)},
         library=library("roll_out_surrogate.py"),
     message:
-        "Rolling out the surrogate {wildcards.variant} in test {wildcards.test}"
+        "Rolling out the surrogate {wildcards.variant} in every test"
     script:
         "../../scripts/roll_out_surrogate.py"
+
+
+use rule roll_out_surrogate as roll_out_ablation with:
+    output:
+        rollouts=[ROLLOUT.replace("{test}", CONFIG.surrogate.trained_test)],
+    wildcard_constraints:
+        variant=any_of(ABLATED),
+    message:
+        "Rolling out the surrogate {wildcards.variant} in the test on the training motion"
 
 
 rule evaluate_surrogate:
     input:
         unpack(compared_runs),
-        rollouts=lambda wildcards: expand(
-            rules.roll_out_surrogate.output.rollout,
-            variant=wildcards.variant,
-            test=tests_of(wildcards.variant),
-        ),
+        rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
     output:
         **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
@@ -40,8 +45,12 @@ rule evaluate_surrogate:
         f"{LOGS}/surrogate/{{variant}}/evaluate_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
+    wildcard_constraints:
+        variant=none_of(CONFIG.surrogate.of_kind("graph")),
     params:
         tests=lambda wildcards: tests_of(wildcards.variant),
+        edges={},
+        starts_s={},
         library=library("evaluate_surrogate.py"),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation"
@@ -49,28 +58,24 @@ rule evaluate_surrogate:
         "../../scripts/evaluate_surrogate.py"
 
 
-rule evaluate_single_steps:
+use rule evaluate_surrogate as evaluate_graph_surrogate with:
     input:
+        unpack(compared_runs),
+        rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
+        claims=CONFIG.data.claims,
         weights=variant_weights,
-        runs=lambda wildcards: [
-            simulated(CONFIG.surrogate.tests[name].case) for name in moving_tests_of(wildcards.variant)
-        ],
+        stepped=lambda wildcards: [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_of(wildcards)],
     output:
-        steps=f"{SURROGATE}/{{variant}}/single_steps.tsv",
-    log:
-        f"{LOGS}/surrogate/{{variant}}/evaluate_single_steps.log",
-    benchmark:
-        f"{BENCHMARKS}/evaluate_single_steps/{{variant}}.tsv"
+        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in (*SURROGATE_TABLES, "single_steps")},
+    wildcard_constraints:
+        variant=any_of(CONFIG.surrogate.of_kind("graph")),
     params:
+        tests=lambda wildcards: tests_of(wildcards.variant),
         edges=variant_settings("edges"),
-        starts_s=lambda wildcards: {
-            name: CONFIG.surrogate.tests[name].starts_s[0] for name in moving_tests_of(wildcards.variant)
-        },
-        library=library("evaluate_single_steps.py"),
+        starts_s=single_steps_of,
+        library=library("evaluate_surrogate.py"),
     message:
-        "Evaluating single steps of the surrogate {wildcards.variant}"
-    script:
-        "../../scripts/evaluate_single_steps.py"
+        "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
 
 
 rule check_measures:

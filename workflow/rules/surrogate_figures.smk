@@ -1,10 +1,30 @@
 """Figures and animations of the surrogates, and the list of all files of chapter 6."""
 
+# The figures of a variant: name, caption, and what it shows.
+VARIANT_FIGURES = {
+    "loss": ("surrogate_loss", "loss of {variant} (Fig. 6.6)"),
+    "error_growth": ("surrogate_error_growth", "position error of {variant} (Figs 6.7, 6.11)"),
+    "dissipation": ("surrogate_dissipation", "dissipation of {variant} (Figs 6.8, 6.14, 6.15, 6.17)"),
+    "distributions": ("surrogate_distributions", "distributions of {variant}"),
+}
 
-rule plot_surrogate_data:
+
+rule plot_surrogates:
     input:
+        **{
+            name: expand(rules.evaluate_surrogate.output[name], variant=CONFIG.surrogate.variants)
+            for name in ("errors", "distributions")
+        },
+        # Of every training of a variant.
         run=simulated(CONFIG.surrogate.snapshots.cases[0]),
         wall_contacts=rules.build_surrogate_dataset.output.wall_contacts,
+        histories=expand(f"{SURROGATE}/{{variant}}/loss.tsv", variant=CONFIG.surrogate.variants),
+        spread=f"{SURROGATE}/metrics.tsv",
+        dissipation=[
+            path
+            for variant in CONFIG.surrogate.variants
+            for path in expand(rules.evaluate_surrogate.output.dissipation, variant=TRAININGS[variant])
+        ],
     output:
         slices_svg=report(
             f"{SURROGATE}/signed_distance.svg",
@@ -27,73 +47,36 @@ rule plot_surrogate_data:
             labels={"figure": "recursive stage (Fig. 6.5)"},
         ),
         loop_png=f"{SURROGATE}/recursion.png",
+        svgs=[
+            report(
+                f"{SURROGATE}/{variant}/{name}.svg",
+                caption=f"../report/{caption}.rst",
+                category="Chapter 6",
+                labels={"figure": title.format(variant=variant)},
+            )
+            for variant in CONFIG.surrogate.variants
+            for name, (caption, title) in VARIANT_FIGURES.items()
+        ],
+        pngs=[f"{SURROGATE}/{variant}/{name}.png" for variant in CONFIG.surrogate.variants for name in VARIANT_FIGURES],
     log:
-        f"{LOGS}/surrogate/plot_surrogate_data.log",
+        f"{LOGS}/surrogate/plot_surrogates.log",
     localrule: True
     params:
         window=CONFIG.surrogate.graph.window,
         edges=CONFIG.surrogate.edges.model_dump(mode="json"),
         snap_back_m=CONFIG.surrogate.rollout.snap_back_m,
-        library=library("plot_surrogate_data.py"),
-    message:
-        "Drawing the signed distance of the jar, its wall contacts and the recursion"
-    script:
-        "../../scripts/plot_surrogate_data.py"
-
-
-rule plot_surrogate:
-    input:
-        **rules.evaluate_surrogate.output,
-        history=f"{SURROGATE}/{{variant}}/loss.tsv",
-        spread=f"{SURROGATE}/metrics.tsv",
-        trainings=lambda wildcards: expand(
-            rules.evaluate_surrogate.output.dissipation,
-            variant=CONFIG.surrogate.trainings_of(wildcards.variant),
-        ),
-    output:
-        loss_svg=report(
-            f"{SURROGATE}/{{variant}}/loss.svg",
-            caption="../report/surrogate_loss.rst",
-            category="Chapter 6",
-            labels={"figure": "loss of {variant} (Fig. 6.6)"},
-        ),
-        loss_png=f"{SURROGATE}/{{variant}}/loss.png",
-        errors_svg=report(
-            f"{SURROGATE}/{{variant}}/error_growth.svg",
-            caption="../report/surrogate_error_growth.rst",
-            category="Chapter 6",
-            labels={"figure": "position error of {variant} (Figs 6.7, 6.11)"},
-        ),
-        errors_png=f"{SURROGATE}/{{variant}}/error_growth.png",
-        dissipation_svg=report(
-            f"{SURROGATE}/{{variant}}/dissipation.svg",
-            caption="../report/surrogate_dissipation.rst",
-            category="Chapter 6",
-            labels={"figure": "dissipation of {variant} (Figs 6.8, 6.14, 6.15, 6.17)"},
-        ),
-        dissipation_png=f"{SURROGATE}/{{variant}}/dissipation.png",
-        distributions_svg=report(
-            f"{SURROGATE}/{{variant}}/distributions.svg",
-            caption="../report/surrogate_distributions.rst",
-            category="Chapter 6",
-            labels={"figure": "distributions of {variant}"},
-        ),
-        distributions_png=f"{SURROGATE}/{{variant}}/distributions.png",
-    log:
-        f"{LOGS}/surrogate/{{variant}}/plot_surrogate.log",
-    localrule: True
-    params:
         tests=MOVING_TESTS,
-        library=library("plot_surrogate.py"),
+        trainings=TRAININGS,
+        library=library("plot_surrogates.py"),
     message:
-        "Drawing loss and roll-outs of the surrogate {wildcards.variant}"
+        "Drawing the input of the surrogates, their losses and their roll-outs"
     script:
-        "../../scripts/plot_surrogate.py"
+        "../../scripts/plot_surrogates.py"
 
 
 rule compare_motion:
     input:
-        rollouts=expand(f"{SURROGATE}/{{{{variant}}}}/{{test}}/rollout.h5", test=MOVING_TESTS),
+        rollouts=expand(ROLLOUT, test=MOVING_TESTS, allow_missing=True),
         runs=[simulated(CONFIG.surrogate.tests[test].runs()["dem"]) for test in MOVING_TESTS],
     output:
         stills=[
@@ -135,6 +118,6 @@ SURROGATE_OUTPUTS = [
     rules.check_measures.output.controls,
     rules.time_surrogates.output.runtime,
     *rules.collect_surrogate.output,
-    *rules.plot_surrogate_data.output,
-    *expand([*rules.plot_surrogate.output, *rules.compare_motion.output], variant=CONFIG.surrogate.variants),
+    *rules.plot_surrogates.output,
+    *expand([*rules.compare_motion.output], variant=CONFIG.surrogate.variants),
 ]

@@ -112,24 +112,26 @@ rule tabulate_validation:
     input:
         tables=rules.tabulate_verdicts.output,
     output:
-        html=report(
-            f"{VALIDATION}/tables.html",
-            caption="../report/validation.rst",
-            category="Validation",
-            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
-        ),
+        pages=[
+            report(
+                f"{VALIDATION}/tables.html",
+                caption="../report/validation.rst",
+                category="Validation",
+                labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
+            )
+        ],
     log:
         f"{LOGS}/validation/tabulate_validation.log",
     localrule: True
     params:
-        chapter=VALIDATION_CHAPTER,
+        chapters=[VALIDATION_CHAPTER],
         name=CONFIG.name,
-        results=lambda wildcards, output: str(Path(output.html).parents[1]),
-        library=library("tabulate_chapter.py"),
+        results=lambda wildcards, output: str(Path(output.pages[0]).parents[1]),
+        library=library("tabulate_chapters.py"),
     message:
         "Writing the page of tables of the validation"
     script:
-        "../../scripts/tabulate_chapter.py"
+        "../../scripts/tabulate_chapters.py"
 
 
 VALIDATION_OUTPUTS = [

@@ -17,10 +17,19 @@ YIELDS = f"{RESULTS}/yield"
 MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
 COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
+PRIMARY_MODELS = [
+    (name, PRIMARY) for name, _ in COMPARED_MODELS if name not in REGRESSORS or not REGRESSORS[name].two_step
+]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
 SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
-ANY_REGRESSOR = "|".join(REGRESSORS)
-ANY_STRATEGY = f"{PRIMARY}|{TWO_STEP}"
+# Strategy and choice of the further trainings of a model; those that are trained again have the same.
+TRAINED_OTHERWISE = list(dict.fromkeys((strategy, choice) for _, strategy, choice in SEARCHED_AGAIN))
+YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
+HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
+STRATEGIES = [PRIMARY, TWO_STEP]
+# Both strategies of a regressor are one job.
+OF_TWO_STRATEGIES = any_of([name for name, regressor in REGRESSORS.items() if regressor.two_step])
+OF_ONE_STRATEGY = any_of([name for name, regressor in REGRESSORS.items() if not regressor.two_step])
 # The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
 YIELD_CONTACT = CONTACTS[CONFIG.partition.contact]
 YIELD_MACHINE = {

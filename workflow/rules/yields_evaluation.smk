@@ -22,34 +22,53 @@ rule hold_out_yields:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
-        predictions=f"{YIELDS}/held_out/{{model}}_{{strategy}}.tsv",
-        intervals=f"{YIELDS}/held_out/{{model}}_{{strategy}}_intervals.tsv",
+        predictions=expand(f"{HELD_OUT}.tsv", strategy=STRATEGIES, allow_missing=True),
+        intervals=expand(f"{HELD_OUT}_intervals.tsv", strategy=STRATEGIES, allow_missing=True),
     log:
-        f"{LOGS}/yields/hold_out_{{model}}_{{strategy}}.log",
+        f"{LOGS}/yields/hold_out_{{model}}.log",
     benchmark:
-        f"{BENCHMARKS}/hold_out_yields/{{model}}/{{strategy}}.tsv"
+        f"{BENCHMARKS}/hold_out_yields/{{model}}.tsv"
     wildcard_constraints:
-        model=f"{ANY_REGRESSOR}|{AVERAGED}|{CLIMATOLOGY}",
-        strategy=ANY_STRATEGY,
+        model=OF_TWO_STRATEGIES,
     params:
+        models=lambda wildcards: [(wildcards.model, strategy) for strategy in STRATEGIES],
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
         library=library("hold_out_yields.py"),
     message:
-        "Predicting every run with {wildcards.model} {wildcards.strategy} models that were not trained on it"
+        "Predicting every run with both models {wildcards.model} that were not trained on it"
     script:
         "../../scripts/hold_out_yields.py"
+
+
+# The models of one strategy are quick, and share a job.
+use rule hold_out_yields as hold_out_primary_yields with:
+    output:
+        predictions=every_model(f"{HELD_OUT}.tsv", PRIMARY_MODELS),
+        intervals=every_model(f"{HELD_OUT}_intervals.tsv", PRIMARY_MODELS),
+    log:
+        f"{LOGS}/yields/hold_out_primary.log",
+    benchmark:
+        f"{BENCHMARKS}/hold_out_yields/primary.tsv"
+    params:
+        models=PRIMARY_MODELS,
+        training=yield_settings("training"),
+        honest=CONFIG.yields.honest.part(HeldOutConfig),
+        averaging=yield_settings("averaging"),
+        library=library("hold_out_yields.py"),
+    message:
+        "Predicting every run with models of one strategy that were not trained on it"
 
 
 rule evaluate_yield_models:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        models=every_model(rules.train_yield_model.output.model, MODELS),
+        models=every_model(YIELD_MODEL, MODELS),
         averaged=f"{YIELDS}/models/averaged_gpr_primary.json",
-        held_out=every_model(rules.hold_out_yields.output.predictions, COMPARED_MODELS),
-        intervals=every_model(rules.hold_out_yields.output.intervals, COMPARED_MODELS),
+        held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
+        intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
@@ -72,10 +91,9 @@ rule compare_yield_choices:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        models=every_model(rules.train_yield_model.output.model, MODELS),
+        models=every_model(YIELD_MODEL, MODELS),
         otherwise=[
-            rules.train_yield_model_otherwise.output.model.format(model=model, strategy=strategy, choice=choice)
-            for model, strategy, choice in SEARCHED_AGAIN
+            f"{YIELDS}/models/otherwise/{model}_{strategy}_{choice}.json" for model, strategy, choice in SEARCHED_AGAIN
         ],
         outside=CONFIG.yields.out_of_domain,
     output:
@@ -145,7 +163,7 @@ rule explain_yield_models:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
-        models=every_model(rules.train_yield_model.output.model, EXPLAINED),
+        models=every_model(YIELD_MODEL, EXPLAINED),
     output:
         values=f"{YIELDS}/shap.tsv",
         ranking=f"{YIELDS}/shap_ranking.tsv",

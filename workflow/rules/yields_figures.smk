@@ -3,10 +3,21 @@
 YIELD_FIGURES = f"{YIELDS}/figures"
 
 
-rule plot_yield_models:
+rule plot_yields:
     input:
         predictions=rules.evaluate_yield_models.output.predictions,
         shap=rules.explain_yield_models.output.values,
+        honest=rules.evaluate_yield_models.output.honest,
+        coverage=rules.evaluate_yield_models.output.coverage,
+        retrospective=rules.search_retrospectively.output.retrospective,
+        proposals=rules.propose_experiments.output.proposals,
+        regimes=rules.leave_regimes_out.output.summary,
+        scores=rules.evaluate_yield_models.output.scores,
+        pit=rules.evaluate_yield_models.output.pit,
+        permutations=rules.permute_yields.output.permutations,
+        sources=rules.leave_sources_out.output.scores,
+        sources_predictions=rules.leave_sources_out.output.predictions,
+        claims=CONFIG.data.claims,
     output:
         predictions_svg=report(
             f"{YIELD_FIGURES}/predictions.svg",
@@ -29,26 +40,6 @@ rule plot_yield_models:
             labels={"figure": "5.4", "shows": "SHAP values of the two-step tree models"},
         ),
         shap_png=f"{YIELD_FIGURES}/shap.png",
-    log:
-        f"{LOGS}/yields/plot_yield_models.log",
-    localrule: True
-    params:
-        library=library("plot_yield_models.py"),
-    message:
-        "Drawing predictions, intervals and SHAP values of the yield models"
-    script:
-        "../../scripts/plot_yield_models.py"
-
-
-rule plot_yield_trust:
-    input:
-        honest=rules.evaluate_yield_models.output.honest,
-        coverage=rules.evaluate_yield_models.output.coverage,
-        retrospective=rules.search_retrospectively.output.retrospective,
-        proposals=rules.propose_experiments.output.proposals,
-        regimes=rules.leave_regimes_out.output.summary,
-        claims=CONFIG.data.claims,
-    output:
         evaluation_svg=report(
             f"{YIELD_FIGURES}/evaluation.svg",
             caption="../report/yield_evaluation.rst",
@@ -84,23 +75,6 @@ rule plot_yield_trust:
             labels={"figure": "regimes", "shows": "error at unseen fill ratios"},
         ),
         regimes_png=f"{YIELD_FIGURES}/regimes.png",
-    log:
-        f"{LOGS}/yields/plot_yield_trust.log",
-    localrule: True
-    params:
-        library=library("plot_yield_trust.py"),
-    message:
-        "Drawing cross-validation, coverage, regimes and the next experiments"
-    script:
-        "../../scripts/plot_yield_trust.py"
-
-
-rule plot_yield_scores:
-    input:
-        scores=rules.evaluate_yield_models.output.scores,
-        pit=rules.evaluate_yield_models.output.pit,
-        permutations=rules.permute_yields.output.permutations,
-    output:
         scores_svg=report(
             f"{YIELD_FIGURES}/scores.svg",
             caption="../report/yield_scores.rst",
@@ -122,15 +96,22 @@ rule plot_yield_scores:
             labels={"figure": "chance", "shows": "scores on shuffled yields"},
         ),
         permutations_png=f"{YIELD_FIGURES}/permutations.png",
+        sources_svg=report(
+            f"{YIELD_FIGURES}/sources.svg",
+            caption="../report/yield_sources.rst",
+            category="Chapter 5",
+            labels={"figure": "sources", "shows": "what transfers to the runs of others"},
+        ),
+        sources_png=f"{YIELD_FIGURES}/sources.png",
     log:
-        f"{LOGS}/yields/plot_yield_scores.log",
+        f"{LOGS}/yields/plot_yields.log",
     localrule: True
     params:
-        library=library("plot_yield_scores.py"),
+        library=library("plot_yields.py"),
     message:
-        "Drawing proper scores, calibration and the permutation test of the yield models"
+        "Drawing the figures of chapter 5"
     script:
-        "../../scripts/plot_yield_scores.py"
+        "../../scripts/plot_yields.py"
 
 
 YIELD_OUTPUTS = [
@@ -141,12 +122,10 @@ YIELD_OUTPUTS = [
     *rules.permute_yields.output,
     rules.state_yields.output.statements,
     *rules.leave_regimes_out.output,
-    *SOURCES_OUTPUTS,
+    *rules.leave_sources_out.output,
     *rules.propose_experiments.output,
     *rules.search_retrospectively.output,
     rules.predict_yields.output.predicted,
     *rules.explain_yield_models.output,
-    *rules.plot_yield_models.output,
-    *rules.plot_yield_trust.output,
-    *rules.plot_yield_scores.output,
+    *rules.plot_yields.output,
 ]

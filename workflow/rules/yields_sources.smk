@@ -27,29 +27,3 @@ rule leave_sources_out:
         "Predicting every source of yields by models trained on the others"
     script:
         "../../scripts/leave_sources_out.py"
-
-
-rule plot_sources:
-    input:
-        scores=rules.leave_sources_out.output.scores,
-        predictions=rules.leave_sources_out.output.predictions,
-    output:
-        svg=report(
-            f"{YIELDS}/figures/sources.svg",
-            caption="../report/yield_sources.rst",
-            category="Chapter 5",
-            labels={"figure": "sources", "shows": "what transfers to the runs of others"},
-        ),
-        png=f"{YIELDS}/figures/sources.png",
-    log:
-        f"{LOGS}/yields/plot_sources.log",
-    localrule: True
-    params:
-        library=library("plot_sources.py"),
-    message:
-        "Drawing what transfers between sources of yields"
-    script:
-        "../../scripts/plot_sources.py"
-
-
-SOURCES_OUTPUTS = [*rules.leave_sources_out.output, *rules.plot_sources.output]

@@ -26,41 +26,52 @@ rule train_yield_model:
     input:
         train=rules.split_screening.output.train,
     output:
-        model=f"{YIELDS}/models/{{model}}_{{strategy}}.json",
+        models=expand(YIELD_MODEL, strategy=STRATEGIES, allow_missing=True),
     log:
-        f"{LOGS}/yields/train_{{model}}_{{strategy}}.log",
+        f"{LOGS}/yields/train_{{model}}.log",
     benchmark:
-        f"{BENCHMARKS}/train_yield_model/{{model}}/{{strategy}}.tsv"
+        f"{BENCHMARKS}/train_yield_model/{{model}}.tsv"
     wildcard_constraints:
-        model=ANY_REGRESSOR,
-        strategy=ANY_STRATEGY,
+        model=OF_TWO_STRATEGIES,
     params:
-        training=yield_settings("training"),
+        trained=[(strategy, yield_settings("training")) for strategy in STRATEGIES],
         search=yield_settings("search"),
         library=library("train_yield_model.py"),
     message:
-        "Tuning and fitting the yield model {wildcards.model} {wildcards.strategy} on the training rows"
+        "Tuning and fitting both yield models {wildcards.model} on the training rows"
     script:
         "../../scripts/train_yield_model.py"
 
 
-use rule train_yield_model as train_yield_model_otherwise with:
+use rule train_yield_model as train_primary_model with:
     output:
-        model=f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json",
-    log:
-        f"{LOGS}/yields/train_{{model}}_{{strategy}}_{{choice}}.log",
-    benchmark:
-        f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}/{{strategy}}_{{choice}}.tsv"
+        models=[YIELD_MODEL.replace("{strategy}", PRIMARY)],
     wildcard_constraints:
-        model=ANY_REGRESSOR,
-        strategy=ANY_STRATEGY,
-        choice=f"{SEARCH_SEED}|{RESIDUAL_WEIGHTS}",
+        model=OF_ONE_STRATEGY,
     params:
-        training=lambda wildcards: otherwise(CONFIG.yields.training, wildcards.choice).model_dump(mode="json"),
+        trained=[(PRIMARY, yield_settings("training"))],
         search=yield_settings("search"),
         library=library("train_yield_model.py"),
     message:
-        "Training {wildcards.model} {wildcards.strategy} with another choice of {wildcards.choice}"
+        "Tuning and fitting the yield model {wildcards.model} on the training rows"
+
+
+use rule train_yield_model as train_yield_model_otherwise with:
+    output:
+        models=[f"{YIELDS}/models/otherwise/{{model}}_{'_'.join(each)}.json" for each in TRAINED_OTHERWISE],
+    log:
+        f"{LOGS}/yields/train_{{model}}_otherwise.log",
+    benchmark:
+        f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}.tsv"
+    params:
+        trained=[
+            (strategy, otherwise(CONFIG.yields.training, choice).model_dump(mode="json"))
+            for strategy, choice in TRAINED_OTHERWISE
+        ],
+        search=yield_settings("search"),
+        library=library("train_yield_model.py"),
+    message:
+        "Training {wildcards.model} with other values of the choices that the thesis leaves open"
 
 
 rule collect_final_rows:

@@ -1,8 +1,8 @@
-"""Plots the analysis of variance: the Pareto plot and the residuals."""
+"""Plots the analysis of variance: the Pareto plot, the residuals and the interactions."""
 
 from millprint.config.design import Factor
 from millprint.doe.variance import pareto_table
-from millprint.figures.chapter2 import pareto, residuals
+from millprint.figures.chapter2 import interactions, pareto, residuals
 from millprint.figures.style import save
 from millprint.files import read_table, write_table
 from millprint.job import job
@@ -33,13 +33,19 @@ def main(
     save(residuals(table), outputs["residuals_svg"], outputs["residuals_png"])
 
 
+def draw_interactions(means: str, names: list[str], svgs: list[str], pngs: list[str], factors: list[Factor]) -> None:
+    """Draw the panels of every figure in `names`: the mean yield for each combination of two factors' levels."""
+    table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
+    known = {factor.symbol: factor for factor in factors}
+    for name, svg, png in zip(names, svgs, pngs, strict=True):
+        save(interactions(table[table["figure"] == name], known), svg, png)
+
+
 if "snakemake" in globals():
-    with job(snakemake.log[0], "plot variance"):
-        main(
-            snakemake.input.printed,
-            snakemake.input.corrected,
-            snakemake.input.residuals,
-            snakemake.input.claims,
-            dict(snakemake.output.items()),
-            [Factor(**factor) for factor in snakemake.params.factors],
+    with job(snakemake.log[0], "plot the screening design"):
+        inputs, outputs = snakemake.input, snakemake.output
+        factors = [Factor(**factor) for factor in snakemake.params.factors]
+        main(inputs.printed, inputs.corrected, inputs.residuals, inputs.claims, dict(outputs.items()), factors)
+        draw_interactions(
+            inputs.means, snakemake.params.interactions, outputs.interaction_svgs, outputs.interaction_pngs, factors
         )

@@ -1,4 +1,4 @@
-"""Writes a page with the tables of a chapter, which can be sorted and filtered."""
+"""Writes a page for each of some chapters, with its tables, which can be sorted and filtered."""
 
 from millprint.files import read_table, whole_file
 from millprint.job import job
@@ -22,11 +22,8 @@ def main(chapter: str, name: str, tables: list[str], results: str, output: str) 
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"show the tables of chapter {snakemake.params.chapter}"):
-        main(
-            snakemake.params.chapter,
-            snakemake.params.name,
-            list(snakemake.input.tables),
-            snakemake.params.results,
-            snakemake.output.html,
-        )
+    chapters = snakemake.params.chapters
+    with job(snakemake.log[0], f"show the tables of {', '.join(chapters)}"):
+        tables = list(snakemake.input.tables)
+        for chapter, page in zip(chapters, snakemake.output.pages, strict=True):
+            main(chapter, snakemake.params.name, tables, snakemake.params.results, page)

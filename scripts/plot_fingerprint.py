@@ -1,0 +1,79 @@
+"""Figures 3.5 to 3.12 and 3.14: single revolutions, master curves of each contact set, their scaling, and maps."""
+
+from millprint.errors import ConfigError
+from millprint.figures.chapter3 import (
+    plot_cycle_densities,
+    plot_cycle_means,
+    plot_energies,
+    plot_exponents,
+    plot_maps,
+    plot_master_curves,
+    plot_universal_curves,
+)
+from millprint.figures.style import save
+from millprint.files import read_table
+from millprint.fingerprint.curves import conditions_of, universal_descriptors
+from millprint.fingerprint.descriptors import NOTHING, as_built
+from millprint.fingerprint.occupancy import read_occupancy
+from millprint.fingerprint.published import published_curves, published_cycles, read_published
+from millprint.job import job
+
+
+def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> None:
+    """Draw one mill's revolutions at the fill ratio of Table 3.5."""
+    densities, cycles = read_table(inputs.densities), read_table(inputs.cycles)
+    shown = (
+        (cycles["mill"] == mill)
+        & (cycles["varied"] == NOTHING)
+        & cycles["contact"].isin(contacts)
+        & cycles["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)
+    )
+    published = published_cycles(read_published(*inputs.published))
+    published = published[published["fill_ratio"].sub(fill_ratio).abs().lt(1e-9)]
+    kept = densities[(densities["mill"] == mill) & densities["contact"].isin(contacts)]
+    save(plot_cycle_densities(kept), output.densities_svg, output.densities_png)
+    save(plot_cycle_means(cycles[shown], published), output.means_svg, output.means_png)
+
+
+def draw_master_curves(inputs, output, mill: str, contacts: list[str]) -> None:
+    """Draw the conditions, means and smooth curves with their zones, and the values that the thesis prints."""
+    table, zones = read_table(inputs.descriptors), read_table(inputs.zones)
+    for number, contact in enumerate(contacts):
+        descriptors = as_built(conditions_of(table, mill, contact))
+        figure = plot_master_curves(
+            descriptors,
+            read_table(inputs.means[number]),
+            read_table(inputs.curves[number]),
+            published_curves(read_published(*inputs.published), contact),
+            zones[zones["contact"] == contact],
+        )
+        save(plot_energies(descriptors), output.energies_svgs[number], output.energies_pngs[number])
+        save(figure, output.curves_svgs[number], output.curves_pngs[number])
+
+
+def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
+    """Draw the conditions of one mill after the universal scaling, and its exponents with the run's counting rule."""
+    descriptors = as_built(read_table(inputs.descriptors))
+    descriptors = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
+    universal = plot_universal_curves(universal_descriptors(descriptors), read_table(inputs.universal))
+    save(universal, output.universal_svg, output.universal_png)
+    exponents = read_table(inputs.exponents)
+    own = exponents["contact"].isin(contacts) & (exponents["counting_rule"] == descriptors["counting_rule"].iloc[0])
+    save(plot_exponents(exponents[own].dropna(subset="exponent")), output.exponents_svg, output.exponents_png)
+
+
+def draw_maps(runs: dict[float, str], svg: str, png: str) -> None:
+    """Draw one row of maps for each run, by its fill ratio."""
+    if not runs:
+        raise ConfigError("fingerprint.maps: no simulation of the sweeps has this ball diameter, speed and fill ratio")
+    save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), svg, png)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "plot the fingerprint"):
+        files, own = (snakemake.input, snakemake.output), snakemake.params
+        draw_cycles(*files, own.mill, own.contacts, own.cycle_fill_ratio)
+        draw_master_curves(*files, own.mill, own.contacts)
+        draw_scaling(*files, own.mill, own.contacts)
+        for runs, svg, png in zip(own.maps, snakemake.output.maps_svgs, snakemake.output.maps_pngs, strict=True):
+            draw_maps(runs, svg, png)

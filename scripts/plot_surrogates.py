@@ -1,0 +1,82 @@
+"""Draws the input of the surrogates (distance and contacts of the wall), and the loss and roll-outs of each variant."""
+
+import numpy as np
+
+from millprint.config.surrogate import EdgeConfig
+from millprint.figures.chapter6 import (
+    plot_dissipation,
+    plot_distance_slices,
+    plot_distributions,
+    plot_error_growth,
+    plot_loss,
+    plot_recursion,
+    plot_wall_contacts,
+)
+from millprint.figures.style import save
+from millprint.files import read_table
+from millprint.job import job
+from millprint.surrogate.scene import read_scene
+from millprint.surrogate.tables import covered_share
+from millprint.surrogate.trajectory import read_attributes
+
+
+def draw_data(
+    run: str, wall_contacts: str, outputs: dict[str, str], window: int, edges: EdgeConfig, snap_back_m: float | None
+) -> None:
+    """Draw the signed distance of the jar, where balls touch its wall, and the recursion of a roll-out."""
+    scene = read_scene(run)
+    table = read_table(wall_contacts, numeric=["low_m", "high_m", "contacts"])
+    height = scene.bounds_m[:, 2]
+    # One section through the middle of the jar, one at the height of the centre of a ball on the floor.
+    slices = [
+        scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
+        scene.section("z", float(height[0] + scene.ball_radius_m)),
+    ]
+    save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"])
+    threshold_m = edges.wall_threshold_m
+    contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
+    save(contacts, outputs["contacts_svg"], outputs["contacts_png"])
+    step_s = read_attributes(run)["case"]["snapshot_interval_s"]
+    save(plot_recursion(window, edges, snap_back_m, step_s), outputs["loop_svg"], outputs["loop_png"])
+
+
+def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, tests: list[str]) -> list:
+    """The figures of a variant: loss, growth of errors, dissipation, distributions, for every test with moving balls.
+
+    tables: by kind the paths of loss, errors and distributions, and of the dissipation of each training.
+    """
+    spread = read_table(spread_path, text=["variant", "test"])
+    read = {
+        kind: [read_table(path, text=["test"]) for path in tables[kind]]
+        for kind in ("errors", "dissipation", "distributions")
+    }
+    own = {kind: parts[0][parts[0]["test"].isin(tests)] for kind, parts in read.items()}
+    return [
+        plot_loss(read_table(tables["loss"][0])),
+        plot_error_growth(own["errors"]),
+        plot_dissipation(own["dissipation"], spread[spread["variant"] == variant], read["dissipation"][1:]),
+        plot_distributions(own["distributions"]),
+    ]
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "draw the surrogates"):
+        given, made, own = snakemake.input, snakemake.output, snakemake.params
+        draw_data(
+            given.run,
+            given.wall_contacts,
+            dict(made.items()),
+            own.window,
+            EdgeConfig(**own.edges),
+            own.snap_back_m,
+        )
+        paths, dissipation = iter(zip(made.svgs, made.pngs, strict=True)), iter(given.dissipation)
+        for number, (variant, trainings) in enumerate(own.trainings.items()):
+            tables = {
+                "loss": [given.histories[number]],
+                "errors": [given.errors[number]],
+                "distributions": [given.distributions[number]],
+                "dissipation": [next(dissipation) for _ in trainings],
+            }
+            for figure in draw_variant(tables, given.spread, variant, own.tests):
+                save(figure, *next(paths))

@@ -1,0 +1,66 @@
+"""Figures of chapter 5: predictions, SHAP values, cross-validation, proper scores, other regimes and sources."""
+
+from millprint.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
+from millprint.figures.chapter5_scores import plot_permutations, plot_pit, plot_scores
+from millprint.figures.chapter5_sources import plot_sources
+from millprint.figures.chapter5_trust import (
+    plot_coverage,
+    plot_evaluation,
+    plot_proposals,
+    plot_regimes,
+    plot_retrospective,
+)
+from millprint.figures.style import save
+from millprint.files import read_table
+from millprint.job import job
+
+
+def draw_models(inputs, output) -> None:
+    """Figures 5.2 to 5.4: predictions, intervals and SHAP values."""
+    text = ["model", "strategy", "case"]
+    predictions = read_table(inputs.predictions, numeric=["yield_percent", "predicted_percent"], text=text)
+    save(plot_test_predictions(predictions), output.predictions_svg, output.predictions_png)
+    save(plot_intervals(predictions), output.intervals_svg, output.intervals_png)
+    attributions = read_table(inputs.shap, numeric=["feature_value", "shap_pp"], text=[*text, "feature"])
+    save(plot_attributions(attributions), output.shap_svg, output.shap_png)
+
+
+def draw_trust(inputs, output) -> None:
+    """Cross-validation, coverage, other regimes, and the next experiments."""
+    text = ["model", "strategy", "scheme"]
+    claims = read_table(inputs.claims, text=["id", "value"])
+    scores = read_table(inputs.honest, numeric=["value"], text=[*text, "metric"])
+    save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
+    coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
+    save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)
+    retrospective = read_table(inputs.retrospective, numeric=["runs", "found"], text=["target", "strategy"])
+    save(plot_retrospective(retrospective), output.retrospective_svg, output.retrospective_png)
+    proposals = read_table(inputs.proposals, numeric=["predicted_percent"], text=["purpose"])
+    save(plot_proposals(proposals), output.proposals_svg, output.proposals_png)
+    regimes = read_table(inputs.regimes, numeric=["rmse_pp"], text=["model", "descriptors", "added"])
+    save(plot_regimes(regimes), output.regimes_svg, output.regimes_png)
+
+
+def draw_scores(inputs, output) -> None:
+    """Proper scores, calibration and the permutation test."""
+    text = ["model", "strategy", "scheme"]
+    scores = read_table(inputs.scores, numeric=["value", "error"], text=[*text, "score"])
+    save(plot_scores(scores), output.scores_svg, output.scores_png)
+    pit = read_table(inputs.pit, numeric=["from", "to", "share", "expected"], text=text)
+    save(plot_pit(pit), output.pit_svg, output.pit_png)
+    permutations = read_table(inputs.permutations, numeric=["permutation", "r2"])
+    save(plot_permutations(permutations), output.permutations_svg, output.permutations_png)
+
+
+def draw_sources(inputs, output) -> None:
+    """What transfers between sources of yields."""
+    texts = ["source", "model", "strategy"]
+    table = read_table(inputs.sources, text=[*texts, "verdict"])
+    points = read_table(inputs.sources_predictions, numeric=["yield_percent", "predicted_percent"], text=texts)
+    save(plot_sources(table, points), output.sources_svg, output.sources_png)
+
+
+if "snakemake" in globals():
+    with job(snakemake.log[0], "plot yields"):
+        for draw in (draw_models, draw_trust, draw_scores, draw_sources):
+            draw(snakemake.input, snakemake.output)
