@@ -1,4 +1,4 @@
-"""Evaluates the trained models on the locked split, on held-out runs and outside the trained domain."""
+"""Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees."""
 
 import pandas as pd
 
@@ -7,11 +7,12 @@ from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.predict.evaluation import coverage_table, score_table, split_luck, time_variance
+from millprint.predict.explanation import rank_features, shap_values
 from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.model_files import load_averaged, load_model, stored_search
 from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
-from millprint.predict.report import MODEL_KEYS, hyperparameters, locked_metrics, predictions
+from millprint.predict.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
 from millprint.predict.scores import paired_differences, pit_histogram, score_distributions
 from millprint.predict.tables import read_rows
 
@@ -56,6 +57,15 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)
 
 
+def explain(parts: list[str], model_paths: list[str], values_path: str, ranking_path: str) -> None:
+    """Explain each model of `model_paths` on the rows of `parts`, whose yields are not used."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    models = [load_model(path) for path in model_paths]
+    values = pd.concat([labelled(shap_values(model, rows), model) for model in models], ignore_index=True)
+    write_table(values, values_path)
+    write_table(rank_features(values), ranking_path)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "evaluate yield models"):
         main(
@@ -65,3 +75,5 @@ if "snakemake" in globals():
             EvaluationConfig(**snakemake.params.honest),
             snakemake.params.interval_level,
         )
+        parts = [snakemake.input.train, snakemake.input.test]
+        explain(parts, snakemake.input.explained, snakemake.output.shap, snakemake.output.shap_ranking)

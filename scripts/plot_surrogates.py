@@ -1,4 +1,4 @@
-"""Draws the input of the surrogates (distance and contacts of the wall), and the loss and roll-outs of each variant."""
+"""Joins the measures of all surrogates; draws their input (distance and contacts of the wall), losses and roll-outs."""
 
 import numpy as np
 
@@ -13,11 +13,19 @@ from millprint.figures.chapter6 import (
     plot_wall_contacts,
 )
 from millprint.figures.style import save
-from millprint.files import read_table
+from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.surrogate.scene import read_scene
-from millprint.surrogate.tables import covered_share
+from millprint.surrogate.spread import tabulate_trainings, with_spread
+from millprint.surrogate.tables import covered_share, join_tables
 from millprint.surrogate.trajectory import read_attributes
+
+
+def collect(tables: list[str], trainings: dict[str, list[str]], metrics: str, repeated: str) -> None:
+    """Write the measures of each variant, and those of each of its trainings."""
+    found = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in tables])
+    write_table(with_spread(found, trainings), metrics)
+    write_table(tabulate_trainings(found, trainings), repeated)
 
 
 def draw_data(
@@ -62,6 +70,7 @@ def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, t
 if "snakemake" in globals():
     with job(snakemake.log[0], "draw the surrogates"):
         given, made, own = snakemake.input, snakemake.output, snakemake.params
+        collect(list(given.measured), own.trainings, made.metrics, made.trainings)
         draw_data(
             given.run,
             given.wall_contacts,
@@ -78,5 +87,5 @@ if "snakemake" in globals():
                 "distributions": [given.distributions[number]],
                 "dissipation": [next(dissipation) for _ in trainings],
             }
-            for figure in draw_variant(tables, given.spread, variant, own.tests):
+            for figure in draw_variant(tables, made.metrics, variant, own.tests):
                 save(figure, *next(paths))

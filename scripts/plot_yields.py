@@ -1,4 +1,4 @@
-"""Figures of chapter 5: predictions, SHAP values, cross-validation, proper scores, other regimes and sources."""
+"""Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say."""
 
 from millprint.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
 from millprint.figures.chapter5_scores import plot_permutations, plot_pit, plot_scores
@@ -11,8 +11,12 @@ from millprint.figures.chapter5_trust import (
     plot_retrospective,
 )
 from millprint.figures.style import save
-from millprint.files import read_table
+from millprint.files import read_table, write_table
 from millprint.job import job
+from millprint.predict.statements import state
+
+# The tables that the sentences are of.
+STATED = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test")
 
 
 def draw_models(inputs, output) -> None:
@@ -60,7 +64,13 @@ def draw_sources(inputs, output) -> None:
     save(plot_sources(table, points), output.sources_svg, output.sources_png)
 
 
+def write_statements(inputs, path: str) -> None:
+    """What the tables of the yield models say, as sentences computed from them."""
+    write_table(state({name: read_table(getattr(inputs, name)) for name in STATED}), path)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot yields"):
+        write_statements(snakemake.input, snakemake.output.statements)
         for draw in (draw_models, draw_trust, draw_scores, draw_sources):
             draw(snakemake.input, snakemake.output)

@@ -27,11 +27,11 @@ FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota
 
 
 @contextmanager
-def job(log_path: str, title: str) -> Iterator[logging.Logger]:
+def job(log_path: str, title: str, origin: str = "") -> Iterator[logging.Logger]:
     """Log one job to `log_path`. A MillprintError ends the job with a line for each fault and without a traceback.
 
-    The files that it writes are recorded beside the log. It ends with the run that started it, and waits until an
-    earlier attempt at it has ended.
+    The files that it writes are recorded beside the log, with the digest `origin` of what they are made from. It ends
+    with the run that started it, and waits until an earlier attempt at it has ended.
     """
     # The garbage collector need not examine what is imported by now.
     gc.freeze()
@@ -56,7 +56,7 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     files.written.clear()
     try:
         yield logger
-        write_record(record, files.written)
+        write_record(record, files.written, origin)
     except MillprintError as error:
         logger.error("%s", error)
         for line in str(error).split("\n"):
@@ -77,6 +77,7 @@ def job(log_path: str, title: str) -> Iterator[logging.Logger]:
         logger.info("%s: done in %.1f s", title, time.perf_counter() - start)
     finally:
         logger.removeHandler(handler)
+        logging.getLogger("py.warnings").removeHandler(handler)
         handler.close()
         # Without this, Python examines all objects twice more at its end: half a second if torch is imported.
         gc.freeze()

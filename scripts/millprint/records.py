@@ -54,15 +54,28 @@ def entry_of(file: str | Path) -> dict:
     return {"sha256": digest(file), "bytes": found.st_size, "date_ns": found.st_mtime_ns}
 
 
-def write_record(path: Path, files: Iterable[str | Path]) -> None:
-    """Record those of the `files` that exist."""
-    replace_entries(path, {name: entry_of(name) for name in map(str, files) if Path(name).is_file()})
+def write_record(path: Path, files: Iterable[str | Path], origin: str = "") -> None:
+    """Record those of the `files` that exist; origin: a digest of what they were made from, if the job has one."""
+    _write(path, {name: entry_of(name) for name in map(str, files) if Path(name).is_file()}, origin)
 
 
 def replace_entries(path: Path, entries: dict[str, dict]) -> None:
-    """Write a record: bytes, digest and date of each file."""
+    """Write bytes, digest and date of each file into a record, and keep what it says of their origin."""
+    _write(path, entries, made_from(path))
+
+
+def made_from(path: Path) -> str:
+    """The digest of what the files of a record were made from; empty if there is none, or no readable record."""
+    try:
+        return str(json.loads(path.read_text()).get("made_from", ""))
+    except (OSError, ValueError, AttributeError):
+        return ""
+
+
+def _write(path: Path, entries: dict[str, dict], origin: str) -> None:
     with whole_file(path) as partial:
-        partial.write_text(json.dumps({"files": entries}, indent=1, sort_keys=True) + "\n")
+        content = {"files": entries, **({"made_from": origin} if origin else {})}
+        partial.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n")
 
 
 def damaged_files(logs: str | Path) -> list[Damage]:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import add_uncertainty
-import tabulate_uncertainty
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
@@ -202,9 +201,11 @@ def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
     }
     for name, table in tables.items():
         write_table(table, tmp_path / f"{name}.tsv")
-    given = SimpleNamespace(fingerprint=files["fingerprint"], **{name: tmp_path / f"{name}.tsv" for name in tables})
-    output = SimpleNamespace(sheet=tmp_path / "sheet.tsv", curves=tmp_path / "further.tsv")
-    tabulate_uncertainty.main(given, output, load_named(ROOT / "config/mills", "emax", MillConfig, "mill"))
+    given = SimpleNamespace(**{name: tmp_path / f"{name}.tsv" for name in tables})
+    output = SimpleNamespace(
+        fingerprint=files["fingerprint"], sheet=tmp_path / "sheet.tsv", curves=tmp_path / "further.tsv"
+    )
+    add_uncertainty.tabulate(given, output, load_named(ROOT / "config/mills", "emax", MillConfig, "mill"))
     curves, sheet = read_table(output.curves), read_table(output.sheet)
     assert curves["P_by_contact_lower"].notna().tolist() == [False, True, True]
     assert (sheet["by_contact_lower"].notna() == (sheet["section"] == "descriptors")).all()

@@ -12,7 +12,6 @@ import collect_final_rows
 import compare_libraries
 import compare_yield_choices
 import evaluate_yield_models
-import explain_yield_models
 import hold_out_yields
 import leave_regimes_out
 import permute_yields
@@ -21,7 +20,6 @@ import predict_yields
 import propose_experiments
 import search_retrospectively
 import split_screening
-import state_yields
 import train_averaged_model
 import train_yield_model
 import try_yield_models
@@ -148,7 +146,7 @@ def run_chapter(results: Path, screening: Path) -> Path:
     )
     compare_yield_choices.main(compared, folder / "choices.tsv", config.training, again)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
-    explain_yield_models.main([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
+    evaluate_yield_models.explain([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     follow_up(folder, [train, test], config)
     return folder
 
@@ -181,8 +179,8 @@ def trust(folder: Path, parts: list[str], config) -> None:
     compare_libraries.main(*parts, libraries, *own)
     permuted = SimpleNamespace(permutations=folder / "permutations.tsv", test=folder / "permutation_test.tsv")
     permute_yields.main(parts, permuted, config.averaging, config.library_trial)
-    stated = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test")
-    state_yields.main({name: str(folder / f"{name}.tsv") for name in stated}, folder / "statements.tsv")
+    stated = SimpleNamespace(**{name: folder / f"{name}.tsv" for name in plot_yields.STATED})
+    plot_yields.write_statements(stated, folder / "statements.tsv")
 
 
 @pytest.fixture(scope="module")

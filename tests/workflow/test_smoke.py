@@ -142,7 +142,6 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
             {
                 "evaluate_yield_models",
                 "search_retrospectively",
-                "state_yields",
                 "leave_sources_out",
                 "plot_yields",
             },

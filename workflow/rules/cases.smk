@@ -1,10 +1,12 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
 import re
+from typing import NamedTuple
 
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
-from millprint.dem.resources import resources_of
+from millprint.dem.resources import resources_of, resources_together
+from millprint.dem.seeds import seeds_together
 from millprint.fingerprint.cases import enlarged, large_case, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 
@@ -159,22 +161,49 @@ def case_at(wildcards):
 
 def resources_at(wildcards):
     """Threads, time and memory of the case of a folder in results/dem."""
-    return resources_of(case_at(wildcards), CONFIG.dem, MILLS[wildcards.mill], CONTACTS[wildcards.contact])
+    return estimate(case_at(wildcards))
 
 
-def names_of_long_cases() -> list[str]:
-    """Names of the cases that need a cluster job of their own, of all cases that are known before the run."""
-    swept = [case for name in SWEPT_MILLS if MILLS[name].sweep for case in swept_cases(name).values()]
-    measured = [case for cases in SETUP_CASES.values() for case in cases.values()]
-    known = [*CASES.values(), *swept, *SCALE_UP_CASES.values(), *measured]
-    with stop_on_bad_input():
-        return sorted(
-            {
-                case.name
-                for case in known
-                if resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact]).needs_own_job
-            }
-        )
+def estimate(case):
+    """Threads, time and memory of a case."""
+    return resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
 
 
-LONG_CASES = names_of_long_cases()
+def known_cases() -> list[dict]:
+    """All cases that are known before the run, by path: of the sweeps, each mill's own sweep and study, and set-ups."""
+    own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
+    swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
+    return [CASES, *swept, SCALE_UP_CASES, *SETUP_CASES.values()]
+
+
+def log_of(case) -> str:
+    """The log of a case, also where several cases are one job."""
+    return f"{LOGS}/dem/{case.path}.log"
+
+
+class Condition(NamedTuple):
+    """The cases of a condition whose seeds are one job, with their mill and contact set, and what they take."""
+
+    cases: list
+    mill: object
+    contact: object
+    resources: object
+
+
+def seeds_of(wildcards) -> Condition:
+    """The condition of a folder in results/dem without its seed."""
+    paths = [f"{wildcards.condition}_s{seed}" for seed in TOGETHER[wildcards.condition]]
+    cases = [next(cases[path] for cases in KNOWN_CASES if path in cases) for path in paths]
+    contact, own = CONTACTS[cases[0].contact], resources_together([estimate(case) for case in cases])
+    return Condition(cases, mill_named(cases[0].mill), contact, own)
+
+
+with stop_on_bad_input():
+    KNOWN_CASES = known_cases()
+    # Names of the cases that need a cluster job of their own.
+    LONG_CASES = sorted({case.name for cases in KNOWN_CASES for case in cases.values() if estimate(case).needs_own_job})
+    # Conditions whose seeds are one job, with their seeds.
+    TOGETHER = seeds_together(KNOWN_CASES, estimate)
+
+# A mill's name in the path of a case that is a job of its own.
+IN_OWN_JOB = f"(?!(?:{any_of(f'{condition}_s{seed}' for condition, seeds in TOGETHER.items() for seed in seeds)})/)[a-z][a-z0-9_]*"

@@ -23,13 +23,14 @@ rule run_dem_case:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
     output:
-        run=f"{CASE}/run.h5",
-        summary=f"{CASE}/summary.json",
+        run=[f"{CASE}/run.h5"],
+        summary=[f"{CASE}/summary.json"],
     log:
         f"{LOGS}/dem/{{mill}}/{{contact}}/{{case}}.log",
     benchmark:
         f"{BENCHMARKS}/run_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"
     wildcard_constraints:
+        mill=IN_OWN_JOB,
         case=none_of(LONG_CASES),
     threads: lambda wildcards: resources_at(wildcards).threads
     # Each attempt continues where the last one ended, and gets more time and memory.
@@ -37,7 +38,8 @@ rule run_dem_case:
         runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
     params:
-        case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
+        cases=lambda wildcards: [case_at(wildcards).model_dump(mode="json")],
+        logs=lambda wildcards: [log_of(case_at(wildcards))],
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
         settings=settings("dem"),
@@ -54,3 +56,41 @@ use rule run_dem_case as run_long_dem_case with:
         f"{BENCHMARKS}/run_long_dem_case/{{mill}}/{{contact}}/{{case}}.tsv"
     wildcard_constraints:
         case=any_of(LONG_CASES),
+
+
+# The seeds of a condition, where they are short. The script leaves those that are finished as they are, so Snakemake must
+# not remove them before the job (`update`). Conditions with the same seeds share a rule.
+for seeds in sorted(set(TOGETHER.values())):
+
+    rule:
+        name:
+            f"run_dem_seeds_{'_'.join(map(str, seeds))}"
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            sources=lambda wildcards: seeds_of(wildcards).mill.source_files,
+        output:
+            run=[update(f"{RESULTS}/dem/{{condition}}_s{seed}/run.h5") for seed in seeds],
+            summary=[update(f"{RESULTS}/dem/{{condition}}_s{seed}/summary.json") for seed in seeds],
+        log:
+            f"{LOGS}/dem/{{condition}}_seeds.log",
+        benchmark:
+            f"{BENCHMARKS}/run_dem_case/{{condition}}.tsv"
+        wildcard_constraints:
+            condition=any_of([condition for condition, own in TOGETHER.items() if own == seeds]),
+        # The groups of a cluster's profile name rules; these have names of their own.
+        group:
+            "simulations"
+        resources:
+            runtime=lambda wildcards, attempt: attempt * seeds_of(wildcards).resources.runtime_min,
+            mem_mb=lambda wildcards, attempt: attempt * seeds_of(wildcards).resources.memory_mb,
+        params:
+            cases=lambda wildcards: [case.model_dump(mode="json") for case in seeds_of(wildcards).cases],
+            logs=lambda wildcards: [log_of(case) for case in seeds_of(wildcards).cases],
+            mill=lambda wildcards: dumped(seeds_of(wildcards).mill),
+            contact=lambda wildcards: seeds_of(wildcards).contact.model_dump(mode="json"),
+            settings=settings("dem"),
+            library=library("run_dem_case.py"),
+        message:
+            "DEM {wildcards.condition}, every seed"
+        script:
+            "../../scripts/run_dem_case.py"

@@ -6,47 +6,32 @@ rule add_uncertainty:
         fingerprint=rules.describe_mill.output.fingerprint,
         contact=f"{INTERVALS}/contact.json",
         shape=shape_of,
-    output:
-        fingerprint=f"{INTERVALS}/fingerprint.json",
-    log:
-        f"{LOGS}/uncertainty/{{mill}}_add.log",
-    localrule: True
-    params:
-        library=library("add_uncertainty.py"),
-    message:
-        "Adding the intervals by contact parameters to the fingerprint of mill {wildcards.mill}"
-    script:
-        "../../scripts/add_uncertainty.py"
-
-
-rule tabulate_uncertainty:
-    input:
-        fingerprint=rules.add_uncertainty.output.fingerprint,
         collapse=rules.describe_mill.output.collapse,
         zones=rules.describe_mill.output.zones,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.describe_mill.output.curves,
     output:
+        fingerprint=f"{INTERVALS}/fingerprint.json",
         sheet=f"{INTERVALS}/fingerprint.tsv",
         curves=f"{INTERVALS}/curves.tsv",
     log:
-        f"{LOGS}/uncertainty/{{mill}}_tabulate.log",
+        f"{LOGS}/uncertainty/{{mill}}_add.log",
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("tabulate_uncertainty.py"),
+        library=library("add_uncertainty.py"),
     message:
-        "Tabulating the fingerprint of mill {wildcards.mill} with every interval"
+        "Adding the intervals by contact parameters to the fingerprint of mill {wildcards.mill}, and tabulating it"
     script:
-        "../../scripts/tabulate_uncertainty.py"
+        "../../scripts/add_uncertainty.py"
 
 
 rule draw_uncertain_sheet:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
-        sheet=rules.tabulate_uncertainty.output.sheet,
+        sheet=rules.add_uncertainty.output.sheet,
         descriptors=rules.describe_mill.output.descriptors,
-        curves=rules.tabulate_uncertainty.output.curves,
+        curves=rules.add_uncertainty.output.curves,
     output:
         svg=report(
             f"{INTERVALS}/fingerprint.svg",
@@ -80,6 +65,7 @@ rule add_uncertainty_to_chapter:
         f"{LOGS}/uncertainty/{{mill}}_add_{{contact}}.log",
     localrule: True
     params:
+        mill=None,
         library=library("add_uncertainty.py"),
     message:
         "Adding the intervals by contact parameters to the curves of contact set {wildcards.contact}"

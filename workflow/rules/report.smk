@@ -105,8 +105,9 @@ rule tabulate_claims:
         "../../scripts/tabulate_claims.py"
 
 
-rule tabulate_chapters:
+rule tabulate_pages:
     input:
+        stages=STAGE_OUTPUTS,
         tables=[path for paths in SHOWN_TABLES.values() for path in paths],
     output:
         pages=[
@@ -118,24 +119,6 @@ rule tabulate_chapters:
             )
             for chapter in SHOWN_TABLES
         ],
-    log:
-        f"{LOGS}/report/tabulate_chapters.log",
-    localrule: True
-    params:
-        chapters=list(SHOWN_TABLES),
-        name=CONFIG.name,
-        results=lambda wildcards, output: str(Path(output.pages[0]).parents[1]),
-        library=library("tabulate_chapters.py"),
-    message:
-        "Writing a page of tables for each chapter"
-    script:
-        "../../scripts/tabulate_chapters.py"
-
-
-rule tabulate_runtimes:
-    input:
-        STAGE_OUTPUTS,
-    output:
         html=report(
             f"{RESULTS}/report/runtimes.html",
             caption="../report/runtimes.rst",
@@ -144,17 +127,19 @@ rule tabulate_runtimes:
         ),
         runtimes=f"{RESULTS}/report/runtimes.tsv",
     log:
-        f"{LOGS}/report/tabulate_runtimes.log",
+        f"{LOGS}/report/tabulate_pages.log",
     localrule: True
     params:
+        chapters=list(SHOWN_TABLES),
         name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.html).parents[1]),
         benchmarks=BENCHMARKS,
         logs=LOGS,
-        library=library("tabulate_runtimes.py"),
+        library=library("tabulate_pages.py"),
     message:
-        "Adding up the run times of all jobs"
+        "Writing a page of tables for each chapter, and adding up the run times of all jobs"
     script:
-        "../../scripts/tabulate_runtimes.py"
+        "../../scripts/tabulate_pages.py"
 
 
 rule build_explorer:
@@ -194,8 +179,7 @@ rule build_explorer:
 
 REPORT_PAGES = [
     *rules.tabulate_claims.output,
-    *rules.tabulate_chapters.output,
-    *rules.tabulate_runtimes.output,
+    *rules.tabulate_pages.output,
     rules.build_explorer.output.html,
     rules.record_run.output.run,
 ]

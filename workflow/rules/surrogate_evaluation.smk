@@ -126,21 +126,3 @@ rule time_surrogates:
         "Timing the surrogates and the simulation"
     script:
         "../../scripts/time_surrogates.py"
-
-
-rule collect_surrogate:
-    input:
-        metrics=[path for variant in CONFIG.surrogate.variants for path in measured_trainings(variant)],
-    output:
-        metrics=f"{SURROGATE}/metrics.tsv",
-        trainings=f"{SURROGATE}/trainings.tsv",
-    log:
-        f"{LOGS}/surrogate/collect_surrogate.log",
-    localrule: True
-    params:
-        trainings=TRAININGS,
-        library=library("collect_surrogate.py"),
-    message:
-        "Collecting the measures of every surrogate, and their spread over its trainings"
-    script:
-        "../../scripts/collect_surrogate.py"

@@ -1,4 +1,4 @@
-"""Figures and animations of the surrogates, and the list of all files of chapter 6."""
+"""Measures, figures and animations of all surrogates, and the list of all files of chapter 6."""
 
 # The figures of a variant: name, caption, and what it shows.
 VARIANT_FIGURES = {
@@ -19,13 +19,15 @@ rule plot_surrogates:
         run=simulated(CONFIG.surrogate.snapshots.cases[0]),
         wall_contacts=rules.build_surrogate_dataset.output.wall_contacts,
         histories=expand(f"{SURROGATE}/{{variant}}/loss.tsv", variant=CONFIG.surrogate.variants),
-        spread=f"{SURROGATE}/metrics.tsv",
+        measured=[path for variant in CONFIG.surrogate.variants for path in measured_trainings(variant)],
         dissipation=[
             path
             for variant in CONFIG.surrogate.variants
             for path in expand(rules.evaluate_surrogate.output.dissipation, variant=TRAININGS[variant])
         ],
     output:
+        metrics=f"{SURROGATE}/metrics.tsv",
+        trainings=f"{SURROGATE}/trainings.tsv",
         slices_svg=report(
             f"{SURROGATE}/signed_distance.svg",
             caption="../report/surrogate_signed_distance.rst",
@@ -69,7 +71,7 @@ rule plot_surrogates:
         trainings=TRAININGS,
         library=library("plot_surrogates.py"),
     message:
-        "Drawing the input of the surrogates, their losses and their roll-outs"
+        "Collecting the measures of every surrogate, and drawing their input, losses and roll-outs"
     script:
         "../../scripts/plot_surrogates.py"
 
@@ -117,7 +119,6 @@ SURROGATE_OUTPUTS = [
     rules.build_surrogate_dataset.output.wall_contacts,
     rules.check_measures.output.controls,
     rules.time_surrogates.output.runtime,
-    *rules.collect_surrogate.output,
     *rules.plot_surrogates.output,
     *expand([*rules.compare_motion.output], variant=CONFIG.surrogate.variants),
 ]

@@ -127,11 +127,12 @@ rule tabulate_validation:
         chapters=[VALIDATION_CHAPTER],
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.pages[0]).parents[1]),
-        library=library("tabulate_chapters.py"),
+        benchmarks=None,
+        library=library("tabulate_pages.py"),
     message:
         "Writing the page of tables of the validation"
     script:
-        "../../scripts/tabulate_chapters.py"
+        "../../scripts/tabulate_pages.py"
 
 
 VALIDATION_OUTPUTS = [

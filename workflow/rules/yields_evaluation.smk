@@ -14,6 +14,8 @@ YIELD_TABLES = [
     "scores",
     "pit",
     "differences",
+    "shap",
+    "shap_ranking",
 ]
 
 
@@ -69,6 +71,7 @@ rule evaluate_yield_models:
         averaged=f"{YIELDS}/models/averaged_gpr_primary.json",
         held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
         intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
+        explained=every_model(YIELD_MODEL, EXPLAINED),
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
@@ -82,7 +85,7 @@ rule evaluate_yield_models:
         interval_level=CONFIG.yields.interval_level,
         library=library("evaluate_yield_models.py"),
     message:
-        "Evaluating the yield models on the locked split, on held-out runs and outside their domain"
+        "Evaluating the yield models on the locked split, on held-out runs and outside their domain; SHAP values of the trees"
     script:
         "../../scripts/evaluate_yield_models.py"
 
@@ -157,23 +160,3 @@ rule leave_regimes_out:
         "Predicting the fill ratios of {input.regimes}, without and with cases of them in the training rows"
     script:
         "../../scripts/leave_regimes_out.py"
-
-
-rule explain_yield_models:
-    input:
-        train=rules.split_screening.output.train,
-        test=rules.split_screening.output.test,
-        models=every_model(YIELD_MODEL, EXPLAINED),
-    output:
-        values=f"{YIELDS}/shap.tsv",
-        ranking=f"{YIELDS}/shap_ranking.tsv",
-    log:
-        f"{LOGS}/yields/explain_yield_models.log",
-    benchmark:
-        f"{BENCHMARKS}/explain_yield_models/explain_yield_models.tsv"
-    params:
-        library=library("explain_yield_models.py"),
-    message:
-        "Calculating SHAP values of the two-step tree models"
-    script:
-        "../../scripts/explain_yield_models.py"

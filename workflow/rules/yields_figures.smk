@@ -1,4 +1,4 @@
-"""Figures of the yield models, and the list of all files of chapter 5."""
+"""Figures of the yield models, what their tables say in sentences, and the list of all files of chapter 5."""
 
 YIELD_FIGURES = f"{YIELDS}/figures"
 
@@ -6,7 +6,7 @@ YIELD_FIGURES = f"{YIELDS}/figures"
 rule plot_yields:
     input:
         predictions=rules.evaluate_yield_models.output.predictions,
-        shap=rules.explain_yield_models.output.values,
+        shap=rules.evaluate_yield_models.output.shap,
         honest=rules.evaluate_yield_models.output.honest,
         coverage=rules.evaluate_yield_models.output.coverage,
         retrospective=rules.search_retrospectively.output.retrospective,
@@ -18,7 +18,11 @@ rule plot_yields:
         sources=rules.leave_sources_out.output.scores,
         sources_predictions=rules.leave_sources_out.output.predictions,
         claims=CONFIG.data.claims,
+        differences=rules.evaluate_yield_models.output.differences,
+        libraries=rules.compare_libraries.output.libraries,
+        permutation_test=rules.permute_yields.output.test,
     output:
+        statements=f"{YIELDS}/statements.tsv",
         predictions_svg=report(
             f"{YIELD_FIGURES}/predictions.svg",
             caption="../report/yield_predictions.rst",
@@ -109,7 +113,7 @@ rule plot_yields:
     params:
         library=library("plot_yields.py"),
     message:
-        "Drawing the figures of chapter 5"
+        "Drawing the figures of chapter 5, and writing what its tables say"
     script:
         "../../scripts/plot_yields.py"
 
@@ -120,12 +124,10 @@ YIELD_OUTPUTS = [
     rules.try_yield_models.output.tried,
     *rules.compare_libraries.output,
     *rules.permute_yields.output,
-    rules.state_yields.output.statements,
     *rules.leave_regimes_out.output,
     *rules.leave_sources_out.output,
     *rules.propose_experiments.output,
     *rules.search_retrospectively.output,
     rules.predict_yields.output.predicted,
-    *rules.explain_yield_models.output,
     *rules.plot_yields.output,
 ]

@@ -1,4 +1,4 @@
-"""How far the averaged model can be trusted: its library, chance, and what all tables say, in sentences."""
+"""How far the averaged model can be trusted: its library, and chance."""
 
 from millprint.config.yields import HeldOutConfig
 
@@ -45,24 +45,3 @@ rule permute_yields:
         "Scoring the averaged model on shuffled yields"
     script:
         "../../scripts/permute_yields.py"
-
-
-rule state_yields:
-    input:
-        honest=rules.evaluate_yield_models.output.honest,
-        differences=rules.evaluate_yield_models.output.differences,
-        scores=rules.evaluate_yield_models.output.scores,
-        coverage=rules.evaluate_yield_models.output.coverage,
-        libraries=rules.compare_libraries.output.libraries,
-        permutation_test=rules.permute_yields.output.test,
-    output:
-        statements=f"{YIELDS}/statements.tsv",
-    log:
-        f"{LOGS}/yields/state_yields.log",
-    localrule: True
-    params:
-        library=library("state_yields.py"),
-    message:
-        "Writing what the tables of the yield models say"
-    script:
-        "../../scripts/state_yields.py"

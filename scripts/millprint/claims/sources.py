@@ -40,7 +40,7 @@ ORIGINS: dict[str, tuple[str, Callable]] = {
     "yield/honest.tsv": ("evaluate_yield_models", yield_evaluation.score_table),
     "yield/out_of_domain.tsv": ("evaluate_yield_models", report.predictions),
     "yield/time_variance.tsv": ("evaluate_yield_models", yield_evaluation.time_variance),
-    "yield/shap_ranking.tsv": ("explain_yield_models", explanation.rank_features),
+    "yield/shap_ranking.tsv": ("evaluate_yield_models", explanation.rank_features),
     "surrogate/*/metrics.tsv": ("evaluate_surrogate", evaluation.evaluate),
     "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", timing.simulation_seconds),
     "surrogate/runtime.tsv": ("time_surrogates", timing.time_rollouts),

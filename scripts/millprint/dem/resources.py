@@ -1,6 +1,7 @@
 """Time and memory of a simulation on a cluster, estimated. The Snakefile imports this, so no heavy imports here."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from millprint.config.contact import ContactConfig
@@ -32,12 +33,13 @@ class Resources:
     """What one simulation takes.
 
     runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; memory_mb: of Python, the balls, and what the
-    window records of snapshots and collisions; threads: of the job.
+    window records of snapshots and collisions; threads: of the job; seconds: balls x steps x BALL_STEP_S.
     """
 
     runtime_min: int
     memory_mb: int
     threads: int
+    seconds: float
 
     @property
     def needs_own_job(self) -> bool:
@@ -56,8 +58,26 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, dem.collision_rows_max)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES
+    seconds = balls * steps * BALL_STEP_S
     return Resources(
-        runtime_min=START_MIN + math.ceil(MARGIN * balls * steps * BALL_STEP_S / 60),
+        runtime_min=runtime_of(seconds),
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
+        seconds=seconds,
+    )
+
+
+def runtime_of(seconds: float) -> int:
+    """The time to request for simulations of an estimated length together [min]."""
+    return START_MIN + math.ceil(MARGIN * seconds / 60)
+
+
+def resources_together(parts: Sequence[Resources]) -> Resources:
+    """What simulations take that run one after another in a job."""
+    seconds = sum(part.seconds for part in parts)
+    return Resources(
+        runtime_min=runtime_of(seconds),
+        memory_mb=max(part.memory_mb for part in parts),
+        threads=max(part.threads for part in parts),
+        seconds=seconds,
     )
