@@ -33,7 +33,8 @@ def test_a_sweep_with_a_single_time_step_is_simulated_but_not_tabulated(project,
         content["sweeps"].remove(steps)
     plan = planned(project, content, "convergence")
     assert "DEM emax/calibrated/d10_f0.10_n300_dt3e-06_s0" in plan
-    tables = [line for line in plan.splitlines() if "Missing output files: results/convergence/timestep.tsv" in line]
+    missing = [line for line in plan.splitlines() if "Missing output files: " in line]
+    tables = [line for line in missing if "results/convergence/timestep.tsv" in line]
     assert len(tables) == study
     # The target needs the case, but no table does.
     assert all("dt8e-06" in line and "dt3e-06" not in line for line in tables)
@@ -58,11 +59,24 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     content["convergence"]["study"] = {"seeds": 2}
     copy_planetary(project / "config/mills")
     plan = planned(project, content, "convergence", "--config", "mill=mine")
-    assert jobs_of(plan) == {"compile_kernels": 1, "convergence": 1, "run_dem_case": 14, "study_settings": 1}
-    for change in ("", "_y0.615", "_y6.15", "_facets24", "_facets96"):
-        assert f"DEM mine/calibrated/d10_f0.15_n300{change}_s1" in plan
+    jobs = jobs_of(plan)
+    # The seeds of a setting are one job; the sweep itself needs one seed of the reference.
+    assert jobs == {
+        "compile_kernels": 1,
+        "convergence": 1,
+        "run_dem_case": 2,
+        "run_dem_seeds_0_1": 6,
+        "study_settings": 1,
+    }
+    for change in ("_s0", "_s1", *(f"{each}, every seed" for each in ("_y0.615", "_y6.15", "_facets24", "_facets96"))):
+        assert f"DEM mine/calibrated/d10_f0.15_n300{change}" in plan
     assert len(set(re.findall(r"d10_f0.15_n300_dt\S+_s0", plan))) == 2
     assert "results/convergence/mine/verdict.txt" in plan
+
+
+def test_one_seed_that_is_asked_for_comes_with_the_others_of_its_condition_and_with_nothing_else(project):
+    plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
+    assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
 
 
 def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):

@@ -132,7 +132,8 @@ def test_a_folder_needs_only_a_short_configuration(tmp_path):
     plan = ask_snakemake(ROOT, *arguments, "-n")
     assert plan.returncode == 0, plan.stderr[-3000:]
     jobs = jobs_of(plan.stdout + plan.stderr)
-    assert jobs["run_dem_case"] == 6 and "train_yield_model" not in jobs
+    # Three fill ratios; both seeds of each are one job.
+    assert jobs["run_dem_seeds_0_1"] == 3 and "train_yield_model" not in jobs and "run_dem_case" not in jobs
     done = ask_snakemake(ROOT, *arguments, "--cores", "1", "milling/mills/planetary/motion.png")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (tmp_path / "milling/mills/planetary/motion.png").stat().st_size > 0

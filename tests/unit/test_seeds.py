@@ -1,0 +1,118 @@
+"""The seeds of a condition as one job: which ones, and what such a job leaves as it is."""
+
+import logging
+
+import pytest
+
+from millprint.config.sweep import Case
+from millprint.dem import seeds
+from millprint.dem.resources import Resources, resources_together
+from millprint.files import write_json
+from millprint.job import job
+from millprint.records import made_from, read_record, record_path, replace_entries
+
+CONDITION = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 600}
+TIMES = {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.2}
+
+
+def case(seed: int, **changed) -> Case:
+    return Case(**{**CONDITION, **TIMES, "seed": seed, **changed})
+
+
+def by_path(*cases: Case) -> dict[str, Case]:
+    return {each.path: each for each in cases}
+
+
+def taking(seconds: float, threads: int = 1):
+    return lambda case: Resources(runtime_min=11, memory_mb=700, threads=threads, seconds=seconds)
+
+
+def test_seeds_of_a_condition_are_together_and_those_of_another_source_are_not():
+    sweep = by_path(*(case(seed) for seed in (1, 0)), case(0, fill_ratio=0.3))
+    study = by_path(*(case(seed) for seed in (0, 1, 2, 3)), *(case(seed, facets=24) for seed in (0, 5)))
+    found = seeds.seeds_together([sweep, study], taking(10))
+    assert found == {seeds.condition_of(case(0)): (0, 1), seeds.condition_of(case(0, facets=24)): (0, 5)}
+    # A further condition changes nothing for those that were there.
+    more = seeds.seeds_together([sweep | by_path(case(0, speed_rpm=77), case(1, speed_rpm=77)), study], taking(10))
+    assert found.items() < more.items()
+
+
+@pytest.mark.parametrize("estimate", [taking(seeds.LONGEST_S), taking(1, threads=2)])
+def test_long_cases_and_those_with_threads_are_jobs_of_their_own(estimate):
+    assert seeds.seeds_together([by_path(case(0), case(1))], estimate) == {}
+
+
+def test_a_disturbed_twin_is_a_job_of_its_own():
+    twins = by_path(*(case(seed, disturbance_m=1e-9) for seed in (0, 1)))
+    assert seeds.seeds_together([twins], taking(1)) == {}
+
+
+def test_a_job_of_several_cases_requests_the_sum_of_their_times_and_the_largest_memory():
+    parts = [
+        Resources(runtime_min=11, memory_mb=700, threads=1, seconds=60),
+        Resources(runtime_min=16, memory_mb=900, threads=1, seconds=120),
+    ]
+    assert resources_together(parts) == Resources(runtime_min=19, memory_mb=900, threads=1, seconds=180)
+
+
+@pytest.fixture
+def finished(tmp_path):
+    """Log and file of a finished case, and its origin."""
+    log, result, source = tmp_path / "a.log", tmp_path / "summary.json", tmp_path / "jar.stl"
+    source.write_text("a jar")
+    origin = seeds.origin_digest(["values"], [source])
+    with job(str(log), "a case", origin):
+        write_json({"power_W": 1.0}, result)
+    return log, result, origin
+
+
+def test_a_case_is_finished_if_its_files_are_there_and_of_the_same_origin(finished, tmp_path):
+    log, result, origin = finished
+    assert seeds.is_finished(origin, log, [result])
+    (tmp_path / "jar.stl").write_text("another jar")
+    assert not seeds.is_finished(seeds.origin_digest(["values"], [tmp_path / "jar.stl"]), log, [result])
+    assert not seeds.is_finished(seeds.origin_digest(["other"], []), log, [result])
+    seeds.make_again(True)
+    assert not seeds.is_finished(origin, log, [result])
+    seeds.make_again(False)
+    assert seeds.is_finished(origin, log, [result])
+    result.unlink()
+    assert not seeds.is_finished(origin, log, [result])
+
+
+def test_a_file_that_the_user_keeps_stays_finished_and_one_without_a_record_does_not(finished):
+    log, result, origin = finished
+    record = record_path(log)
+    replace_entries(record, read_record(record))
+    assert made_from(record) == origin
+    record.unlink()
+    assert not seeds.is_finished(origin, log, [result])
+
+
+def test_a_case_that_begins_again_is_not_finished(finished):
+    log, result, origin = finished
+    with pytest.raises(RuntimeError), job(str(log), "a case", origin):
+        raise RuntimeError("killed, say")
+    assert not seeds.is_finished(origin, log, [result])
+
+
+def test_files_of_finished_cases_survive_the_failure_of_another(finished):
+    _, result, _ = finished
+    content = result.read_text()
+    seeds.set_apart([result])
+    assert not result.exists()
+    seeds.take_back([result])
+    assert result.read_text() == content
+    # A newer file wins.
+    seeds.set_apart([result])
+    result.write_text("newer")
+    seeds.take_back([result])
+    assert result.read_text() == "newer" and not list(result.parent.glob("*.finished"))
+
+
+def test_the_logs_of_two_cases_in_a_process_do_not_mix(tmp_path):
+    for name in ("a", "b"):
+        with job(str(tmp_path / f"{name}.log"), name):
+            logging.getLogger("py.warnings").warning("of %s", name)
+    assert "of b" not in (tmp_path / "a.log").read_text()
+    assert "of b" in (tmp_path / "b.log").read_text()
