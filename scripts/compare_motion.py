@@ -33,10 +33,11 @@ def main(path: str, run: str, svg: str, png: str, animations: list[str], setting
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"draw the balls of the surrogate {snakemake.wildcards.variant}") as log:
+    with job(snakemake.log[0], "draw the balls of the surrogates") as log:
         files = (*(snakemake.input[name] for name in ("rollouts", "runs")),)
         drawings = (*(snakemake.output[name] for name in ("stills", "pngs", "gifs")),)
-        for test, rollout, run, svg, png, gif in zip(snakemake.params.tests, *files, *drawings, strict=True):
-            animations = [gif, snakemake.output.movie] if test == snakemake.params.trained else [gif]
+        movies = iter(snakemake.output.movies)
+        for (variant, test), rollout, run, svg, png, gif in zip(snakemake.params.moved, *files, *drawings, strict=True):
+            animations = [gif, next(movies)] if test == snakemake.params.trained else [gif]
             main(rollout, run, svg, png, animations, MovieConfig(**snakemake.params.settings))
-            log.info("drawn: %s", test)
+            log.info("drawn: %s, %s", variant, test)

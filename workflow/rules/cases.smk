@@ -7,7 +7,7 @@ from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of, resources_together
 from millprint.dem.seeds import seeds_together
-from millprint.fingerprint.cases import enlarged, large_case, mill_cases
+from millprint.fingerprint.cases import enlarged, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 
 MILL = f"{RESULTS}/mills/{{mill}}"
@@ -140,6 +140,11 @@ def predicting(name: str) -> str:
     return f"{RESULTS}/uncertainty/{name}/fingerprint.json" if name in CONFIG.uncertainty.mills else described(name)
 
 
+def mapped_runs(contact: str) -> dict[float, str]:
+    """The record of the simulation that the maps of a contact set show at each fill ratio."""
+    return {fill: f"{RESULTS}/dem/{path}/run.h5" for fill, path in mapped_cases(CONFIG, CASES, contact).items()}
+
+
 def case_at(wildcards):
     """The case of a folder in results/dem. An unknown case ends the program with one line."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
@@ -173,7 +178,8 @@ def known_cases() -> list[dict]:
     """All cases that are known before the run, by path: of the sweeps, each mill's own sweep and study, and set-ups."""
     own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
-    return [CASES, *swept, SCALE_UP_CASES, *SETUP_CASES.values()]
+    # In the order in which `case_at` looks for a case.
+    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), *swept]
 
 
 def log_of(case) -> str:
@@ -205,5 +211,11 @@ with stop_on_bad_input():
     # Conditions whose seeds are one job, with their seeds.
     TOGETHER = seeds_together(KNOWN_CASES, estimate)
 
+# By their seeds, a pattern of the conditions whose seeds are one job.
+SEED_RULES = {
+    seeds: any_of([condition for condition, own in TOGETHER.items() if own == seeds])
+    for seeds in sorted(set(TOGETHER.values()))
+}
 # A mill's name in the path of a case that is a job of its own.
-IN_OWN_JOB = f"(?!(?:{any_of(f'{condition}_s{seed}' for condition, seeds in TOGETHER.items() for seed in seeds)})/)[a-z][a-z0-9_]*"
+IN_SEED_RULES = "|".join(f"(?:{names})_s(?:{'|'.join(map(str, seeds))})/" for seeds, names in SEED_RULES.items())
+IN_OWN_JOB = f"(?!{IN_SEED_RULES})[a-z][a-z0-9_]*" if SEED_RULES else "[a-z][a-z0-9_]*"

@@ -60,7 +60,7 @@ use rule run_dem_case as run_long_dem_case with:
 
 # The seeds of a condition, where they are short. The script leaves those that are finished as they are, so Snakemake must
 # not remove them before the job (`update`). Conditions with the same seeds share a rule.
-for seeds in sorted(set(TOGETHER.values())):
+for seeds, conditions in SEED_RULES.items():
 
     rule:
         name:
@@ -76,7 +76,7 @@ for seeds in sorted(set(TOGETHER.values())):
         benchmark:
             f"{BENCHMARKS}/run_dem_case/{{condition}}.tsv"
         wildcard_constraints:
-            condition=any_of([condition for condition, own in TOGETHER.items() if own == seeds]),
+            condition=conditions,
         # The groups of a cluster's profile name rules; these have names of their own.
         group:
             "simulations"

@@ -1,6 +1,6 @@
 """Descriptors, master curves, universal curves and the inverse mode (thesis chapter 3)."""
 
-from millprint.fingerprint.cases import described_cases, mapped_cases
+from millprint.fingerprint.cases import described_cases
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
@@ -104,11 +104,6 @@ rule invert_master_curves:
         "Searching the conditions that give the target descriptors"
     script:
         "../../scripts/invert_master_curves.py"
-
-
-def mapped_runs(contact: str) -> dict[float, str]:
-    """The record of the simulation that the maps of a contact set show at each fill ratio."""
-    return {fill: f"{RESULTS}/dem/{path}/run.h5" for fill, path in mapped_cases(CONFIG, CASES, contact).items()}
 
 
 rule plot_fingerprint:

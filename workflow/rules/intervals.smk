@@ -1,4 +1,4 @@
-"""Fingerprints with the intervals by contact parameters, and by the shape of a fitted jar; their sheets."""
+"""Fingerprints with the intervals by contact parameters, and by the shape of a fitted jar."""
 
 
 rule add_uncertainty:
@@ -24,33 +24,6 @@ rule add_uncertainty:
         "Adding the intervals by contact parameters to the fingerprint of mill {wildcards.mill}, and tabulating it"
     script:
         "../../scripts/add_uncertainty.py"
-
-
-rule draw_uncertain_sheet:
-    input:
-        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
-        sheet=rules.add_uncertainty.output.sheet,
-        descriptors=rules.describe_mill.output.descriptors,
-        curves=rules.add_uncertainty.output.curves,
-    output:
-        svg=report(
-            f"{INTERVALS}/fingerprint.svg",
-            caption="../report/uncertain_fingerprint.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "fingerprint with every interval"},
-        ),
-        png=f"{INTERVALS}/fingerprint.png",
-        pdf=f"{INTERVALS}/fingerprint.pdf",
-    log:
-        f"{LOGS}/uncertainty/{{mill}}_sheet.log",
-    localrule: True
-    params:
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("draw_sheet.py"),
-    message:
-        "Drawing the fingerprint of mill {wildcards.mill} with every interval on one page"
-    script:
-        "../../scripts/draw_sheet.py"
 
 
 # The fingerprints of chapter 3 are from more simulations than the mill's own sweep; the factors hold for both.

@@ -63,6 +63,10 @@ rule measure_uncertainty:
 
 rule plot_uncertainty:
     input:
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sheet=rules.add_uncertainty.output.sheet,
+        descriptors=rules.describe_mill.output.descriptors,
+        curves=rules.add_uncertainty.output.curves,
         indices=rules.measure_uncertainty.output.indices,
         intervals=rules.measure_uncertainty.output.intervals,
         sets=rules.measure_uncertainty.output.sets,
@@ -81,14 +85,22 @@ rule plot_uncertainty:
             labels={"mill": "{mill}", "figure": "intervals by contact parameters"},
         ),
         intervals_png=f"{UNCERTAINTY}/intervals.png",
+        sheet_svg=report(
+            f"{UNCERTAINTY}/fingerprint.svg",
+            caption="../report/uncertain_fingerprint.rst",
+            category="Mills",
+            labels={"mill": "{mill}", "figure": "fingerprint with every interval"},
+        ),
+        sheet_png=f"{UNCERTAINTY}/fingerprint.png",
+        sheet_pdf=f"{UNCERTAINTY}/fingerprint.pdf",
     log:
         f"{LOGS}/uncertainty/{{mill}}_plot.log",
     localrule: True
     params:
-        title=lambda wildcards: mill_named(wildcards.mill).title,
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         library=library("plot_uncertainty.py"),
     message:
-        "Drawing Sobol indices and intervals of mill {wildcards.mill}"
+        "Drawing Sobol indices, intervals and the fingerprint of mill {wildcards.mill}"
     script:
         "../../scripts/plot_uncertainty.py"
 

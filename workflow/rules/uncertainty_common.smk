@@ -39,8 +39,8 @@ def uncertainty_of(mills) -> list[str]:
 
 
 def intervals_of(mills) -> list[str]:
-    """The fingerprints with intervals of some mills, and their sheets."""
-    files = [*rules.add_uncertainty.output, *rules.draw_uncertain_sheet.output]
+    """The fingerprints with intervals of some mills."""
+    files = [*rules.add_uncertainty.output]
     own = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
     # The curves of chapter 3 are those of the run's mill.
     return [*expand(files, mill=mills), *(own if CHAPTERS and CONFIG.mill in mills else [])]

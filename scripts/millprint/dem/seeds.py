@@ -41,7 +41,7 @@ def seeds_together(
         own: dict[str, list[Case]] = {}
         for path, case in cases.items():
             # A disturbed twin is compared with one run, so that often only one of its seeds is wanted.
-            if path not in known and case.disturbance_m is None:
+            if path not in known and not case.disturbance_m:
                 own.setdefault(condition_of(case), []).append(case)
         known.update(cases)
         for condition, group in own.items():
