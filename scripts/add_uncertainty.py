@@ -6,6 +6,8 @@ Of a mill's own sweep, also writes its sheet and its curves, with every interval
 import numpy as np
 
 from millprint.config.mill import MillConfig
+from millprint.dose.spectra import read_spectra
+from millprint.dose.spectra_shown import sheet_rows, with_rows
 from millprint.files import read_table, write_table
 from millprint.fingerprint.bands import FURTHER, read_factors
 from millprint.fingerprint.mill_sheet import tabulate_sheet
@@ -31,7 +33,8 @@ def tabulate(tables, output, mill: MillConfig) -> None:
     # A table has fewer digits than the fingerprint: its first and last fill ratio may lie just outside.
     fills = np.clip(curves["fill_ratio"].to_numpy(dtype=float), *fingerprint.fill_range)
     write_table(fingerprint.further_curve(fingerprint.curve(fills)), output.curves)
-    write_table(tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max()), output.sheet)
+    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max())
+    write_table(with_rows(sheet, sheet_rows(read_spectra(tables.spectra_summary), fingerprint)), output.sheet)
 
 
 if "snakemake" in globals():

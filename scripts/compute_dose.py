@@ -13,6 +13,7 @@ from pathlib import Path
 from millprint.config.checks import stop_on_bad_input
 from millprint.dose.dose import AXES, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
+from millprint.dose.shear import said_of_shear
 from millprint.files import write_table
 from millprint.fingerprint.model import Fingerprint
 
@@ -34,7 +35,7 @@ def main(arguments: list[str] | None = None) -> None:
         if YIELD in table and len(table) >= FEWEST_RUNS:
             kinetics = fit_kinetics(table)
             print(kinetics.to_string(index=False, float_format="{:.4g}".format, na_rep="-"))
-            print(verdict(table, kinetics, str(options.runs)))
+            print(verdict(table, kinetics, str(options.runs)), said_of_shear(table))
 
 
 if __name__ == "__main__":

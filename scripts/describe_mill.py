@@ -1,6 +1,9 @@
-"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, and its sheet."""
+"""The fingerprint of a mill from its own sweep: descriptors, curves, exponents, collapse, zones, spectra, its sheet."""
 
+from millprint.config.dose import SpectraConfig
 from millprint.config.mill import MillConfig
+from millprint.dose.spectra import tabulate_spectra
+from millprint.dose.spectra_shown import sheet_rows, with_rows
 from millprint.files import write_table
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
@@ -16,6 +19,7 @@ from millprint.job import job
 
 def main(
     summaries: list[str],
+    records: list[str],
     output,
     mill: MillConfig,
     *,
@@ -23,8 +27,10 @@ def main(
     interval: float,
     smooth_points: int,
     collapse_max: float,
+    spectra_rules: list[str],
+    spectra_settings: SpectraConfig,
 ) -> None:
-    """Read the summaries of the mill's sweep and write its tables."""
+    """Read the summaries of the mill's sweep and their run.h5, `records` in the same order, and write its tables."""
     runs = read_summaries(summaries)
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
@@ -39,17 +45,24 @@ def main(
     write_table(collapse, output.collapse)
     zones = find_zones(fingerprint)
     write_table(zones, output.zones)
-    write_table(tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max()), output.sheet)
+    spectra, read_off = tabulate_spectra(list(zip(records, runs, strict=True)), spectra_rules, spectra_settings)
+    write_table(spectra, output.spectra)
+    write_table(read_off, output.spectra_summary)
+    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max())
+    write_table(with_rows(sheet, sheet_rows(read_off, fingerprint)), output.sheet)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"describe {snakemake.params.mill['name']}"):
         main(
             snakemake.input.summaries,
+            snakemake.input.runs,
             snakemake.output,
             MillConfig(**snakemake.params.mill),
             counting_rule=snakemake.params.counting_rule,
             interval=snakemake.params.interval,
             smooth_points=snakemake.params.smooth_points,
             collapse_max=snakemake.params.collapse_max,
+            spectra_rules=snakemake.params.spectra_rules,
+            spectra_settings=SpectraConfig(**snakemake.params.spectra),
         )

@@ -1,16 +1,15 @@
 """Draws energy spectra: collisions a second, power, and the share of the power above an energy."""
 
-from millprint.dose.spectra import shown
+from millprint.dose.spectra import read_spectra
+from millprint.dose.spectra_shown import shown
 from millprint.figures.spectra import plot_spectra
 from millprint.figures.style import save
-from millprint.files import read_table
 from millprint.job import job
 
 
 def main(spectra_path: str, output, title: str, rule_name: str, chosen: dict) -> None:
     """Draw the spectra of the chosen conditions, by one counting rule."""
-    table = read_table(spectra_path, numeric=["collisions_hz", "power_W"], text=["charge", "varied"])
-    save(plot_spectra(shown(table.fillna({"charge": ""}), rule_name, **chosen), title), output.svg, output.png)
+    save(plot_spectra(shown(read_spectra(spectra_path), rule_name, **chosen), title), output.svg, output.png)
 
 
 if "snakemake" in globals():

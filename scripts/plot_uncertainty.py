@@ -1,6 +1,8 @@
 """Draws the Sobol indices of the contact parameters, the intervals of a mill, and its fingerprint on one page."""
 
 from millprint.config.mill import MillConfig
+from millprint.dose.spectra import read_spectra
+from millprint.dose.spectra_shown import of_sheet
 from millprint.figures.mills import plot_sheet
 from millprint.figures.style import save
 from millprint.figures.uncertainty import plot_indices, plot_intervals
@@ -15,7 +17,9 @@ def main(inputs, output, mill: MillConfig) -> None:
     save(plot_indices(read_table(inputs.indices), mill.title), output.indices_svg, output.indices_png)
     intervals = plot_intervals(read_table(inputs.intervals), read_table(inputs.sets), mill.title)
     save(intervals, output.intervals_svg, output.intervals_png)
-    tables = read_table(inputs.sheet), read_descriptors(inputs.descriptors), read_table(inputs.curves)
+    sheet = read_table(inputs.sheet)
+    spectra = [of_sheet(read_spectra(path), sheet) for path in (inputs.spectra, inputs.spectra_summary)]
+    tables = sheet, read_descriptors(inputs.descriptors), read_table(inputs.curves), *spectra
     save(plot_sheet(picture_mill(mill), *tables), output.sheet_svg, output.sheet_png, output.sheet_pdf)
 
 

@@ -4,6 +4,7 @@ import pandas as pd
 
 from millprint.dose.dose import AXES, regime_doses, screening_doses
 from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, verdict
+from millprint.dose.shear import said_of_shear
 from millprint.figures.spectra import plot_doses
 from millprint.figures.style import save
 from millprint.files import read_table, whole_file, write_table
@@ -32,7 +33,9 @@ def main(files, output, ball_diameter_m: float, density_kg_m3: float) -> None:
     for path, parts in ((output.doses, tables), (output.kinetics, kinetics)):
         write_table(pd.concat([table.assign(set=name) for name, table in parts.items()], ignore_index=True), path)
     write_table(pd.concat(curves, ignore_index=True), output.curves)
-    lines = [verdict(tables[name], kinetics[name], title) for name, title in SETS.items()]
+    lines = [f"{verdict(own, kinetics[name], SETS[name])} {said_of_shear(own)}" for name, own in tables.items()]
+    # The screening gives the law over the dose, the five cases differ in how it is divided.
+    lines.append(f"Both sets together: {said_of_shear(pd.concat(tables.values(), ignore_index=True))}")
     with whole_file(output.verdict) as partial:
         partial.write_text("\n".join(lines) + "\n")
 

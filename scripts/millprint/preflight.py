@@ -24,6 +24,7 @@ from millprint.doe.chemistry import check_formulas
 from millprint.doe.literature import read_literature, read_reported_yields
 from millprint.doe.runs import read_runs
 from millprint.doe.wet_lab import read_wear
+from millprint.dose.heat_table import measured_row
 from millprint.dose.wear import read_materials
 from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.cases import has_chapters, mill_cases, place_of_sweep
@@ -93,6 +94,7 @@ def check_before_running(
         check_room(group, mills, bodies, place)
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
+    check_measured_heat(config)
     faults = [*fingerprint_faults(config, cases, source), *uncertainty_faults(config, mills, contacts, source)]
     chapters = config.chapters
     # Only a run with chapters needs these checks.
@@ -281,6 +283,14 @@ def check_step_and_cost(
             f"{place}: case {case.path} would record about {size / 1e9:.2g} GB (limit {MOST_BYTES / 1e9:g}); "
             "look at snapshot_interval_s, window_s, dem.ledger_samples_per_revolution and dem.occupancy_cell_m"
         )
+
+
+def check_measured_heat(config: WorkflowConfig) -> None:
+    """Check that the measured temperatures which mills are held against are in the table."""
+    heated = {config.mill, *config.dose.heat.mills, *config.mills.box}
+    for mill, name in config.dose.heat.measured.items():
+        if mill in heated:
+            measured_row(config.validation.measured, name)
 
 
 def check_movie(config: WorkflowConfig, source: str) -> None:

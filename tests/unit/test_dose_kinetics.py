@@ -8,7 +8,16 @@ import pytest
 
 import compute_dose
 from millprint.dose.dose import AXES, HITS, NORMAL, TANGENTIAL, TOTAL, doses, own_doses, powder_of_ball, screening_doses
-from millprint.dose.kinetics import MODELS, NO_EFFECT, aicc, best_of, curve_of, fit_kinetics, verdict
+from millprint.dose.kinetics import (
+    MODELS,
+    NO_EFFECT,
+    aicc,
+    best_of,
+    curve_of,
+    fit_kinetics,
+    verdict,
+)
+from millprint.dose.shear import said_of_shear, shear_worth
 from millprint.errors import ConfigError
 from tests.unit.synthetic_mill import fingerprint
 
@@ -99,6 +108,30 @@ def test_too_few_or_equal_yields_are_refused(yields, why):
     runs = made_up("first order", TOTAL, 0.1).head(len(yields)).assign(yield_percent=yields)
     with pytest.raises(ConfigError, match=why):
         fit_kinetics(runs)
+
+
+@pytest.mark.parametrize(("worth", "apart"), [(5.0, "are told apart"), (1.0, "are not told apart")])
+def test_the_worth_of_shear_is_found_within_its_interval(worth, apart):
+    runs = made_up("first order", TOTAL, 0.1)
+    random = np.random.default_rng(4)
+    normal, tangential = random.uniform(1, 20, (2, len(runs)))
+    dose = normal + worth * tangential
+    yields = MODELS["Avrami"].law(dose / dose.mean(), 0.6, 1.2) + random.standard_normal(len(runs))
+    runs = runs.assign(**{NORMAL: normal, TANGENTIAL: tangential, TOTAL: normal + tangential, "yield_percent": yields})
+    found = shear_worth(runs)
+    assert found.lower < worth < found.upper and found.lower < found.worth < found.upper
+    assert found.upper / found.lower < 2
+    assert (found.gain_aicc > 0) == (worth != 1)
+    assert apart in said_of_shear(runs)
+
+
+def test_runs_of_one_tangential_share_cannot_tell_shear_from_compression():
+    """The screening runs are all at one fill ratio: 69 to 70 % of their dose is tangential."""
+    screening = screening_doses(ROOT / "config/data/screening.tsv", *BALL)
+    assert said_of_shear(screening).startswith(
+        "Shear against compression: 69 to 70 % of the dose is tangential in every"
+    )
+    assert "too few" in said_of_shear(screening.head(4))
 
 
 OWN = pd.DataFrame(

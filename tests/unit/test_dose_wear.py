@@ -1,6 +1,8 @@
 """Wear by Archard's law: what is fitted and held back, what is predicted, and the tables that are refused."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -8,6 +10,7 @@ import pandas as pd
 import pytest
 from scripts import predict_wear
 
+import predict_mill_wear
 from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.doe.wet_lab import wear_table
 from millprint.dose import sliding, wear
@@ -225,6 +228,29 @@ def test_the_figure_shows_both_roles_and_every_speed(materials, close_figures):
     left, right = figure.axes
     assert len(left.get_legend_handles_labels()[1]) == 4
     assert right.get_legend_handles_labels()[1] == ["emax, 10 mm, 600 rpm", "emax, 10 mm, 1200 rpm"]
+
+
+def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_figures):
+    """Half the sliding work is half the wear, for every material and charge; nothing of it is in a known interval."""
+    _, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    write_json(result, tmp_path / "wear_coefficient.json")
+    runs = [write_run(tmp_path / name) for name in ("emax", "other")]
+    for path, mill, factor in zip(runs, ("emax", "other"), (1.0, 0.5), strict=True):
+        with h5py.File(path[0], "a") as file:
+            config = json.loads(file.attrs["config"])
+            config["case"]["mill"] = mill
+            file.attrs["config"] = json.dumps(config)
+            file["collisions/sliding_J"][:] = factor * file["collisions/sliding_J"][:]
+        summary = json.loads(Path(path[1]).read_text())
+        summary["ledger_J"]["sliding"] *= factor
+        write_json(summary, path[1])
+    output = SimpleNamespace(**{name: tmp_path / f"wear.{name}" for name in ("svg", "png")}, table=tmp_path / "w.tsv")
+    predict_mill_wear.main(runs, str(tmp_path / "wear_coefficient.json"), str(MATERIALS), output, WearConfig())
+    table = pd.read_csv(output.table, sep="\t")
+    assert len(table) == 2 * len(materials) * len(WearConfig().charges)
+    one, half = (table[table["mill"] == mill]["iron_percent"].to_numpy() for mill in ("emax", "other"))
+    assert half == pytest.approx(one / 2)
+    assert table["note"].str.contains("contact").all() and "other" in output.svg.read_text()
 
 
 def test_defaults_name_a_material_of_the_table():

@@ -12,6 +12,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
 from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
+from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
 from millprint.figures import mills as figures
 from millprint.files import write_table
@@ -28,6 +29,7 @@ from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.fingerprint.zones import find_zones
 from millprint.view.mill_picture import picture_mill
 from tests.conftest import ROOT
+from tests.unit.made_spectra import made_spectra
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -128,7 +130,11 @@ def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     assert said["ball diameter"] == f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), the ball of mean volume"
     assert said["at the wall"] == "static friction 0.5"
     curves = fingerprint.curve(np.geomspace(*fingerprint.fill_range, 20))
-    page = figures.plot_sheet(picture_mill(mill), sheet, table, curves)
+    spectra, read_off = made_spectra(table)
+    sheet = with_rows(sheet, sheet_rows(read_off, fingerprint))
+    assert sheet.set_index("quantity").at["simulated fill ratio", "text"] == "three"
+    own = (of_sheet(spectra, sheet), of_sheet(read_off, sheet))
+    page = figures.plot_sheet(picture_mill(mill), sheet, table, curves, *own)
     labels = {line.get_label() for axis in page.axes for line in axis.lines}
     assert f"three (d30 = {THREE.mean_diameter_mm:.3g} mm), 600 rpm" in labels
     assert THREE.in_words(balls) in " ".join(text.get_text() for axis in page.axes for text in axis.texts)

@@ -188,7 +188,12 @@ def test_a_band_counts_what_never_happens_as_longest():
     ],
 )
 def test_a_comparison_is_a_statement_on_the_band(temperatures, share, words):
-    found = compare(SETTINGS, "spex", SOURCE, temperatures, MEASURED)
+    room = np.full(len(temperatures), 20.0)
+    found = compare(SETTINGS, "spex", SOURCE, temperatures, room, MEASURED)
+    # As often as a temperature is over the bound, less power than that of the condition would do.
+    middle = float(np.quantile(80 / (temperatures - 20), 0.5, method="inverted_cdf"))
+    assert found["power_factor_median"] == pytest.approx(middle)
+    assert (found["power_factor_upper"] < 1) == (share == 0) and (found["power_factor_lower"] > 1) == (share == 1)
     assert found["share_within"] == pytest.approx(share) and str(found["statement"]).startswith(words)
 
 

@@ -10,11 +10,13 @@ import pytest
 from pydantic import ValidationError
 
 import describe_mill
+from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.workflow import WorkflowConfig
+from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
 from millprint.figures import mills as figures
 from millprint.files import read_table, write_json
@@ -32,6 +34,7 @@ from millprint.mill.vessel import build_vessel, check_volume
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.factor_samples import factors_of
+from tests.unit.made_spectra import made_spectra
 from tests.unit.synthetic_mill import descriptors, fingerprint, summaries, summary, true_curves
 
 pytestmark = pytest.mark.usefixtures("close_figures")
@@ -104,8 +107,14 @@ def test_every_condition_of_a_sweep_is_simulated_with_every_seed(settings):
     assert len({case.path for case in several}) == 6
 
 
-def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path):
+def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypatch):
     """The seeds of a condition are one condition: as many means, and powers between those of the runs."""
+    # Made-up summaries have no contacts.
+    monkeypatch.setattr(
+        describe_mill,
+        "tabulate_spectra",
+        lambda runs, rules, settings: made_spectra(tabulate_descriptors([run for _, run in runs], rules[0])),
+    )
 
     def described(seeds: list[int]) -> tuple[pd.DataFrame, Fingerprint]:
         folder = tmp_path / str(len(seeds))
@@ -117,19 +126,23 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path):
             name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"))
             files.append(str(folder / name / "summary.json"))
             write_json(run, files[-1])
-        names = ("descriptors", "means", "curves", "coverage", "exponents", "collapse", "zones", "sheet")
+        names = ("descriptors", "means", "curves", "coverage", "exponents", "collapse", "zones", "sheet", "spectra")
+        names += ("spectra_summary",)
         output = SimpleNamespace(
             **{name: str(folder / f"{name}.tsv") for name in names}, fingerprint=str(folder / "fingerprint.json")
         )
         settings = FingerprintConfig()
         describe_mill.main(
             files,
+            [file.replace("summary.json", "run.h5") for file in files],
             output,
             mill("emax"),
             counting_rule="gap_3ms",
             interval=settings.interval,
             smooth_points=settings.smooth_points,
             collapse_max=MillsConfig().collapse_max,
+            spectra_rules=["gap_3ms"],
+            spectra_settings=SpectraConfig(),
         )
         return read_table(output.means), Fingerprint.read(output.fingerprint)
 
@@ -248,6 +261,15 @@ def sheet_of(own: Fingerprint) -> pd.DataFrame:
     return tabulate_sheet(mill("spex"), own, table, find_zones(own), 1e-4)
 
 
+def page_of(name: str, sheet: pd.DataFrame, own: Fingerprint, curves: pd.DataFrame):
+    """The page of a mill with made-up spectra."""
+    spectra, read_off = made_spectra(descriptors())
+    whole = with_rows(sheet, sheet_rows(read_off, own))
+    return figures.plot_sheet(
+        picture_mill(mill(name)), whole, descriptors(), curves, of_sheet(spectra, whole), of_sheet(read_off, whole)
+    )
+
+
 def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
     assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
@@ -263,7 +285,7 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
 
 def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(analysed):
     curves = analysed.further_curve(analysed.curve(np.geomspace(0.04, 0.4, 20)))
-    page = figures.plot_sheet(picture_mill(mill("spex")), sheet_of(analysed), descriptors(), curves)
+    page = page_of("spex", sheet_of(analysed), analysed, curves)
     assert page.get_size_inches() == pytest.approx([8.27, 11.69])
     (table,) = [table for axis in page.axes for table in axis.tables]
     heads = [table[0, column].get_text().get_text() for column in range(2, 5)]
@@ -345,7 +367,7 @@ def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables()
     table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
     sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), 1e-4)
     curves = fingerprint().curve(np.geomspace(0.04, 0.4, 20))
-    page = figures.plot_sheet(picture_mill(mill("attritor")), sheet, descriptors(), curves)
+    page = page_of("attritor", sheet, fingerprint(), curves)
     assert page.get_size_inches() == pytest.approx([8.27, 11.69])
     words = " ".join(text.get_text() for axis in page.axes for text in axis.texts)
     for part in (

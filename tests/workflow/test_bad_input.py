@@ -166,6 +166,30 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("uncertainty",), {"mills": ["emaks"]}, ["emaks", "unknown mill"]),
         (CONFIG, ("convergence", "study"), {"step_factors": [2]}, ["convergence.study", "step_factors", "finer step"]),
         (CONFIG, ("convergence", "study"), {"seeds": 1}, ["convergence.study.seeds", "greater than or equal to 2"]),
+        # Heat, wear and spectra.
+        (
+            CONFIG,
+            ("dose", "heat", "programme"),
+            {"duration_h": 5, "cycle_min": 30, "pause_min": 40},
+            ["config.yaml: dose.heat.programme", "pause_min = 40: must be shorter than cycle_min = 30"],
+        ),
+        (CONFIG, ("dose", "heat", "programme", "pause_min"), 30, ["pause_min = 30", "must be shorter than cycle_min"]),
+        (CONFIG, ("dose", "heat", "programme", "pause_min"), -1, ["pause_min", "-1", "greater than or equal to 0"]),
+        (CONFIG, ("dose", "heat", "powder_mass_g"), 0, ["dose.heat.powder_mass_g = 0", "greater than 0"]),
+        (
+            CONFIG,
+            ("dose", "wear"),
+            {"charges": [{"bpr": 0, "time_h": 5}]},
+            ["dose.wear.charges.0.bpr", "greater than 0"],
+        ),
+        (CONFIG, ("dose", "wear"), {"mills": ["emaks"]}, ["emaks", "unknown mill", "emax"]),
+        (CONFIG, ("dose", "wear"), {"material": "cheese"}, ["wear_materials.tsv", "dose.wear.material = 'cheese'"]),
+        (CONFIG, ("dose", "heat", "mills"), ["spx"], ["spx.yaml: unknown mill 'spx'", "did you mean spex?"]),
+        (CONFIG, ("dose", "heat", "jars"), {"spx": {}}, ["dose.heat.jars.spx: unknown mill", "did you mean spex?"]),
+        (CONFIG, ("dose", "heat", "measured"), {"spex": "9z"}, ["measured.tsv", "no row of id '9z'"]),
+        (CONFIG, ("dose", "heat", "measured"), {"spx": "8b"}, ["dose.heat.measured.spx: unknown mill"]),
+        (CONFIG, ("dose", "spectra", "counting_rules"), ["gap_9ms"], ["dose.spectra.counting_rules", "gap_9ms"]),
+        (CONFIG, ("dose", "spectra", "highest_J"), 1e-15, ["dose.spectra", "highest_J = 1e-15", "above lowest_J"]),
         # Volumes that disagree with the geometry.
         (
             PLANETARY,

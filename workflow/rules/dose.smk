@@ -71,6 +71,34 @@ rule fit_wear:
         "../../scripts/fit_wear.py"
 
 
+# Part of the target `mills` once the coefficient is known: it does not wait for the simulations of the thesis.
+rule predict_mill_wear:
+    input:
+        summaries=lambda wildcards: [path for name in BOX for path in heated_summaries(name)],
+        runs=lambda wildcards: [path for name in BOX for path in heated_runs(name)],
+        coefficient=rules.fit_wear.output.coefficient,
+        materials=WEAR.materials,
+    output:
+        table=f"{RESULTS}/mills/wear.tsv",
+        svg=report(
+            f"{RESULTS}/mills/wear.svg",
+            caption="../report/mill_wear.rst",
+            category="Mills",
+            labels={"mill": "all", "figure": "wear of the balls"},
+        ),
+        png=f"{RESULTS}/mills/wear.png",
+    log:
+        f"{LOGS}/mills/wear.log",
+    localrule: True
+    params:
+        settings=WEAR.model_dump(mode="json"),
+        library=library("predict_mill_wear.py"),
+    message:
+        "Predicting the wear of the balls in {BOX}"
+    script:
+        "../../scripts/predict_mill_wear.py"
+
+
 DOSE_OUTPUTS = [
     *SPECTRA_OUTPUTS,
     *YIELD_DOSE_OUTPUTS,

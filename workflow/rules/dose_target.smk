@@ -1,5 +1,12 @@
 """The target `dose`: for the thesis all of it, for another mill what its own sweep gives."""
 
+# Written by the jobs of the fingerprint.
+MILL_SPECTRA = [
+    path.format(mill=CONFIG.mill)
+    for path in (*rules.describe_mill.output, *rules.draw_sheet.output)
+    if path.startswith(f"{DOSE}/")
+]
+
 
 rule dose:
     input:

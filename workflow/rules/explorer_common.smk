@@ -15,8 +15,8 @@ EXPLORED_WITH = {
 }
 # What a page takes from each mill, by the names of `millprint.explorer.simulated`.
 OF_MILL = {
-    "spectra": rules.tabulate_mill_spectra.output.spectra,
-    "summary": rules.tabulate_mill_spectra.output.summary,
+    "spectra": rules.describe_mill.output.spectra,
+    "summary": rules.describe_mill.output.spectra_summary,
     "temperatures": rules.balance_heat.output.temperatures,
     "limits": rules.balance_heat.output.limits,
 }

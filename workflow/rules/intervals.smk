@@ -10,6 +10,7 @@ rule add_uncertainty:
         zones=rules.describe_mill.output.zones,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.describe_mill.output.curves,
+        spectra_summary=rules.describe_mill.output.spectra_summary,
     output:
         fingerprint=f"{INTERVALS}/fingerprint.json",
         sheet=f"{INTERVALS}/fingerprint.tsv",

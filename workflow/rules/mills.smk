@@ -93,6 +93,7 @@ if DRAWN_TOGETHER:
 rule describe_mill:
     input:
         summaries=lambda wildcards: mill_summaries(wildcards.mill),
+        runs=lambda wildcards: records_of(mill_summaries(wildcards.mill)),
     output:
         descriptors=f"{MILL}/descriptors.tsv",
         means=f"{MILL}/means.tsv",
@@ -103,6 +104,8 @@ rule describe_mill:
         collapse=f"{MILL}/collapse.tsv",
         zones=f"{MILL}/zones.tsv",
         sheet=f"{MILL}/fingerprint.tsv",
+        spectra=f"{DOSE}/{{mill}}/spectra.tsv",
+        spectra_summary=f"{DOSE}/{{mill}}/spectra_summary.tsv",
     log:
         f"{LOGS}/mills/{{mill}}_describe.log",
     benchmark:
@@ -113,9 +116,11 @@ rule describe_mill:
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
         collapse_max=CONFIG.mills.collapse_max,
+        spectra_rules=SPECTRA_RULES,
+        spectra=CONFIG.dose.spectra.model_dump(mode="json"),
         library=library("describe_mill.py"),
     message:
-        "Calculating the fingerprint of mill {wildcards.mill} from {input.summaries}"
+        "Calculating fingerprint and energy spectra of mill {wildcards.mill} from {input.summaries}"
     script:
         "../../scripts/describe_mill.py"
 
@@ -126,6 +131,8 @@ rule draw_sheet:
         sheet=rules.describe_mill.output.sheet,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.describe_mill.output.curves,
+        spectra=rules.describe_mill.output.spectra,
+        spectra_summary=rules.describe_mill.output.spectra_summary,
     output:
         svg=report(
             f"{MILL}/fingerprint.svg",
@@ -135,14 +142,29 @@ rule draw_sheet:
         ),
         png=f"{MILL}/fingerprint.png",
         pdf=f"{MILL}/fingerprint.pdf",
+        spectra_svg=report(
+            f"{DOSE}/{{mill}}/spectra.svg",
+            caption="../report/spectra.rst",
+            category="Dose",
+            labels={"mill": "{mill}", "figure": "energy spectra"},
+        ),
+        spectra_png=f"{DOSE}/{{mill}}/spectra.png",
+        rules_svg=report(
+            f"{DOSE}/{{mill}}/spectra_rules.svg",
+            caption="../report/spectra_rules.rst",
+            category="Dose",
+            labels={"mill": "{mill}", "figure": "energy spectra by counting rule"},
+        ),
+        rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
     log:
         f"{LOGS}/mills/{{mill}}_sheet.log",
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        rules=SPECTRA_RULES,
         library=library("draw_sheet.py"),
     message:
-        "Drawing the fingerprint of mill {wildcards.mill} on one page"
+        "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"
     script:
         "../../scripts/draw_sheet.py"
 
@@ -195,9 +217,18 @@ rule fingerprint:
     localrule: True
 
 
+# The coefficient of wear comes from the simulations of the thesis, which the target `mills` does not start.
+MILL_WEAR = (
+    [f"{RESULTS}/mills/wear.{kind}" for kind in ("tsv", "svg", "png")]
+    if CHAPTERS and Path(f"{DOSE}/wear_coefficient.json").exists()
+    else []
+)
+
+
 rule mills:
     input:
         BOX_OUTPUTS,
+        MILL_WEAR,
     localrule: True
 
 

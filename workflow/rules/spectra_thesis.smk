@@ -1,7 +1,7 @@
 """What a chemist reads off the thesis's mill: energy spectra of its sweeps."""
 
 
-use rule tabulate_mill_spectra as tabulate_spectra with:
+rule tabulate_spectra:
     input:
         summaries=lambda wildcards: swept_summaries(wildcards.contact),
         runs=lambda wildcards: records_of(swept_summaries(wildcards.contact)),
@@ -12,11 +12,17 @@ use rule tabulate_mill_spectra as tabulate_spectra with:
         f"{LOGS}/dose/tabulate_spectra_{{contact}}.log",
     benchmark:
         f"{BENCHMARKS}/tabulate_spectra/{{contact}}.tsv"
+    params:
+        rules=SPECTRA_RULES,
+        settings=CONFIG.dose.spectra.model_dump(mode="json"),
+        library=library("tabulate_spectra.py"),
     message:
         "Tabulating the energy spectra of contact set {wildcards.contact}"
+    script:
+        "../../scripts/tabulate_spectra.py"
 
 
-use rule plot_mill_spectra as plot_spectra with:
+rule plot_spectra:
     input:
         spectra=rules.tabulate_spectra.output.spectra,
     output:
@@ -29,6 +35,7 @@ use rule plot_mill_spectra as plot_spectra with:
         png=f"{DOSE}/spectra_{{contact}}.png",
     log:
         f"{LOGS}/dose/plot_spectra_{{contact}}.log",
+    localrule: True
     params:
         title=lambda wildcards: f"{MILLS[CONFIG.mill].title}, contact set {wildcards.contact}",
         rule=CONFIG.fingerprint.counting_rule,
@@ -36,6 +43,8 @@ use rule plot_mill_spectra as plot_spectra with:
         library=library("plot_spectra.py"),
     message:
         "Drawing the energy spectra of contact set {wildcards.contact}"
+    script:
+        "../../scripts/plot_spectra.py"
 
 
 SPECTRA_OUTPUTS = [

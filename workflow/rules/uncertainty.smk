@@ -67,6 +67,8 @@ rule plot_uncertainty:
         sheet=rules.add_uncertainty.output.sheet,
         descriptors=rules.describe_mill.output.descriptors,
         curves=rules.add_uncertainty.output.curves,
+        spectra=rules.describe_mill.output.spectra,
+        spectra_summary=rules.describe_mill.output.spectra_summary,
         indices=rules.measure_uncertainty.output.indices,
         intervals=rules.measure_uncertainty.output.intervals,
         sets=rules.measure_uncertainty.output.sets,

@@ -1,8 +1,10 @@
 """Loads the configuration and checks names and cases before a job starts."""
 
+import difflib
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from millprint.config.calibration import ExperimentConfig
 from millprint.config.contact import ContactConfig
@@ -51,6 +53,7 @@ def load_workflow(
         name: load_named(CONTACT_FOLDER, name, ContactConfig, "contact set", sources) for name in _contact_names(config)
     }
     check_chosen_charges(config, mills, source)
+    check_heated_mills(config, sources, source)
     check_names_differ(MILL_FOLDER, list(mills), "mill")
     check_names_differ(CONTACT_FOLDER, list(contacts), "contact set")
     return config, mills, contacts, collect_cases(config, source)
@@ -62,6 +65,17 @@ def check_chosen_charges(config: WorkflowConfig, mills: dict[str, MillConfig], s
         sweep = mills[name].sweep
         for choice in choices:
             chosen_balls(choice, sweep.ball_diameters_mm if sweep else [], f"{source}: {key}")
+
+
+def check_heated_mills(config: WorkflowConfig, sources: Sources, source: str) -> None:
+    """Refuse a mill of `dose.heat.jars` or `dose.heat.measured` that has no file: its numbers would be used nowhere."""
+    for key in ("jars", "measured"):
+        for name in getattr(config.dose.heat, key):
+            if not Path(sources.find(f"{MILL_FOLDER}/{name}.yaml")).is_file():
+                known = sources.names(MILL_FOLDER)
+                close = difflib.get_close_matches(name, known, n=1)
+                hint = f"; did you mean {close[0]}?" if close else ""
+                raise ConfigError(f"{source}: dose.heat.{key}.{name}: unknown mill; known: {', '.join(known)}{hint}")
 
 
 def _mill_names(config: WorkflowConfig) -> list[str]:

@@ -29,6 +29,9 @@ COMPARED = (
     "median",
     "upper",
     "share_within",
+    "power_factor_lower",
+    "power_factor_median",
+    "power_factor_upper",
     "statement",
     "source",
 )
@@ -233,11 +236,13 @@ def measured_row(path: str | Path, name: str) -> dict:
 
 
 def compare(
-    settings: HeatConfig, mill: str, source: HeatSource, balls_degC: np.ndarray, row: dict
+    settings: HeatConfig, mill: str, source: HeatSource, balls_degC: np.ndarray, room_degC: np.ndarray, row: dict
 ) -> dict[str, object]:
     """The balls' temperature of a condition after long milling against a measured bound: a statement, no fit.
 
-    balls_degC: (n,). The measured row gives neither balls nor speed, powder or time, so that a condition of ours may be
+    balls_degC, room_degC: (n,). power_factor: by how much the dissipation would have to be larger for the balls to be
+    at the bound. The balance is linear, so it is (bound - room) / (balls - room). The measured row gives neither balls
+    nor speed, powder or time, so that a condition of ours may be
     another one than that which was measured: no verdict follows.
     """
     lower, median, upper = band(balls_degC, settings.probability)
@@ -246,6 +251,7 @@ def compare(
     if point.lower == point.lower:
         inside = (balls_degC >= point.lower) & (balls_degC <= point.upper)
     share = float(inside.mean())
+    factors = band((point.value - room_degC) / (balls_degC - room_degC), settings.probability)
     half = (1 - settings.probability) / 2
     words = (
         "whole band within the measured bound" if share >= 1 - half
@@ -254,7 +260,7 @@ def compare(
     )  # fmt: skip
     values = (
         *(row["id"], mill, source.condition, row["quantity"], row["value"], row["unit"], lower, median, upper, share),
-        *(words, row["source"]),
+        *(*factors, words, row["source"]),
     )
     return dict(zip(COMPARED, values, strict=True))
 
@@ -281,7 +287,9 @@ def heat_tables(
         limits.append(limit_row(settings, source, balance, course))
         temperatures.append(temperature_rows(settings, source, course))
         if measured:
-            comparison.append(compare(settings, mill, source, balance.steady_degC()[:, BALLS], measured))
+            comparison.append(
+                compare(settings, mill, source, balance.steady_degC()[:, BALLS], drawn[ROOM].to_numpy(), measured)
+            )
         step()
     return HeatTables(
         parameter_table(settings, mill),

@@ -23,7 +23,8 @@ from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.dose import SpectraConfig
 from millprint.dem.collisions import merge_contacts, sort_by_pair
 from millprint.errors import ConfigError, MillprintError
-from millprint.fingerprint.descriptors import CHARGE, CONDITION, NOTHING, condition_of
+from millprint.files import read_table
+from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.hdf5 import open_hdf5
 from millprint.job import progress
 
@@ -78,6 +79,13 @@ def read_contacts(path: str | Path) -> Contacts | None:
     energies = {"normal": table["normal_J"], "tangential": table["damping_J"] + table["sliding_J"]}
     open_J = {channel: float(energy.to_numpy()[is_open].sum()) for channel, energy in energies.items()}
     return Contacts(sort_by_pair(table), begin_s, window_s, open_J, stored)
+
+
+def read_spectra(path: str | Path) -> pd.DataFrame:
+    """A table that `tabulate_spectra` gave, from its file."""
+    text, powers = [*CONDITION_TEXT, "counting_rule", "channel", "pair"], ["collisions_hz", "power_W"]
+    table = read_table(path, numeric=["fill_ratio", *powers], text=text, may_be_blank=powers)
+    return table.fillna({CHARGE: ONE_SIZE})
 
 
 def bin_edges(settings: SpectraConfig) -> np.ndarray:
@@ -142,24 +150,6 @@ def _share_above(values: np.ndarray) -> np.ndarray:
     """Share of the sum of the values that is in each bin and in those above it; 0 where there is none."""
     total = values.sum()
     return np.cumsum(values[::-1])[::-1] / total if total else np.zeros_like(values)
-
-
-def shown(
-    spectra: pd.DataFrame, rule_name: str, speed_rpm: float | None = None, ball_diameter_mm: float | None = None,
-    fill_ratios: list[float] | None = None,
-) -> pd.DataFrame:  # fmt: skip
-    """The spectra that a figure shows: by one rule, of the mill as built, one charge at one speed, up to four fills.
-
-    What is not given: the first charge and the lowest speed of the table, and four fill ratios spread over it.
-    """
-    table = spectra[(spectra["counting_rule"] == rule_name) & (spectra["varied"] == NOTHING)]
-    for name, value in (("ball_diameter_mm", ball_diameter_mm), (CHARGE, None), ("speed_rpm", speed_rpm)):
-        if len(table):
-            table = table[table[name] == (table[name].iloc[0] if value is None else value)]
-    fills = np.unique(table["fill_ratio"])
-    if fill_ratios is None and len(fills):
-        fill_ratios = fills[np.unique(np.linspace(0, len(fills) - 1, 4).round().astype(int))].tolist()
-    return table[table["fill_ratio"].isin(fill_ratios or [])]
 
 
 def _bins_of(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np.ndarray) -> pd.DataFrame:

@@ -65,3 +65,30 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdic
     letter_panels([left, right])
     figure.suptitle(verdict, fontsize=7)
     return figure
+
+
+def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
+    """Wear over powder at every simulated condition of several mills: a line a mill, a marker a ball and speed.
+
+    wear: of predict_wear, of which the rows of `material` and of the first charge are drawn; bars span the coefficients
+    of the single weighings.
+    """
+    shown = wear[wear["material"] == material]
+    first = shown.iloc[0]
+    shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
+    mills = list(dict.fromkeys(shown["mill"]))
+    figure, axis = plt.subplots(figsize=(PAGE_WIDTH_IN, 0.9 + 0.45 * len(mills)))
+    for place, mill in enumerate(mills):
+        own = shown[shown["mill"] == mill].sort_values("powder_percent")
+        # Side by side, so that bars can be told apart.
+        heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
+        value = own["powder_percent"]
+        ends = [value - own["seen_lower_powder_percent"], own["seen_upper_powder_percent"] - value]
+        axis.errorbar(
+            value, heights, xerr=ends, fmt="o", markersize=2.5, linewidth=0.8, color=COLOURS[place % len(COLOURS)]
+        )
+    axis.set(xscale="log", xlabel="wear over powder [%]", ylabel="mill")
+    axis.set_yticks(range(len(mills)), mills)
+    axis.invert_yaxis()
+    axis.set_title(f"{material.replace('_', ' ')}, BPR {first['bpr']:g}, {first['time_h']:g} h", fontsize=8)
+    return figure

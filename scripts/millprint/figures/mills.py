@@ -6,11 +6,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.transforms import Bbox
 
 from millprint.config.mixture import balls_in_words
+from millprint.dose.spectra import BOTH
+from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
+from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
+from millprint.dose.spectra_shown import SECTION as SPECTRA
 from millprint.figures.chapter3 import FILL_LABEL, draw_curve
+from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
@@ -168,16 +173,40 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     axis.text(0, 0.36, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
 
 
-def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFrame, curves: pd.DataFrame) -> Figure:
-    """The fingerprint of a mill on one page: picture, motion, descriptors, master curves, exponents, range.
+def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
+    """Energy spectra of the simulated condition next to that of the sheet, or the line that says why there are none."""
+    told = sheet[sheet["section"] == SPECTRA].set_index("quantity")
+    if not len(spectra):
+        axis = part.subplots()
+        axis.axis("off")
+        axis.text(0.5, 0.5, textwrap.fill(f"No energy spectra: {told.at[NO_SPECTRA, 'text']}", LINE), ha="center")
+        return
+    draw_sheet_spectra(axes := list(part.subplots(1, 2)), spectra, read_off[read_off["pair"] == BOTH])
+    axes[0].set_title(f"Energy spectra at fill {told.at[SPECTRA_FILL, 'value']:g}", loc="left", fontsize=7)
+    axes[1].set_title("dotted: half of the power is above this energy", loc="left", fontsize=7)
+    legend_below(part, axes[:1], 4, fontsize=7)
+
+
+def plot_sheet(
+    picture: MillPicture,
+    sheet: pd.DataFrame,
+    descriptors: pd.DataFrame,
+    curves: pd.DataFrame,
+    spectra: pd.DataFrame,
+    read_off: pd.DataFrame,
+) -> Figure:
+    """The fingerprint of a mill on one page: picture, motion, descriptors, spectra, master curves, exponents, range.
 
     sheet: as of tabulate_sheet; descriptors: those of the mill as built; curves: fill_ratio, Q, Q_lower, Q_upper, and
-    the columns of further intervals if there are any.
+    the columns of further intervals if there are any; spectra, read_off: those of the sheet's condition, as of
+    `dose.spectra_shown.of_sheet`.
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.85, 1.0, 0.55, 1.35] if _has_intervals(sheet) else [0.85, 1.0, 1.35]
-    top, middle, *between, bottom = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights).flat
+    heights = [0.8, 0.95, 0.52, 0.62, 1.3] if _has_intervals(sheet) else [0.85, 1.0, 0.68, 1.35]
+    top, middle, *between, energies, bottom = figure.subfigures(
+        len(heights), 1, squeeze=False, height_ratios=heights
+    ).flat
     for part in between:
         _draw_intervals(part.subplots(), sheet)
     views, strip = top.subfigures(1, 2, width_ratios=[1.0, 1.25])
@@ -188,6 +217,7 @@ def plot_sheet(picture: MillPicture, sheet: pd.DataFrame, descriptors: pd.DataFr
     for axis, column in zip(text, (left, right), strict=True):
         axis.axis("off")
         axis.text(0, 1, column, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+    _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, PANELS, strict=True):
         _draw_conditions(axis, quantity, descriptors, curves)
