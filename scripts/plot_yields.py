@@ -16,7 +16,7 @@ from millprint.job import job
 from millprint.predict.statements import state
 
 # The tables that the sentences are of.
-STATED = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test")
+STATED = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test", "search", "learning")
 
 
 def draw_models(inputs, output) -> None:

@@ -1,5 +1,6 @@
-"""How many runs the search for the next experiment needs to find the best run, compared with simple baselines."""
+"""How many runs the search for the next experiment needs to find the best run, and what its runs teach of others."""
 
+import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
@@ -17,15 +18,18 @@ from millprint.predict.retrospective import (
     summarise_search,
     without_best,
 )
+from millprint.predict.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
 from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
-    """Write the fraction of starts that have found the best run after each number of runs, and the mean number."""
+    """Write how many runs each strategy needs to find the best one, and the error of runs that nobody could choose."""
     every = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     library = smaller_library(averaging, plan)
     tables, paths, targets = [], [], []
-    total = plan.targets * len(STRATEGIES) * plan.starts
+    held_out = draw_held_out(len(every), plan)
+    errors: dict[str, np.ndarray] = {}
+    total = (plan.targets * len(STRATEGIES) + len(CHOICES)) * plan.starts
     with threadpool_limits(1), progress(total, "searching retrospectively", "start") as bar:
         for count in range(plan.targets):
             rows = without_best(every, count)
@@ -41,8 +45,15 @@ def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: Averagi
             tables.append(table)
             paths.append(reached)
             targets.append(target)
+        for name, choice in CHOICES.items():
+            paths_of = []
+            for number, (start, held) in enumerate(held_out):
+                paths_of.append(learn(every, start, held, choice, library, plan.chosen_runs, plan.seed + number))
+                bar.update()
+            errors[name] = np.array(paths_of)
     write_table(pd.concat(tables, ignore_index=True), output.retrospective)
     write_table(summarise_search(tables, paths, targets, level), output.summary)
+    write_table(learning_table(errors, plan.start_runs, level), output.learning)
 
 
 if "snakemake" in globals():

@@ -76,6 +76,7 @@ ALL_RUNS = {
     "regimes_summary.tsv",
     "retrospective.tsv",
     "retrospective_summary.tsv",
+    "retrospective_learning.tsv",
     "models/averaged_gpr_final.json",
     "averaging_final.tsv",
     "predicted_final.tsv",
@@ -162,7 +163,11 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
     chemistry = doe_settings().chemistry
     propose_experiments.main(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
-    searched = SimpleNamespace(retrospective=folder / "retrospective.tsv", summary=folder / "retrospective_summary.tsv")
+    searched = SimpleNamespace(
+        retrospective=folder / "retrospective.tsv",
+        summary=folder / "retrospective_summary.tsv",
+        learning=folder / "retrospective_learning.tsv",
+    )
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
     trust(folder, parts, config)
     try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
@@ -179,8 +184,9 @@ def trust(folder: Path, parts: list[str], config) -> None:
     compare_libraries.main(*parts, libraries, *own)
     permuted = SimpleNamespace(permutations=folder / "permutations.tsv", test=folder / "permutation_test.tsv")
     permute_yields.main(parts, permuted, config.averaging, config.library_trial)
-    stated = SimpleNamespace(**{name: folder / f"{name}.tsv" for name in plot_yields.STATED})
-    plot_yields.write_statements(stated, folder / "statements.tsv")
+    stated = {name: folder / f"{name}.tsv" for name in plot_yields.STATED}
+    stated |= {"search": folder / "retrospective_summary.tsv", "learning": folder / "retrospective_learning.tsv"}
+    plot_yields.write_statements(SimpleNamespace(**stated), folder / "statements.tsv")
 
 
 @pytest.fixture(scope="module")

@@ -47,7 +47,7 @@ def settings(**choices) -> YieldConfig:
     section["averaging"] |= SMALL_LIBRARY
     section["library_trial"] |= {"sub_libraries": 20, "permutations": 19}
     section["proposals"] |= {"runs": 2, "shortlist": 40, "draws": 200}
-    section["retrospective"] |= {"starts": 2, "targets": 2, "links": ["avrami"]}
+    section["retrospective"] |= {"starts": 2, "targets": 2, "chosen_runs": 2, "links": ["avrami"]}
     return check_model(section, YieldConfig, "config.yaml")
 
 

@@ -21,6 +21,8 @@ rule plot_yields:
         differences=rules.evaluate_yield_models.output.differences,
         libraries=rules.compare_libraries.output.libraries,
         permutation_test=rules.permute_yields.output.test,
+        search=rules.search_retrospectively.output.summary,
+        learning=rules.search_retrospectively.output.learning,
     output:
         statements=f"{YIELDS}/statements.tsv",
         predictions_svg=report(

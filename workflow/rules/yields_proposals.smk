@@ -33,6 +33,7 @@ rule search_retrospectively:
     output:
         retrospective=f"{YIELDS}/retrospective.tsv",
         summary=f"{YIELDS}/retrospective_summary.tsv",
+        learning=f"{YIELDS}/retrospective_learning.tsv",
     log:
         f"{LOGS}/yields/search_retrospectively.log",
     benchmark:

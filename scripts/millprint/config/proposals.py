@@ -86,6 +86,10 @@ class RetrospectiveConfig(Section):
     """best runs to find: the best of all runs, the best without that one, and so on. One best run is one draw: what
     finds it fast may do so by luck
     """
+    held_out_runs: Annotated[int, Field(ge=1, le=100_000)] = 7
+    """runs that no strategy may choose; their error says what the chosen runs teach"""
+    chosen_runs: Annotated[int, Field(ge=1, le=100_000)] = 8
+    """runs that a strategy chooses one by one before the last error"""
     seed: Seed = 42
     """of the starts and of ties"""
     links: Annotated[list[LinkName], Field(min_length=1)] = ["logit", "avrami"]

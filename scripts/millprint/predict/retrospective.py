@@ -44,9 +44,7 @@ def _linear(make: Callable[[], RegressorMixin]) -> Strategy:
     return merit
 
 
-def _rule(
-    known: pd.DataFrame, yields: np.ndarray, left: pd.DataFrame, _: AveragingConfig, generator: np.random.Generator
-) -> np.ndarray:
+def rule_merit(left: pd.DataFrame, generator: np.random.Generator) -> np.ndarray:
     """The rank by ball-to-powder ratio, then by milling time; what is equal in both is in random order."""
     order = np.lexsort((generator.random(len(left)), left[TIME], left["bpr"]))
     return np.argsort(order)
@@ -57,7 +55,7 @@ STRATEGIES: dict[str, Strategy] = {
     GREEDY: _averaged(lambda model, rows, best: model.predict(rows)),
     LEAST_SQUARES: _linear(LinearRegression),
     RIDGE: _linear(lambda: RidgeCV(PENALTIES)),
-    RULE: _rule,
+    RULE: lambda known, yields, left, library, generator: rule_merit(left, generator),
 }
 
 
@@ -134,7 +132,7 @@ def search_table(
     return pd.concat(tables, ignore_index=True)
 
 
-def _mean_interval(values: np.ndarray, level: float) -> tuple[float, float, float]:
+def mean_interval(values: np.ndarray, level: float) -> tuple[float, float, float]:
     """Mean, and the ends of Student's interval; the ends are NaN for one value."""
     mean, count = float(values.mean()), len(values)
     half = t.ppf(0.5 + level / 2, count - 1) * values.std(ddof=1) / np.sqrt(count) if count > 1 else np.nan
@@ -165,7 +163,7 @@ def summarise_search(
             part = table[table["strategy"] == strategy]
             rows.append(
                 {"target": target, "strategy": strategy}
-                | dict(zip(("mean_runs", "lower", "upper"), _mean_interval(found, level), strict=True))
+                | dict(zip(("mean_runs", "lower", "upper"), mean_interval(found, level), strict=True))
                 | {"median_runs": part.loc[part["found"] >= 0.5, "runs"].iloc[0], "starts": len(found)}
                 | _against_search(counts[-1][IMPROVEMENT] - found, level, "starts")
             )
@@ -174,7 +172,7 @@ def summarise_search(
         search = np.array([own[IMPROVEMENT].mean() for own in counts])
         rows.append(
             {"target": ALL_TARGETS, "strategy": strategy}
-            | dict(zip(("mean_runs", "lower", "upper"), _mean_interval(means, level), strict=True))
+            | dict(zip(("mean_runs", "lower", "upper"), mean_interval(means, level), strict=True))
             | {"starts": len(means) * len(counts[0][strategy])}
             | _against_search(search - means, level, "targets")
         )
@@ -186,7 +184,7 @@ def summarise_search(
 
 def _against_search(fewer: np.ndarray, level: float, over: str) -> dict[str, float | str]:
     """The paired differences, their mean and interval, and what follows in words."""
-    mean, lower, upper = _mean_interval(fewer, level)
+    mean, lower, upper = mean_interval(fewer, level)
     if lower > 0:
         words = f"needs fewer runs than the search over these {over}"
     elif upper < 0:

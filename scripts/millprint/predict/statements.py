@@ -5,6 +5,8 @@ import pandas as pd
 from millprint.predict.held_out import LEFT_OUT, NESTED
 from millprint.predict.library_trials import DECLARED, DIFFERENCE, EARLIER
 from millprint.predict.regressors import AVERAGED, PRIMARY, TITLES, TWO_STEP
+from millprint.predict.retrospective import ALL_TARGETS, CHANCE, IMPROVEMENT, RULE
+from millprint.predict.retrospective_learning import LEARNING
 from millprint.predict.scores import CRPS, LOG_SCORE
 
 BOTH = {LEFT_OUT: "leave-one-out", NESTED: "repeated k-fold"}
@@ -119,8 +121,29 @@ def _priors(libraries: pd.DataFrame) -> str:
     return f"{'; '.join(parts)}. The declared library was written down before any score of it was computed."
 
 
+def _next_experiments(summary: pd.DataFrame, learning: pd.DataFrame) -> str:
+    """What the retrospective test says of the best run, over targets, and of what the chosen runs teach, at the end."""
+    runs = {name: _one(summary, target=ALL_TARGETS, strategy=name) for name in (RULE, IMPROVEMENT, CHANCE)}
+    last = learning[learning["runs"] == learning["runs"].max()]
+    taught = {name: _one(last, strategy=name) for name in (LEARNING, IMPROVEMENT, RULE, CHANCE)}
+    against = "; ".join(
+        f"{title}: {taught[name]['less_than_chance_pp']:+.1f} points less ({taught[name]['less_lower']:+.1f} to "
+        f"{taught[name]['less_upper']:+.1f}), which {taught[name]['conclusion']}"
+        for name, title in ((LEARNING, "chosen for learning"), (IMPROVEMENT, "for the yield"), (RULE, "by the rule"))
+    )
+    return (
+        f"To the best run: the rule of most balls and longest time takes {runs[RULE]['mean_runs']:.1f} runs, expected "
+        f"improvement {runs[IMPROVEMENT]['mean_runs']:.1f}, random choice {runs[CHANCE]['mean_runs']:.1f}; the rule "
+        f"{runs[RULE]['conclusion']}. Error of runs that could not be chosen, with {last['runs'].iloc[0]:g} "
+        f"runs known: {taught[CHANCE]['error_pp']:.1f} points after random choice; {against}."
+    )
+
+
 def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Columns: about, statement. tables: honest, differences, scores, coverage, libraries, permutation_test."""
+    """Columns: about, statement.
+
+    tables: honest, differences, scores, coverage, libraries, permutation_test, search and learning.
+    """
     sentences = {
         "both schemes": _both_schemes(tables["honest"]),
         "two best models": _told_apart(tables["differences"]),
@@ -129,5 +152,6 @@ def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
         "chance": _chance(tables["permutation_test"]),
         "what was looked at": _choice(tables["libraries"]),
         "prior": _priors(tables["libraries"]),
+        "next experiments": _next_experiments(tables["search"], tables["learning"]),
     }
     return pd.DataFrame({"about": list(sentences), "statement": list(sentences.values())})
