@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from millprint.config.load import check_model
-from millprint.config.regressors import TABLE_5_6, TUNED, Spaces
+from millprint.config.regressors import TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
 from millprint.errors import ConfigError
 from millprint.predict.choices import ALTERNATIVES, compare_choices
+from millprint.predict.estimators import ManyStarts, fit_quietly, gaussian_process_of_starts
 from millprint.predict.explanation import shap_values
 from millprint.predict.model import fit_model, plan_steps
 from millprint.predict.model_files import load_model, save_model, stored_search
@@ -27,7 +28,7 @@ from millprint.predict.search import Trainer
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.
-EXPLAINED = {"linear": False, "gpr": False, "rf": True, "svr": False, "xgb": True, "extra_trees": True}
+EXPLAINED = {name: name in ("rf", "xgb", "extra_trees") for name in REGRESSORS}
 EVERY_MODEL = models_of(list(REGRESSORS))
 
 
@@ -38,7 +39,7 @@ def trained(name: str, strategy: str):
 
 
 def test_registry_and_configuration_hold_the_same_regressors():
-    assert set(REGRESSORS) == {"linear", *TUNED} == set(EXPLAINED)
+    assert set(REGRESSORS) == {"linear", *TUNED, *UNTUNED}
     assert {name: record.space for name, record in REGRESSORS.items() if record.space} == {
         name: field.annotation for name, field in Spaces.model_fields.items()
     }
@@ -62,7 +63,7 @@ def test_a_second_training_and_the_stored_model_predict_the_same(tmp_path, name,
     loaded = load_model(str(tmp_path / "0.json"))
     np.testing.assert_allclose(loaded.predict(test), model.predict(test), rtol=1e-9)
     np.testing.assert_allclose(loaded.deviation(test), model.deviation(test), rtol=1e-6)
-    assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None) == (name == "gpr")
+    assert np.isfinite(model.deviation(test)).all() == (model.distribution is not None) == name.startswith("gpr")
     tuned = sum(search["evaluations"] for search in stored_search(str(tmp_path / "0.json")) if search)
     assert tuned == Trainer(config.training, config.search).evaluations(name, strategy)
 
@@ -102,6 +103,24 @@ def test_alternatives_that_bear_on_a_regressor_are_compared(name):
     train, test = parts()
     table = compare_choices(trained(name, "primary")[0], train, test, test, settings().training)
     assert set(table["choice"]) == {"as taken", *regressor(name).choices}
+
+
+def test_several_starts_reach_the_largest_marginal_likelihood_of_any_of_them():
+    rows, _ = parts()
+    training = settings().training
+    inputs, target = rows[["bpr", "molar_ratio", "time_h"]].to_numpy(float), rows["yield_percent"].to_numpy(float)
+    inputs = (inputs - inputs.mean(axis=0)) / inputs.std(axis=0)
+    many = gaussian_process_of_starts(3, training)
+    assert len(many.starts) == training.kernel_starts
+    alone = (fit_quietly(ManyStarts(many.kernel, [start]), inputs, target) for start in many.starts)
+    single = [process.log_marginal_likelihood_value_ for process in alone]
+    fit_quietly(many, inputs, target)
+    assert many.log_marginal_likelihood_value_ == pytest.approx(max(single), rel=1e-9)
+    # The starts matter here: they end at different maxima.
+    assert max(single) - min(single) > 0.5
+    low, high = (np.array([bounds[end] for bounds in vars(training.spaces.gpr).values()]) for end in (0, 1))
+    for start in np.exp(many.starts):
+        assert (low <= start[[0, 1, -1]]).all() and (start[[0, 1, -1]] <= high).all()
 
 
 def test_an_unknown_regressor_raises_wherever_one_is_named(tmp_path):
@@ -153,6 +172,6 @@ def test_a_bad_list_of_models_is_refused_in_one_line(models, reason):
 
 
 def test_the_default_is_table_5_6_and_others_are_added():
-    assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == list(TABLE_5_6)
+    assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == [*TABLE_5_6, "gpr_starts"]
     extended = check_model(thesis_yields() | {"models": list(REGRESSORS)}, YieldConfig, "config.yaml")
     assert models_of(extended.models)[: len(MODELS)] == MODELS

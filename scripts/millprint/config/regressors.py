@@ -128,13 +128,15 @@ class Evaluations(Section):
 
 
 TUNED = tuple(Spaces.model_fields)
+# Without hyper-parameters to search, and of one step or two.
+UNTUNED = ("gpr_starts",)
 # The stem of the file of a stored model.
-STORED_MODEL = rf"^(linear_primary|({'|'.join(TUNED)})_(primary|two_step)|averaged_gpr_(primary|final))$"
+STORED_MODEL = rf"^(linear_primary|({'|'.join((*TUNED, *UNTUNED))})_(primary|two_step)|averaged_gpr_(primary|final))$"
 
 
 def _complete_list(names: list[str]) -> list[str]:
     """Raise ValueError for an unknown regressor, one listed twice, or a missing one of Table 5.6."""
-    known = ("linear", *TUNED)
+    known = ("linear", *TUNED, *UNTUNED)
     for name in names:
         if name not in known:
             raise ValueError(f"{name!r}: no such regressor; known: {', '.join(known)}")

@@ -83,6 +83,8 @@ class TrainingConfig(Section):
     """weight of an error above high_yield_percent [-]"""
     seed: Seed = 42
     """of the folds, the search and the trees"""
+    kernel_starts: Annotated[int, Field(ge=1, le=1000)] = 8
+    """starts of the regressor gpr_starts, drawn within spaces.gpr [-]"""
     spaces: Spaces = Spaces()
     choices: Choices = Choices()
 

@@ -11,6 +11,7 @@ from millprint.predict.scores import CRPS, LOG_SCORE
 
 BOTH = {LEFT_OUT: "leave-one-out", NESTED: "repeated k-fold"}
 # The averaged model and the best of the thesis.
+STARTS = "gpr_starts"
 PAIR = (AVERAGED, PRIMARY), ("gpr", TWO_STEP)
 
 
@@ -49,6 +50,29 @@ def _told_apart(differences: pd.DataFrame) -> str:
     }[apart[0], apart[1]]
     two, averaged = _title("gpr", TWO_STEP), _title(AVERAGED, PRIMARY)
     return f"The {two} and the {averaged} {verdict} (R2 of the first minus that of the second: {values})."
+
+
+def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str | None:
+    """What the search for a start costs the process of the thesis; None without the model of several starts."""
+    if STARTS not in set(honest["model"]):
+        return None
+    parts = []
+    for scheme, title in BOTH.items():
+        searched, several = (
+            _one(honest, model=name, strategy=TWO_STEP, scheme=scheme, metric="r2") for name in ("gpr", STARTS)
+        )
+        against = _one(differences, model=STARTS, strategy=TWO_STEP, scheme=scheme, metric="r2")
+        apart = "can" if against["told_apart"] == "yes" else "cannot"
+        parts.append(
+            f"{title}: R2 {searched['value']:.3f} with the searched start, {several['value']:.3f} +- "
+            f"{several['error']:.3f} with the start of the largest marginal likelihood, which {apart} be told apart "
+            f"from the {_title(AVERAGED, PRIMARY)} ({against['difference']:+.3f} +- {against['error']:.3f}, p = "
+            f"{against['p']:.2g})"
+        )
+    return (
+        "The marginal likelihood of the thesis's process has several maxima, and a search by cross-validation in a "
+        f"fold chooses among them by few rows. {'; '.join(parts)}."
+    )
 
 
 def _others(differences: pd.DataFrame) -> str:
@@ -147,6 +171,7 @@ def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
     sentences = {
         "both schemes": _both_schemes(tables["honest"]),
         "two best models": _told_apart(tables["differences"]),
+        "starts": _starts(tables["honest"], tables["differences"]),
         "other models": _others(tables["differences"]),
         "distributions": _distributions(tables["scores"], tables["coverage"]),
         "chance": _chance(tables["permutation_test"]),
@@ -154,4 +179,5 @@ def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
         "prior": _priors(tables["libraries"]),
         "next experiments": _next_experiments(tables["search"], tables["learning"]),
     }
-    return pd.DataFrame({"about": list(sentences), "statement": list(sentences.values())})
+    said = {about: sentence for about, sentence in sentences.items() if sentence is not None}
+    return pd.DataFrame({"about": list(said), "statement": list(said.values())})
