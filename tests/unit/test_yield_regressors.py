@@ -171,7 +171,7 @@ def test_a_bad_list_of_models_is_refused_in_one_line(models, reason):
     assert reason in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_the_default_is_table_5_6_and_others_are_added():
+def test_models_beyond_table_5_6_are_added_after_it():
     assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == [*TABLE_5_6, "gpr_starts"]
     extended = check_model(thesis_yields() | {"models": list(REGRESSORS)}, YieldConfig, "config.yaml")
     assert models_of(extended.models)[: len(MODELS)] == MODELS
