@@ -102,6 +102,9 @@ class ManyStarts(QuickProcess):
     rows held back.
     """
 
+    kernel: Any
+    optimizer: Any
+
     def __init__(self, kernel: Any = None, starts: Any = (), *, optimizer: Any = "fmin_l_bfgs_b") -> None:
         super().__init__(kernel, optimizer=optimizer)
         self.starts = starts
@@ -132,7 +135,7 @@ def gaussian_process_of_starts(columns: int, training: TrainingConfig) -> ManySt
     starts = []
     for _ in range(training.kernel_starts):
         constant, length, noise = (
-            generator.uniform(*bounds) for bounds in (space.constant, space.length_scale, space.noise)
+            generator.uniform(low, high) for low, high in (space.constant, space.length_scale, space.noise)
         )
         starts.append(np.log([constant, *[length] * lengths, noise]))
     return ManyStarts(kernel, starts)
