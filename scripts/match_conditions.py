@@ -6,6 +6,11 @@
 Give a fingerprint for each powder or mill that you could use. The target is given as energies per collision [J] and
 collisions of one ball [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALLS FILL). Balls are a
 diameter [mm] or the name of a charge of several sizes that was simulated; between two charges nothing is calculated.
+A milling card can be the target: settings of a mill that was run, given by its name or its fingerprint, with what is
+lost, the time for the same dose, or that there are none:
+
+    python scripts/match_conditions.py --from card.json --to planetary
+
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
 precedence over it.
 
@@ -21,6 +26,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from millprint.card.match import NEAR, Wanted, find_fingerprint, match_card, verdict
+from millprint.card.read import read_card
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.fingerprint import MatchConfig
 from millprint.config.load import check_model, read_yaml
@@ -47,6 +54,9 @@ SHOWN = {
     "outside": "outside the simulations",
 }
 FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(("En %", "Et %", "f %"), "{:+.1f}".format)
+# Further columns of a ranking against a card.
+DOSES = {"powder_mass_g": "powder/g", "rate_W_g": "W/g", "milling_h": "h for the dose"}
+FORMATS |= {"powder/g": "{:.3g}".format, "W/g": "{:.3g}".format, "h for the dose": "{:.3g}".format}
 SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ball_hz": "f"}
 
 
@@ -80,7 +90,7 @@ def shown(rows: pd.DataFrame) -> pd.DataFrame:
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("fingerprints", nargs="+", type=Path, help="JSON files of the powders or mills to use")
+    parser.add_argument("fingerprints", nargs="*", type=Path, help="JSON files of the powders or mills to use")
     parser.add_argument("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
     parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
     parser.add_argument("--frequency", type=float, metavar="HZ", help="target: collisions of one ball [1/s]")
@@ -92,8 +102,22 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
     parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
     parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
+    parser.add_argument("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
+    parser.add_argument("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
+    parser.add_argument("--results", default="results", metavar="FOLDER", help="where the mill of --to was run")
+    parser.add_argument(
+        "--near", type=float, default=100 * NEAR, metavar="PERCENT", help="with --from: what comes near"
+    )
     parser.add_argument("--out", type=Path, help="TSV file for the whole table")
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if (options.card is None) != (options.to is None):
+        parser.error("--from CARD and --to MILL belong together")
+    if options.card is None and not options.fingerprints:
+        parser.error("give fingerprints, or --from CARD --to MILL")
+    others = ("fingerprints", "request", "energies", "frequency", "like")
+    if options.card and (given := [name for name in others if getattr(options, name)]):
+        parser.error(f"--from CARD: is a target of its own; leave out {', '.join(given)}")
+    return options
 
 
 def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchConfig:
@@ -123,9 +147,40 @@ def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchCon
     return check_model(content, MatchConfig, str(options.request or "command line"))
 
 
+def match_from_card(options: argparse.Namespace) -> None:
+    """Rank the settings of a mill by how near they come to a card; print them with what is lost."""
+    if options.near <= 0:
+        raise ConfigError(f"--near {options.near:g}: must be above 0")
+    card, fingerprint = read_card(options.card), Fingerprint.read(find_fingerprint(options.to, options.results))
+    balls = [choice if choice in fingerprint.charges else _diameter(choice) for choice in options.balls or []]
+    wanted = Wanted(options.speeds, options.fills, balls or None, options.densities, options.ranked or 10)
+    table = match_card(card, fingerprint, wanted)
+    if options.out:
+        write_table(table, options.out)
+    if len(table):
+        own = shown(table).assign(
+            **{name: table[column] for column, name in DOSES.items() if table[column].notna().all()}
+        )
+        print(own.to_string(index=False, formatters=FORMATS))
+    for line in verdict(card, fingerprint, table, options.near / 100):
+        print(line)
+
+
+def _diameter(text: str) -> float:
+    """A ball diameter [mm] of the command line. Raises ConfigError for a text that is none."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ConfigError(f"--balls {text}: must be a ball diameter [mm] or the name of a simulated charge") from None
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Rank the conditions, print them and, with --out, write them."""
     options = parse(arguments)
+    if options.card:
+        with stop_on_bad_input():
+            match_from_card(options)
+        return
     with stop_on_bad_input():
         fingerprints = [Fingerprint.read(path) for path in options.fingerprints]
         ranges = [fingerprint.fill_range for fingerprint in fingerprints]

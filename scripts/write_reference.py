@@ -1,17 +1,23 @@
-"""Writes the schemas, config/keys.md (every key) and workflow/descriptors.md (every column): `make reference`."""
+"""Writes schemas, config/keys.md (keys), workflow/descriptors.md (columns), workflow/card.md: `make reference`."""
 
 from pathlib import Path
 
+from millprint.card.document import card_schema_text, explain_card
 from millprint.config.document import MODELS, reference_text, schema_text
 from millprint.files import whole_file
 from millprint.fingerprint.columns import explain_columns
 
 ROOT = Path(__file__).parent.parent
-PAGES = {"config/keys.md": reference_text, "workflow/descriptors.md": explain_columns}
+PAGES = {
+    "config/keys.md": reference_text,
+    "workflow/descriptors.md": explain_columns,
+    "workflow/card.md": explain_card,
+    "workflow/schemas/card.schema.json": card_schema_text,
+}
 
 
 def main() -> None:
-    """Write every schema and both pages."""
+    """Write every schema and every page."""
     for name in MODELS:
         with whole_file(ROOT / "workflow" / "schemas" / f"{name}.schema.json") as partial:
             partial.write_text(schema_text(name))

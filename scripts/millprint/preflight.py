@@ -8,7 +8,10 @@ import numpy as np
 import pandas as pd
 
 from millprint.calibration.preflight import calibration_faults
+from millprint.card.cases import own_cases
+from millprint.card.inputs import check_material
 from millprint.claims.elsewhere import read_stored
+from millprint.config.checks import card_experiments
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture
@@ -37,7 +40,7 @@ from millprint.predict.experiments import read_experiments
 from millprint.predict.other_sources import check_folds, read_other_runs, with_other_runs
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables, read_parts, read_rows
-from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
+from millprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
 from millprint.validation.inputs import read_other_codes
@@ -62,7 +65,9 @@ def check_before_running(
         read_other_codes(config.validation.other_codes)
     bodies = checked_bodies(mills)
     swept = own_sweeps(config, mills)
-    speeds = with_paces(speed_settings(config, mills, swept, cases, source), bodies)
+    carded = card_cases(config, mills, contacts)
+    settings = [*speed_settings(config, mills, swept, cases, source), *(speed for speed, _ in carded.values())]
+    speeds = with_paces(settings, bodies)
     check_speeds(speeds)
     groups = [(place_of_sweep(config, name, source), own) for name, own in swept.items()]
     groups.append((f"{source}: sweeps", list(cases.values())))
@@ -72,6 +77,7 @@ def check_before_running(
         if isinstance(setup, TumblingConfig):
             measured[name] = tumbling_cases(setup, mills)
     groups += [(f"{source}: validation.{name}", own) for name, own in measured.items()]
+    groups += [(place, own) for place, (_, own) in carded.items()]
     for place, group in groups:
         for name, diameter in sorted({(case.mill, size) for case in group for size in case.sizes_mm}):
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
@@ -106,6 +112,22 @@ def check_before_running(
     if faults:
         raise ConfigError("\n".join(faults))
     return speed_warnings(speeds)
+
+
+def card_cases(
+    config: WorkflowConfig, mills: dict[str, MillConfig], contacts: dict[str, ContactConfig]
+) -> dict[str, tuple[SpeedSetting, list[Case]]]:
+    """The cases of every experiment of the milling cards with its speed, by file and name; checks its material."""
+    found = {}
+    for experiment in card_experiments(config):
+        place, mill = f"{config.cards.experiments}: {experiment.name}", mills[experiment.mill]
+        own = own_cases(experiment, mill, config.mills, place)
+        key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
+        found[place] = SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm), own
+        contact = overridden(own[0], mill, contacts[own[0].contact])[1]
+        materials = config.dose.wear.materials
+        check_material(experiment, contact.density_kg_m3, read_materials(materials), place, materials)
+    return found
 
 
 def own_sweeps(config: WorkflowConfig, mills: dict[str, MillConfig]) -> dict[str, list[Case]]:

@@ -3,11 +3,13 @@
 import re
 from typing import NamedTuple
 
+from millprint.card.cases import cases_of
+from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of, resources_together
 from millprint.dem.seeds import seeds_together
-from millprint.fingerprint.cases import enlarged, large_case, mapped_cases, mill_cases
+from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 
 MILL = f"{RESULTS}/mills/{{mill}}"
@@ -25,6 +27,10 @@ SWEPT_MILLS = list(
 SCALE_UP_CASES = {}
 # The simulations of the measured set-ups, by set-up and path.
 SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}
+
+with stop_on_bad_input():
+    # The experiments of the milling cards, by name.
+    CARD_EXPERIMENTS = {experiment.name: experiment for experiment in card_experiments(CONFIG)}
 
 if CONFIG.mills.scale_up is not None:
     # The large mill is a mill like any other, but it is calculated from the small one and has no file.
@@ -77,6 +83,16 @@ def sweep_of_mill(name: str):
 def cases_of_mill(name: str) -> dict:
     """The cases of a mill's own sweep, by their path."""
     return {case.path: case for case in mill_cases(sweep_of_mill(name), CONFIG.mills)}
+
+
+def cases_of_card(name: str) -> list:
+    """The cases of an experiment: of the sweeps of the configuration, of its mill's own sweep, or its own."""
+    experiment, groups = CARD_EXPERIMENTS[name], [described_cases(CONFIG, CASES).values()]
+    mill = MILLS[experiment.mill]
+    if mill.sweep:
+        groups.append(cases_of_mill(mill.name).values())
+    with stop_on_bad_input():
+        return cases_of(experiment, mill, CONFIG.mills, groups, CONFIG.cards.experiments)
 
 
 def study_of(name: str) -> list:
@@ -149,7 +165,7 @@ def case_at(wildcards):
     """The case of a folder in results/dem. An unknown case ends the program with one line."""
     path = f"{wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     # If a sweep of the configuration has the same case, its settings apply.
-    for known in (CASES, SCALE_UP_CASES, *SETUP_CASES.values()):
+    for known in (CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES):
         if path in known:
             return known[path]
     own = cases_of_mill(wildcards.mill) if wildcards.mill in SWEPT_MILLS else {}
@@ -179,7 +195,7 @@ def known_cases() -> list[dict]:
     own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
     # In the order in which `case_at` looks for a case.
-    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), *swept]
+    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *swept]
 
 
 def log_of(case) -> str:
@@ -203,6 +219,9 @@ def seeds_of(wildcards) -> Condition:
     contact, own = CONTACTS[cases[0].contact], resources_together([estimate(case) for case in cases])
     return Condition(cases, mill_named(cases[0].mill), contact, own)
 
+
+# The simulations of the milling cards, by path.
+CARD_CASES = {case.path: case for name in CARD_EXPERIMENTS for case in cases_of_card(name)}
 
 with stop_on_bad_input():
     KNOWN_CASES = known_cases()

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from millprint.config.calibration import ExperimentConfig
+from millprint.config.card import Experiment, read_experiments
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, check_names_differ, load_named
 from millprint.config.mill import MillConfig
@@ -82,15 +83,22 @@ def _mill_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.mills or []]
     tracked = [name for test in _experiments(config) for name in (test.mill, test.track_mill)]
     read = [*config.uncertainty.mills, *config.dose.wear.mills, *config.dose.heat.mills]
-    further = [*config.mills.named, *config.validation.mills, *read]
+    carded = [*(each.mill for each in card_experiments(config)), *config.cards.match]
+    further = [*config.mills.named, *config.validation.mills, *read, *carded]
     return list(dict.fromkeys([config.mill, *named, *filter(None, tracked), *further]))
 
 
 def _contact_names(config: WorkflowConfig) -> list[str]:
     named = [name for sweep in config.sweeps for name in sweep.contacts]
     tracked = [test.contact for test in _experiments(config)]
-    own = [config.mills.contact_set, *config.validation.contacts]
+    carded = [each.contact for each in card_experiments(config) if each.contact]
+    own = [config.mills.contact_set, *config.validation.contacts, *carded]
     return list(dict.fromkeys([*config.contacts, *named, *tracked, *own]))
+
+
+def card_experiments(config: WorkflowConfig) -> list[Experiment]:
+    """The experiments of the run's milling cards. Raises ConfigError as `read_experiments`."""
+    return read_experiments(config.cards.experiments) if config.cards.experiments else []
 
 
 def _experiments(config: WorkflowConfig) -> list[ExperimentConfig]:

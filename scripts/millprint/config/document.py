@@ -8,6 +8,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from millprint.config.bench import BenchConfig
+from millprint.config.card import Experiment
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models
@@ -18,12 +19,14 @@ MODELS: dict[str, type[BaseModel]] = {
     "mill": MillConfig,
     "contact": ContactConfig,
     "bench": BenchConfig,
+    "experiment": Experiment,
 }
 FILES = {
     "config": "config/config.yaml, config/smoke.yaml and your own",
     "mill": "config/mills/NAME.yaml",
     "contact": "config/contacts/NAME.yaml",
     "bench": "config/bench.yaml",
+    "experiment": "card.yaml, of scripts/write_card.py; in a table of experiments each key is a column",
 }
 
 HEAD = """# Every key
@@ -42,18 +45,18 @@ SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "max
 
 def schema_text(name: str) -> str:
     """The JSON schema of a model, as stored in workflow/schemas."""
-    return json.dumps(_descriptions_on_a_line(MODELS[name].model_json_schema(by_alias=True)), indent=1) + "\n"
+    return json.dumps(descriptions_on_a_line(MODELS[name].model_json_schema(by_alias=True)), indent=1) + "\n"
 
 
-def _descriptions_on_a_line(schema: Any) -> Any:
+def descriptions_on_a_line(schema: Any) -> Any:
     """A JSON schema in which a description that fills several lines of a docstring fills one."""
     if isinstance(schema, list):
-        return [_descriptions_on_a_line(item) for item in schema]
+        return [descriptions_on_a_line(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    plain = {key: _descriptions_on_a_line(value) for key, value in schema.items()}
+    plain = {key: descriptions_on_a_line(value) for key, value in schema.items()}
     if isinstance(plain.get("description"), str):
-        plain["description"] = _on_a_line(plain["description"])
+        plain["description"] = on_a_line(plain["description"])
     return plain
 
 
@@ -63,7 +66,7 @@ def reference_text() -> str:
     for name, model in MODELS.items():
         lines += [f"## {FILES[name]}", ""]
         for title, section in sections(model):
-            lines += [f"### `{title}`" if title else "### top level", "", _on_a_line(section.__doc__), ""]
+            lines += [f"### `{title}`" if title else "### top level", "", on_a_line(section.__doc__), ""]
             lines += ["| key | meaning | bounds | default |", "|---|---|---|---|"]
             keys = section.model_json_schema()["properties"]
             lines += [_row(key, field, keys[field.alias or key]) for key, field in section.model_fields.items()]
@@ -71,7 +74,7 @@ def reference_text() -> str:
     return "\n".join(lines)
 
 
-def _on_a_line(text: str | None) -> str:
+def on_a_line(text: str | None) -> str:
     return " ".join((text or "").split())
 
 
@@ -88,7 +91,7 @@ def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[Ba
 
 def _row(key: str, field: FieldInfo, schema: dict) -> str:
     default = "required" if field.is_required() else _default(field)
-    meaning = (_on_a_line(field.description) or "a section of its own").replace("|", "\\|")
+    meaning = (on_a_line(field.description) or "a section of its own").replace("|", "\\|")
     return f"| `{key}` | {meaning} | {_bounds(schema)} | {default} |"
 
 

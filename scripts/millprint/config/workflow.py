@@ -5,6 +5,7 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from millprint.config.calibration import CalibrationConfig
+from millprint.config.card import CardsConfig
 from millprint.config.claims import ClaimsConfig
 from millprint.config.doe import DoeConfig
 from millprint.config.dose import DoseConfig
@@ -99,6 +100,8 @@ class WorkflowConfig(Section):
     """what the powder has been through: energy spectra, wear of the balls, heat"""
     surrogate: SurrogateConfig | None = None
     """chapter 6; for the chapters of the thesis"""
+    cards: CardsConfig = CardsConfig()
+    """milling cards of a table of experiments"""
     claims: ClaimsConfig = ClaimsConfig()
 
     @field_validator("mills")

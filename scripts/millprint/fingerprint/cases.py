@@ -108,20 +108,26 @@ def settings_of(sweep: MillSweepConfig) -> list[tuple[float | BallMixture, float
     return [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
 
 
+def durations_of(speed_rpm: float, discard_turns: float | None, window_turns: float | None) -> dict[str, float]:
+    """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given."""
+    turn_s = 60 / speed_rpm
+    discard = discard_turns or math.ceil(DISCARD_S / turn_s)
+    window = window_turns or max(FEWEST_TURNS, math.ceil(WINDOW_S / turn_s))
+    return {"discard_s": discard * turn_s, "window_s": window * turn_s}
+
+
 def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """The cases of a mill's sweep, ball size and speed by fill ratio and seed; raises ConfigError as `sweep_of`."""
     sweep = sweep_of(mill)
     cases = []
     for size, speed in settings_of(sweep):
-        turn_s = 60 / speed
-        discard = sweep.discard_turns or math.ceil(DISCARD_S / turn_s)
-        window = sweep.window_turns or max(FEWEST_TURNS, math.ceil(WINDOW_S / turn_s))
+        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns)
         for fill, seed in product(sweep.fill_ratios, sweep.seeds):
             cases.append(
                 Case(
                     mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
                     speed_rpm=speed, seed=seed, rayleigh_fraction=settings.rayleigh_fraction,
-                    settle_s=settings.settle_s, discard_s=discard * turn_s, window_s=window * turn_s,
+                    settle_s=settings.settle_s, **durations,
                 )
             )  # fmt: skip
     return cases

@@ -200,7 +200,7 @@ def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint]) ->
     return {name: band.value for name, band in _of_another_mill(target.like, fingerprints)[0].items()}
 
 
-def _with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
+def with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
     """A ranking with columns NAME_ratio of the found descriptors over the target's, and their intervals.
 
     By the scatter, and by each further origin that both know (`ratio_of`); empty where one of the two does not.
@@ -241,7 +241,7 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
         table = rank_conditions(values, fingerprints, request)
         table.insert(0, "target", target.name)
         alike = all(each.about["probability"] == probability for each in fingerprints)
-        tables.append(_with_ratios(table, bands) if alike else table)
+        tables.append(with_ratios(table, bands) if alike else table)
     return pd.concat(tables, ignore_index=True)
 
 

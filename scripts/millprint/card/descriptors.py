@@ -1,0 +1,73 @@
+"""The descriptors of one condition with their intervals: by scatter, by contact parameters, by the shape of the jar."""
+
+import math
+
+import pandas as pd
+
+from millprint.card.inputs import CardSettings, Runs
+from millprint.card.model import Descriptors, Ends, Quantity
+from millprint.card.scatter import read_window, spread
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.model import Fingerprint
+
+SHARE = "tangential_share"
+# The curve of a fingerprint whose factors are those of a descriptor; the share rises with the ratio Pt / Pn.
+CURVE_OF = {
+    "normal_energy_J": "En",
+    "tangential_energy_J": "Et",
+    "frequency_per_ball_hz": "f",
+    "normal_power_W": "Pn",
+    "tangential_power_W": "Pt",
+    "power_W": "P",
+}
+UNITS = {name: name.rpartition("_")[2] for name in CURVE_OF} | {"frequency_per_ball_hz": "1/s", SHARE: "-"}
+
+
+def describe_runs(
+    runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
+) -> tuple[Descriptors, dict[str, str]]:
+    """The descriptors with their intervals, and why an interval is not known."""
+    rule = settings.counting_rule
+    each = [_values(tabulate_descriptors([summary], rule)) for summary in runs.summaries]
+    table = tabulate_descriptors(runs.summaries, rule)
+    value = _values(table)
+    windows = [read_window(*run, rule) for run in zip(runs.summaries, runs.paths, strict=True)]
+    widths = spread(windows, each, settings.interval)
+    missing = {} if widths else {"scatter": "one simulation of fewer than two turns"}
+    fill = float(table["fill_ratio"].iloc[0])
+    factors = {}
+    for origin in FURTHER:
+        if fingerprint is None:
+            missing[origin] = "not analysed"
+        elif reason := fingerprint.missing(fill).get(origin):
+            missing[origin] = reason
+        else:
+            factors[origin] = fingerprint.further[origin].at(table["fill_ratio"].to_numpy())
+    found = {}
+    for name, own in value.items():
+        further = {}
+        for origin, ends in factors.items():
+            if name in CURVE_OF:
+                low, high = own * ends[CURVE_OF[name]][:, 0]
+            else:
+                low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
+            further[origin] = Ends(lower=float(low), upper=float(high))
+        half = widths.get(name)
+        scatter = None if half is None else _around(own, half, name)
+        found[name] = Quantity(value=own, unit=UNITS[name], scatter=scatter, **further)
+    return Descriptors(**found), missing
+
+
+def _around(value: float, half: float, name: str) -> Ends:
+    """Ends from half the width of the logarithm's interval; no share is over 1."""
+    factor = math.exp(half)
+    return Ends(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE else value * factor)
+
+
+def _values(table: pd.DataFrame) -> dict[str, float]:
+    """The descriptors of the one condition of a table."""
+    row = table.iloc[0]
+    power = row["normal_power_W"] + row["tangential_power_W"]
+    own = {"power_W": power, SHARE: row["tangential_power_W"] / power}
+    return {name: float(own.get(name, row.get(name))) for name in UNITS}

@@ -1,0 +1,142 @@
+"""A card for a paper: a table in LaTeX, and what to cite in BibTeX."""
+
+import re
+from pathlib import Path
+
+import yaml
+
+from millprint.card.methods import charge_in_words, programme_in_words
+from millprint.card.model import Ends, MillingCard, Quantity
+from millprint.card.numbers import between, plain, prefix_of, three
+from millprint.card.software import citation
+from millprint.fingerprint.columns import DESCRIPTORS
+
+REFERENCES = Path(__file__).with_name("references.yaml")
+SPECIAL = {
+    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "%": r"\%", "_": r"\_",
+    "^": r"\textasciicircum{}", "~": r"\textasciitilde{}", "<": r"\textless{}", ">": r"\textgreater{}",
+}  # fmt: skip
+# Letters that pdflatex has no sign for in text.
+MATHS = {"µ": r"\textmu{}", "°": r"\textdegree{}", "²": r"\textsuperscript{2}", "³": r"\textsuperscript{3}",
+         "±": r"\textpm{}", "×": r"\texttimes{}", "·": r"\textperiodcentered{}"}  # fmt: skip
+TITLES = {name: column.title for name, column in DESCRIPTORS.items()} | {
+    "power_W": "power", "tangential_share": "tangential share of the power",
+    "normal_kJ_g": "normal dose", "tangential_kJ_g": "tangential dose", "total_kJ_g": "dose",
+    "hits_per_g": "hits per gram", "rate_W_g": "power per mass of powder",
+}  # fmt: skip
+
+
+def escape(text: str) -> str:
+    """A text for LaTeX: every sign with a meaning of its own is printed as it is."""
+    return "".join(SPECIAL.get(letter, MATHS.get(letter, letter)) for letter in " ".join(text.split()))
+
+
+def _unit(unit: str) -> str:
+    """A unit in LaTeX."""
+    text = {"-": "--", "1/s": r"s\textsuperscript{-1}", "1/g": r"g\textsuperscript{-1}"}.get(unit)
+    if text is not None:
+        return text
+    return escape(unit)
+
+
+def _row(title: str, quantity: Quantity) -> str:
+    factor, unit = prefix_of(quantity.value, quantity.unit)
+
+    def cell(ends: Ends | None) -> str:
+        return "--" if ends is None else between(ends, factor)
+
+    cells = (cell(quantity.scatter), cell(quantity.contact))
+    return f"{escape(title)} & {_tex_number(three(factor * quantity.value))} & {_unit(unit)} & " + " & ".join(
+        map(_tex_number, cells)
+    )
+
+
+def _tex_number(text: str) -> str:
+    """Numbers with an exponent as people print them: 1.2e+07 is 1.2 x 10^7."""
+    return re.sub(r"([\d.]+)e([+-]\d+)", lambda m: rf"${m[1]} \times 10^{{{int(m[2])}}}$", text)
+
+
+def settings_of(card: MillingCard) -> list[tuple[str, str]]:
+    """What was set, as titles and texts: the head of the table and of the page."""
+    jar = [f"{card.jar.volume_ml:g} mL", card.jar.material, card.jar.shape.replace("_", " ")]
+    material = f", {card.balls.material.replace('_', ' ')}" if card.balls.material else ""
+    rows = [
+        ("mill", card.machine.title),
+        ("speed", f"{card.machine.speed_rpm:g} rpm"),
+        ("jar", ", ".join(filter(None, jar))),
+        ("balls", f"{charge_in_words(card.balls)}, {plain(card.balls.mass_g)} g{material}"),
+        ("fill ratio", plain(card.balls.fill_ratio)),
+    ]
+    if card.powder:
+        ratio = plain(card.powder.ball_to_powder_ratio)
+        rows += [("powder", f"{card.powder.name}, {plain(card.powder.mass_g)} g (ball-to-powder ratio {ratio})")]
+    if card.programme:
+        rows += [("programme", programme_in_words(card.programme))]
+    return [*rows, ("contact set", card.contact_set.name)]
+
+
+def latex_table(card: MillingCard) -> str:
+    """The card as a table environment; it needs the package booktabs."""
+    lines = [
+        "% Needs \\usepackage{booktabs} and \\usepackage{textcomp}.",
+        r"\begin{table}",
+        rf"\caption{{{escape(card.title)}: what was set, and the mechanical fingerprint with its intervals by the "
+        rf"scatter of the simulation ({100 * card.fingerprint.probability:g}\,\%) and by contact parameters.}}",
+        rf"\label{{tab:{card.name.replace('_', '-')}}}",
+        r"\begin{tabular}{lllll}",
+        r"\toprule",
+    ]
+    for title, text in settings_of(card):
+        lines.append(rf"{escape(title)} & \multicolumn{{4}}{{p{{0.62\linewidth}}}}{{{escape(text)}}} \\")
+    lines += [r"\midrule", r"quantity & value & unit & scatter & contact parameters \\", r"\midrule"]
+    lines += [rf"{_row(TITLES[name], own)} \\" for name, own in vars(card.fingerprint.descriptors).items()]
+    if card.dose:
+        lines.append(r"\midrule")
+        lines += [rf"{_row(TITLES[name], own)} \\" for name, own in vars(card.dose).items()]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""])
+
+
+def _entry(key: str, kind: str, fields: dict[str, str]) -> str:
+    inner = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items() if value)
+    return f"@{kind}{{{key},\n{inner}\n}}\n"
+
+
+def bibtex(card: MillingCard) -> str:
+    """What to cite: the software, the contact law, what further parts rest on, the sources of mill and contact set.
+
+    The reference of the experiment stands as it is where it is BibTeX, and as a note otherwise.
+    """
+    own = citation()
+    note = f"commit {card.software.commit}" if card.software.commit not in ("", "unknown") else ""
+    entries = [
+        _entry(
+            escape(card.software.name), "software",
+            {
+                "title": f"{{{escape(card.software.name)}}}: the mechanical fingerprint of a ball mill",
+                "author": f"{{{escape(own['authors'])}}}", "version": escape(card.software.version),
+                "note": escape(note),
+            },
+        )
+    ]  # fmt: skip
+    known = yaml.safe_load(REFERENCES.read_text())
+    groups = ["always"]
+    groups += [name for name in ("heat", "wear") if getattr(card, name)]
+    if any(re.search(r"\bthesis\b", text, re.IGNORECASE) for text in (card.machine.source, card.contact_set.source)):
+        groups.append("thesis")
+    for group in groups:
+        for key, fields in known[group].items():
+            values = {name: str(value) for name, value in fields.items() if name != "type"}
+            entries.append(_entry(key, fields["type"], values))
+    sources = (
+        (f"mill:{card.machine.name}", f"Mill {card.machine.title}", card.machine.source),
+        (f"contact:{card.contact_set.name}", f"Contact parameters {card.contact_set.name}", card.contact_set.source),
+    )
+    for key, title, source in sources:
+        if source:
+            entries.append(_entry(key.replace("_", "-"), "misc", {"title": escape(title), "note": escape(source)}))
+    if card.reference.lstrip().startswith("@"):
+        entries.append(card.reference.strip() + "\n")
+    elif card.reference:
+        fields = {"author": escape(card.authors), "title": escape(card.title), "note": escape(card.reference)}
+        entries.append(_entry(f"experiment:{card.name}".replace("_", "-"), "misc", fields))
+    return "\n".join(entries)

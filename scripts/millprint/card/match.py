@@ -1,0 +1,169 @@
+"""Reads a card back: which settings of another mill come nearest to it, what is lost, and how long they take."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.card.model import MillingCard, Quantity
+from millprint.config.checks import MILL_FOLDER
+from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig, TargetConfig
+from millprint.config.mixture import ONE_SIZE, balls_in_words
+from millprint.config.sources import WORKING_FOLDER, Sources
+from millprint.errors import ConfigError
+from millprint.fingerprint.bands import FURTHER, Band, Interval
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import SHARED_CONTACT, rank_conditions, with_ratios
+
+# Settings come near a card if its descriptors are met to this on average (root mean square of logarithms).
+NEAR = 0.25
+# What is added to a ranking: powder and dose at the card's ball-to-powder ratio.
+DOSE_COLUMNS = ("powder_mass_g", "rate_W_g", "rate_ratio", "milling_h")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a user can set on the other mill; None: all that was simulated."""
+
+    speeds_rpm: list[float] | None = None
+    fill_ratios: list[float] | None = None
+    balls: list[float | str] | None = None
+    densities_kg_m3: list[float] | None = None
+    ranked: int = 10
+
+
+def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
+    """The fingerprint of a mill that was run, given by its file or its name; that with all intervals first.
+
+    Raises ConfigError, in one line, for an unknown mill, and for one that was not run, with the command that runs it.
+    """
+    if mill.endswith(".json"):
+        return Path(mill)
+    places = [Path(results) / folder / mill / "fingerprint.json" for folder in ("uncertainty", "mills")]
+    places += sorted((Path(results) / "fingerprint").glob("fingerprint_*.json"))
+    for path in places:
+        if path.is_file() and (path.parent.name == mill or Fingerprint.read(path).about["mill"] == mill):
+            return path
+    if not Path(sources.find(f"{MILL_FOLDER}/{mill}.yaml")).is_file():
+        raise ConfigError(f"--to {mill}: unknown mill; known: {', '.join(sources.names(MILL_FOLDER))}")
+    raise ConfigError(
+        f"--to {mill}: this mill was not run: {places[1]} is missing; "
+        f"`snakemake --cores 2 fingerprint --config mill={mill}` writes it"
+    )
+
+
+def band_of(quantity: Quantity) -> Band:
+    """A quantity of a card as a band; without an interval by scatter it has no width."""
+    scatter = quantity.scatter
+    further = {origin: Interval(given.lower, given.upper) for origin in FURTHER if (given := getattr(quantity, origin))}
+    lower, upper = (scatter.lower, scatter.upper) if scatter else (quantity.value, quantity.value)
+    return Band(quantity.value, lower, upper, **further)
+
+
+def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = Wanted()) -> pd.DataFrame:
+    """The settings of a mill nearest to a card, as `rank_conditions`, with ratios to it and DOSE_COLUMNS.
+
+    powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over that of the card;
+    milling_h: time for the card's dose. Empty where the card tells of no powder or programme.
+    Raises ConfigError, in one line, for collisions that are counted by another gap, and as `rank_conditions`.
+    """
+    about, gap = fingerprint.about, card.fingerprint.collision_gap_s
+    if not math.isclose(gap, about["collision_gap_s"], rel_tol=1e-6, abs_tol=1e-12):
+        raise ConfigError(
+            f"card {card.name}: collisions are counted with a gap of {gap:g} s, those of {about['mill']}/"
+            f"{about['contact']} with {about['collision_gap_s']:g} s; use one rule for both"
+        )
+    bands = {name: band_of(getattr(card.fingerprint.descriptors, name)) for name in TARGET_DESCRIPTORS}
+    values = {name: band.value for name, band in bands.items()}
+    ranges = about["ranges"]
+    request = MatchConfig(
+        targets=[TargetConfig(name="card", **values)],
+        speeds_rpm=wanted.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
+        fill_ratios=wanted.fill_ratios or ranges["fill_ratio"],
+        ball_diameters_mm=wanted.balls or fingerprint.choices(),
+        densities_kg_m3=wanted.densities_kg_m3 or [],
+        ranked=wanted.ranked,
+    )
+    table = rank_conditions(values, [fingerprint], request)
+    table.insert(0, "target", card.name)
+    if math.isclose(card.fingerprint.probability, about["probability"]):
+        table = with_ratios(table, bands)
+    return _with_dose(table, card)
+
+
+def _with_dose(table: pd.DataFrame, card: MillingCard) -> pd.DataFrame:
+    volume_m3 = np.pi / 6 * (1e-3 * table["ball_diameter_mm"]) ** 3
+    balls_g = 1e3 * table["balls"] * table["density_kg_m3"] * volume_m3
+    found = dict.fromkeys(DOSE_COLUMNS, np.full(len(table), np.nan))
+    if card.powder is not None:
+        powder = balls_g / card.powder.ball_to_powder_ratio
+        own = card.fingerprint.descriptors.power_W.value / card.powder.mass_g
+        rate = table["power_W"] / powder
+        found |= {"powder_mass_g": powder, "rate_W_g": rate, "rate_ratio": rate / own}
+        if card.programme is not None:
+            found["milling_h"] = card.programme.milling_h * own / rate
+    return table.assign(**found)
+
+
+def is_near(row: pd.Series, near: float = NEAR) -> bool:
+    """Whether a row of a ranking comes near the card, and lies within what was simulated."""
+    return bool(np.expm1(row["distance"]) <= near and row["inside"] == "yes")
+
+
+WORDS = {
+    "normal_energy_J": "normal energy of a collision",
+    "tangential_energy_J": "tangential energy of a collision",
+    "frequency_per_ball_hz": "collisions of a ball",
+}
+
+
+def setting_in_words(row: pd.Series) -> str:
+    """A setting: "10 mm balls, fill 0.12, 420 rpm"."""
+    balls = balls_in_words(row["ball_diameter_mm"], row.get(CHARGE, ONE_SIZE))
+    return f"balls of {balls}, fill {row['fill_ratio']:.3g}, {row['speed_rpm']:.0f} rpm"
+
+
+def lost_in_words(row: pd.Series) -> str:
+    """What a setting changes against the card: each descriptor in per cent, with the factors that intervals allow."""
+    parts = []
+    for name, words in WORDS.items():
+        text = f"{words} {row[f'{name}_residual_percent']:+.0f} %"
+        if f"{name}_ratio_lower" in row:
+            text += f" (ratio {row[f'{name}_ratio_lower']:.2f} to {row[f'{name}_ratio_upper']:.2f})"
+        parts.append(text)
+    return ", ".join(parts)
+
+
+def verdict(card: MillingCard, fingerprint: Fingerprint, table: pd.DataFrame, near: float = NEAR) -> list[str]:
+    """Sentences on a ranking: the nearest setting and what is lost, or that there is none, and how long it takes."""
+    mill = fingerprint.about["mill"]
+    if table.empty:
+        return [f"{card.name}: no setting of {mill}: none of the requested fill ratios was simulated"]
+    best = table.iloc[0]
+    near_rows = [row for _, row in table.iterrows() if is_near(row, near)]
+    if not near_rows:
+        outside = f", outside the simulations: {best['outside']}" if best["inside"] == "no" else ""
+        if np.expm1(best["distance"]) <= near:
+            return [
+                f"{card.name}: no simulated setting of {mill} comes within {100 * near:g} % of the card; by the "
+                f"scaling of its curves {setting_in_words(best)}{outside} would: {lost_in_words(best)}"
+            ]
+        return [
+            f"{card.name}: no setting of {mill} comes within {100 * near:g} % of the card; the nearest "
+            f"({setting_in_words(best)}{outside}) is off by a factor of {np.exp(best['distance']):.2g}: "
+            f"{lost_in_words(best)}"
+        ]
+    best = near_rows[0]
+    lines = [f"{card.name}: on {mill}, {setting_in_words(best)}; against the card: {lost_in_words(best)}"]
+    if np.isfinite(best["milling_h"]) and card.programme:
+        lines.append(
+            f"with {best['powder_mass_g']:.3g} g of powder (ball-to-powder ratio as in the card) it gives "
+            f"{best['rate_ratio']:.2g} of the card's power per gram: {best['milling_h']:.3g} h of milling for the dose "
+            f"of {card.programme.milling_h:.3g} h"
+        )
+    if "contact" in fingerprint.further and fingerprint.about["contact"] == card.contact_set.name:
+        lines.append(SHARED_CONTACT.format(contact=card.contact_set.name))
+    return lines

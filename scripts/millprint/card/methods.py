@@ -1,0 +1,111 @@
+"""The methods paragraph of a card: plain English, ready for a paper, every number from the card."""
+
+from millprint.card.model import Balls, MillingCard, Programme
+from millprint.card.numbers import between, in_words, plain, three
+
+COOLING = {"still_air": "air at rest", "moving_air": "moving air", "water": "water"}
+
+
+def charge_in_words(balls: Balls) -> str:
+    """The balls: "24 balls of 10 mm"."""
+    parts = [f"{group.number} of {group.diameter_mm:g} mm" for group in balls.sizes]
+    if len(parts) == 1:
+        return parts[0].replace(" of ", " balls of ", 1)
+    return f"{balls.number} balls ({', '.join(parts)})"
+
+
+def programme_in_words(programme: Programme) -> str:
+    """Milling and pauses: "12.5 h in cycles of 30 min with a pause of 10 min each (8.33 h of milling)"."""
+    text = f"{programme.duration_h:g} h"
+    if not programme.cycle_min:
+        return f"{text} without pauses"
+    turned = ", the direction reversed after each" if programme.reversal else ""
+    return (
+        f"{text} in cycles of {programme.cycle_min:g} min, each with a pause of {programme.pause_min:g} min{turned} "
+        f"({plain(programme.milling_h)} h of milling)"
+    )
+
+
+def experiment_sentences(card: MillingCard) -> list[str]:
+    """What was milled, in what, and how."""
+    machine, jar, balls = card.machine, card.jar, card.balls
+    of = f" of {jar.material}" if jar.material else ""
+    ball_material = f" of {balls.material.replace('_', ' ')}" if balls.material else ""
+    charge = f"{charge_in_words(balls)}{ball_material} ({plain(balls.mass_g)} g, {balls.density_kg_m3:g} kg/m3)"
+    filled = f"a fill ratio of {plain(balls.fill_ratio)}"
+    where = f"in the mill '{machine.title}' (jar{of} of {jar.volume_ml:g} mL) at {machine.speed_rpm:g} rpm"
+    if card.powder is None:
+        first = f"The condition is that of {charge}, {filled}, {where}."
+    else:
+        ratio = plain(card.powder.ball_to_powder_ratio)
+        milled = f"{plain(card.powder.mass_g)} g of {card.powder.name}"
+        first = f"{milled} was milled {where}, with {charge}: {filled} and a ball-to-powder mass ratio of {ratio}."
+    sentences = [first[0].upper() + first[1:]]
+    if card.atmosphere:
+        sentences.append(f"The jar was filled under {card.atmosphere}.")
+    if card.programme:
+        sentences.append(f"The programme lasted {programme_in_words(card.programme)}.")
+    return sentences
+
+
+def simulation_sentences(card: MillingCard) -> list[str]:
+    """How the numbers were computed, and the descriptors."""
+    contact, found, software = card.contact_set, card.fingerprint, card.software
+    runs = len(found.seeds)
+    simulated = f"{runs} simulation{'s' if runs > 1 else ''} of {plain(found.revolutions)} turns in all" if runs else ""
+    own = found.descriptors
+    words = {name: in_words(quantity, quantity.scatter) for name, quantity in vars(own).items()}
+    interval = f"intervals of {100 * found.probability:g} % by the scatter of the simulation in brackets"
+    sentences = [
+        f"The motion of the balls was computed by the discrete element method with a Hertz-Mindlin contact "
+        f"(restitution {contact.restitution:g}, static friction {contact.static_friction:g}, rolling friction "
+        f"{contact.rolling_friction:g}, Young's modulus {contact.young_modulus_gpa:g} GPa; contact set "
+        f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
+        f"Contacts of a pair that followed each other within {1e3 * found.collision_gap_s:g} ms counted as one "
+        f"collision.",
+        f"A collision dissipated on average {words['normal_energy_J']} along the line of centres and "
+        f"{words['tangential_energy_J']} along the surface; each ball had "
+        f"{words['frequency_per_ball_hz'].replace(' 1/s', '')} collisions a second; all balls dissipated "
+        f"{words['power_W']}, of which a share of "
+        f"{words['tangential_share']} was tangential ({interval}).",
+    ]  # fmt: skip
+    if own.power_W.contact:
+        low, high = (end / own.power_W.value - 1 for end in (own.power_W.contact.lower, own.power_W.contact.upper))
+        sentences.append(
+            f"Contact parameters that were not measured leave the power uncertain from {100 * low:+.0f} to "
+            f"{100 * high:+.0f} %."
+        )
+    return sentences
+
+
+def consequence_sentences(card: MillingCard) -> list[str]:
+    """Dose, temperatures and wear."""
+    sentences = []
+    if card.dose:
+        dose = card.dose
+        sentences.append(
+            f"If every collision caught powder, a gram of powder received {in_words(dose.total_kJ_g)} "
+            f"({in_words(dose.normal_kJ_g)} normal, {in_words(dose.tangential_kJ_g)} tangential)."
+        )
+    if card.heat:
+        heat = card.heat
+        body = heat.powder.peak_degC or heat.powder.steady_degC
+        when = "reached" if heat.powder.peak_degC else "would reach, after long milling,"
+        sentences.append(
+            f"By a heat balance, cooled by {COOLING.get(card.jar.cooling, card.jar.cooling)}, the powder {when} "
+            f"{three(body.median)} degC ({between(body)}; band of {100 * heat.probability:g} %)."
+        )
+    if card.wear:
+        level = card.wear.probability
+        interval = f"{100 * level:g} %" if level else "the range between single weighings, which is no interval"
+        sentences.append(
+            f"Archard's law gives a wear of the balls of {three(card.wear.wear_g.value)} g "
+            f"({between(card.wear.wear_g)}) and {three(card.wear.iron_percent.value)} % of iron in the powder "
+            f"({between(card.wear.iron_percent)}; {interval})."
+        )
+    return sentences
+
+
+def methods_paragraph(card: MillingCard) -> str:
+    """The paragraph."""
+    return " ".join([*experiment_sentences(card), *simulation_sentences(card), *consequence_sentences(card)])

@@ -1,0 +1,177 @@
+"""Parts of a card: energy spectra, dose, heat and wear, each by the library of results/dose."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.card.inputs import CardSettings, Known, Runs
+from millprint.card.model import (
+    Balls,
+    Bins,
+    BodyHeat,
+    Course,
+    Descriptors,
+    Dose,
+    Ends,
+    Estimate,
+    Heat,
+    Hours,
+    Powder,
+    Programme,
+    Quantity,
+    Spectrum,
+    Temperature,
+    Wear,
+)
+from millprint.config.card import CardProgrammeSection, Experiment
+from millprint.config.dose import ChargeConfig
+from millprint.config.heat import JarSection
+from millprint.dose.dose import HITS, NORMAL, TANGENTIAL, TOTAL, doses
+from millprint.dose.heat import BODIES
+from millprint.dose.heat_sources import mean_of, read_source
+from millprint.dose.heat_table import heat_tables
+from millprint.dose.sliding import mean_conditions, tabulate_sliding
+from millprint.dose.spectra import BOTH, tabulate_spectra
+from millprint.dose.wear import FEWEST_HELD, predict_wear
+
+COURSE = ["lower_degC", "median_degC", "upper_degC"]
+TIMES_OF_CYCLE, MOST_TIMES = 10, 400
+READ_OFF = ("collisions_hz", "power_W", "power_share", "mean_J", "median_J", "half_power_J")
+
+
+def _number(value: float) -> float | None:
+    """A number, or None for one that is not finite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def spectra_part(summaries: list[dict], paths: list[str], settings: CardSettings) -> tuple[list[Spectrum], str]:
+    """The spectra by channel and pair, and why there are none."""
+    runs = list(zip(paths, summaries, strict=True))
+    bins, rows = tabulate_spectra(runs, [settings.counting_rule], settings.dose.spectra)
+    found = []
+    for row in rows.to_dict("records"):
+        if row["note"] == row["note"] and row["note"]:
+            return [], row["note"]
+        if row["pair"] == BOTH:
+            continue
+        own = bins[(bins["channel"] == row["channel"]) & (bins["pair"] == row["pair"])]
+        found.append(
+            Spectrum(
+                channel=row["channel"],
+                pair=row["pair"],
+                **{name: _number(row[name]) for name in READ_OFF},
+                bins=Bins(**{name: [_number(value) for value in own[name]] for name in Bins.model_fields}),
+            )
+        )
+    return found, ""
+
+
+def _scaled(quantity: Quantity, value: float, unit: str) -> Quantity:
+    """A quantity proportional to another, with the same relative intervals."""
+    factor = value / quantity.value
+    ends = {
+        origin: given and Ends(lower=factor * given.lower, upper=factor * given.upper)
+        for origin in ("scatter", "contact", "shape")
+        for given in [getattr(quantity, origin)]
+    }
+    return Quantity(value=value, unit=unit, **ends)
+
+
+def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
+    """Energy and hits of a gram of powder; the intervals are those of powers and frequency."""
+    frequency = balls.number * descriptors.frequency_per_ball_hz.value
+    given = (descriptors.normal_energy_J.value, descriptors.tangential_energy_J.value, frequency)
+    columns = [pd.Series([value]) for value in (*given, programme.milling_h, powder.mass_g)]
+    found = doses(*columns).iloc[0]
+    rate = descriptors.power_W.value / powder.mass_g
+    return Dose(
+        normal_kJ_g=_scaled(descriptors.normal_power_W, float(found[NORMAL]), "kJ/g"),
+        tangential_kJ_g=_scaled(descriptors.tangential_power_W, float(found[TANGENTIAL]), "kJ/g"),
+        total_kJ_g=_scaled(descriptors.power_W, float(found[TOTAL]), "kJ/g"),
+        hits_per_g=_scaled(descriptors.frequency_per_ball_hz, float(found[HITS]), "1/g"),
+        rate_W_g=_scaled(descriptors.power_W, rate, "W/g"),
+    )
+
+
+def _temperature(row: pd.Series, name: str) -> Temperature:
+    return Temperature(**{end: float(row[f"{name}_{end}"]) for end in Temperature.model_fields})
+
+
+def times_of(programme: CardProgrammeSection, settings: CardSettings) -> int:
+    """Times at which temperatures are told: enough to see each of up to some forty cycles."""
+    cycles = 60 * programme.duration_h / programme.cycle_min if programme.pause_min else 0.0
+    return max(settings.dose.heat.times, 1 + min(MOST_TIMES, round(TIMES_OF_CYCLE * cycles)))
+
+
+def heat_part(
+    experiment: Experiment, jar: JarSection, powder: Powder | None, runs: Runs, settings: CardSettings
+) -> Heat:
+    """Temperatures of the experiment; those over time only with a programme."""
+    programme = experiment.programme
+    own = settings.dose.heat.model_copy(
+        update={
+            "jars": {experiment.mill: jar},
+            "powder_mass_g": powder.mass_g if powder else None,
+            **({"programme": programme, "times": times_of(programme, settings)} if programme else {}),
+        }
+    )
+    summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
+    source = mean_of([read_source(*pair) for pair in zip(summaries, runs.paths, strict=True)])
+    tables = heat_tables(own, experiment.mill, [source], None)
+    limits, course = tables.limits.iloc[0], tables.temperatures
+    bodies = {
+        name: BodyHeat(
+            steady_degC=_temperature(limits, f"{name}_steady_degC"),
+            peak_degC=_temperature(limits, f"{name}_peak_degC") if programme else None,
+        )
+        for name in BODIES
+    }
+    by_body = {f"{name}_degC": course[course["body"] == name] for name in BODIES}
+    temperatures = {
+        name: [Temperature(lower=low, median=mid, upper=up) for low, mid, up in rows[COURSE].to_numpy().tolist()]
+        for name, rows in by_body.items()
+    }
+    return Heat(
+        probability=own.probability,
+        power_W=float(limits["total_W"]),
+        **bodies,
+        limit_body=own.limit.body,
+        limit_degC=own.limit.temperature_degC,
+        time_to_limit_h=Hours(**{end: _number(limits[f"time_to_limit_h_{end}"]) for end in Hours.model_fields}),
+        course=Course(time_h=by_body["balls_degC"]["time_h"].tolist(), **temperatures) if programme else None,
+    )
+
+
+def wear_part(
+    balls: Balls, powder: Powder | None, programme: Programme | None, runs: Runs, settings: CardSettings, known: Known
+) -> tuple[Wear | None, str]:
+    """Wear of the balls and iron in the powder, or why it is not known."""
+    for name, given in (("powder", powder), ("programme", programme), ("material of the balls", balls.material)):
+        if not given:
+            return None, f"no {name} is given"
+    if known.wear is None or known.materials is None or powder is None or programme is None:
+        return None, known.why.get("wear", "no fitted wear coefficient")
+    summaries = [path.replace("run.h5", "summary.json") for path in runs.paths]
+    conditions = mean_conditions(tabulate_sliding(list(zip(runs.paths, summaries, strict=True))))
+    charge = ChargeConfig(bpr=powder.ball_to_powder_ratio, time_h=programme.milling_h)
+    factors = known.fingerprint.further.get("contact") if known.fingerprint else None
+    chosen = known.materials.loc[[balls.material]]
+    row = predict_wear(conditions, chosen, [charge], known.wear, factors, settings.dose.wear.probability).iloc[0]
+
+    tested = known.wear["weighings_held_back"] >= FEWEST_HELD
+    ends = "" if tested else "seen_"
+
+    def estimate(name: str) -> Estimate:
+        return Estimate(value=row[name], lower=row[f"{ends}lower_{name}"], upper=row[f"{ends}upper_{name}"])
+
+    return Wear(
+        material=balls.material,
+        probability=settings.dose.wear.probability if tested else None,
+        wear_g=estimate("wear_g"),
+        iron_percent=estimate("iron_percent"),
+        coefficient=known.wear["coefficient"],
+        coefficient_from=(
+            f"weighings of {known.wear['material']} balls in mill {known.wear['mill']}: "
+            f"{known.wear['weighings_fitted']} fitted, {known.wear['weighings_held_back']} held back"
+        ),
+        note=row["note"],
+    ), ""

@@ -1,0 +1,54 @@
+"""Checks of one experiment before its simulations: shape, balls that fit, speed, time step and cost."""
+
+from millprint.card.cases import own_cases
+from millprint.card.inputs import check_material
+from millprint.config.card import Experiment
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, overridden
+from millprint.config.workflow import WorkflowConfig
+from millprint.dem.budget import cost
+from millprint.dem.timestep import rayleigh_time, requested_step
+from millprint.dose.wear import read_materials
+from millprint.mill.bodies import CHECK_RPM
+from millprint.preflight import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
+from millprint.speeds import SpeedSetting, check_speeds, speed_warnings, with_paces
+
+
+def check_experiment(
+    experiment: Experiment, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig, place: str
+) -> tuple[list[str], float]:
+    """Warnings, a line each, and the time that the simulations of all seeds take on one core [s], roughly.
+
+    config: the settings of a run; place: file of the experiment. Raises ConfigError with a line for each fault of the
+    first part that has one.
+    """
+    cases, mills = own_cases(experiment, mill, config.mills, place), {mill.name: mill}
+    changed = overridden(cases[0], mill, contact)[1]
+    materials = config.dose.wear.materials
+    check_material(experiment, changed.density_kg_m3, read_materials(materials), place, materials)
+    bodies = checked_bodies(mills)
+    key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
+    speeds = with_paces([SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm)], bodies)
+    check_speeds(speeds)
+    for diameter in cases[0].sizes_mm:
+        check_ball_size(bodies[mill.name][0].vessel, mill.name, diameter, place)
+    for case in cases:
+        check_step_and_cost(
+            config, mill, changed, case, bodies[mill.name], (place, place, f"{place}: rayleigh_fraction")
+        )
+    check_room(cases, mills, bodies, place)
+    check_mixtures(cases, mills, bodies, place)
+    seconds = sum(seconds_of(case, mill, changed, config) for case in cases)
+    return speed_warnings(speeds), seconds
+
+
+def seconds_of(case: Case, mill: MillConfig, contact: ContactConfig, config: WorkflowConfig) -> float:
+    """Time of a case on one core [s], to an order of magnitude."""
+    body = checked_bodies({mill.name: mill})[mill.name]
+    rayleigh = rayleigh_time(
+        min(case.sizes_mm) / 2000, contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+    )
+    step = requested_step(case, config.dem, rayleigh)
+    turns = max(own.motion.frequency_hz for own in body) * case.speed_rpm / CHECK_RPM
+    return 86_400 * cost(case, config.dem, body[0].vessel, mill.volume_ml * 1e-6, step, turns)[0]

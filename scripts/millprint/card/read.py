@@ -1,0 +1,33 @@
+"""Reads a card, also one that another program wrote."""
+
+import json
+from pathlib import Path
+
+from millprint.card.model import FORMAT, SCHEMA_VERSION, MillingCard
+from millprint.config.load import check_model
+from millprint.errors import ConfigError
+
+
+def read_card(path: str | Path) -> MillingCard:
+    """The card in a file.
+
+    Raises ConfigError for a file that is absent or no card, one line for a card of another version of the schema, and a
+    line for each field that is not as the schema says.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(
+            f"{path}: no such card; scripts/write_card.py and the target `cards` write card.json"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path}: not a milling card: cannot be read as JSON ({error})") from None
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise ConfigError(f"{path}: format: must be {FORMAT!r}")
+    version = content.get("schema_version")
+    if version != SCHEMA_VERSION or isinstance(version, bool):
+        raise ConfigError(
+            f"{path}: schema_version = {version!r}: must be {SCHEMA_VERSION}; write the card again, or read it with "
+            "the version of millprint that wrote it"
+        )
+    return check_model(content, MillingCard, str(path))

@@ -1,0 +1,118 @@
+"""Intervals of one condition from the scatter of its simulations: seeds, and blocks of revolutions within each window.
+
+A simulation scatters because its window is short. This scatter is seen twice: between seeds, and between blocks of
+neighbouring revolutions in one window (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521). Both estimate
+the variance of the logarithm of a descriptor of one simulation, so they are pooled by their degrees of freedom; where
+seeds differ by more than windows explain, their variance counts. With k seeds, mean m and that variance v, a new
+simulation of the condition falls, by Student's t, into exp(ln m +- t sqrt(v (1 + 1/k))).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import t as student
+
+from millprint.config.counting import CountingRule, recorded_count
+from millprint.dem.collisions import merge_contacts
+from millprint.dose.spectra import read_contacts
+from millprint.fingerprint.redraw import block_length
+
+# Energies and number of collisions in each revolution.
+NORMAL, TANGENTIAL, COUNT = range(3)
+# Descriptors that the number of collisions is part of.
+COUNTED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+
+
+@dataclass(frozen=True)
+class Window:
+    """What one simulation recorded in each whole revolution.
+
+    totals: normal energy [J], tangential energy [J] and number of collisions (n, 3); revolution_s: time of one [s];
+    counted: whether the numbers are counts of each revolution, and not equal shares of the whole.
+    """
+
+    totals: np.ndarray
+    revolution_s: float
+    balls: int
+    counted: bool
+
+
+def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
+    """The revolutions of a run. A run that holds no single contacts has equal shares of its collisions in each."""
+    revolutions = summary["per_revolution"]
+    energies = [np.asarray(revolutions.get(f"{name}_J", []), dtype=float) for name in ("normal", "tangential")]
+    number, turn_s = len(energies[0]), 1 / summary["frequency_hz"]
+    rule = recorded_count(summary, rule_name)
+    contacts = read_contacts(run_path)
+    if contacts is None:
+        counts = np.full(number, rule["frequency_hz"] * turn_s)
+    else:
+        own = CountingRule(**{name: rule[name] for name in CountingRule.model_fields})
+        counts = _counts(merge_contacts(contacts.table, own.gap_s), own, contacts.begin_s, turn_s, number)
+    return Window(np.column_stack([*energies, counts]), turn_s, summary["balls"], contacts is not None)
+
+
+def _counts(merged: pd.DataFrame, rule: CountingRule, begin_s: float, turn_s: float, number: int) -> np.ndarray:
+    """Collisions that begin in each of `number` revolutions."""
+    kept = (merged["peak_force_N"] >= rule.peak_force_min_N) & (merged["duration_s"] >= rule.duration_min_s)
+    place = np.floor((merged["start_s"][kept].to_numpy() - begin_s) / turn_s).astype(int)
+    return np.bincount(place[(place >= 0) & (place < number)], minlength=number).astype(float)
+
+
+def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
+    """Descriptors of sums of energies [J] and collisions (..., 3) over a time [s], as fingerprint sheets name them."""
+    normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
+    return {
+        "normal_energy_J": normal / count,
+        "tangential_energy_J": tangential / count,
+        "frequency_per_ball_hz": count / time_s / balls,
+        "normal_power_W": normal / time_s,
+        "tangential_power_W": tangential / time_s,
+        "power_W": (normal + tangential) / time_s,
+        "tangential_share": tangential / (normal + tangential),
+    }
+
+
+def jackknife(window: Window) -> tuple[dict[str, float], int]:
+    """Variance of the logarithm of each descriptor of a window, and its degrees of freedom; none for one block.
+
+    Left out in turn is one of g blocks of equal length: v = (g - 1) / g sum (ln x_(j) - mean)^2. Without counts of each
+    revolution, collisions vary as if they were independent.
+    """
+    number = len(window.totals)
+    length = block_length(number) if number >= 2 else 1
+    groups = number // length
+    if groups < 2:
+        return {}, 0
+    blocks = window.totals[: groups * length].reshape(groups, length, 3).sum(axis=1)
+    left = blocks.sum(axis=0) - blocks
+    found = descriptors_of_totals(left, (groups - 1) * length * window.revolution_s, window.balls)
+    # A block without a collision, or without dissipation of a kind, tells nothing of its logarithm.
+    variances = {
+        name: float((groups - 1) * np.log(values).var()) for name, values in found.items() if (values > 0).all()
+    }
+    if not window.counted:
+        for name in COUNTED:
+            variances[name] = variances.get(name, 0.0) + 1 / window.totals[:, COUNT].sum()
+    return variances, groups - 1
+
+
+def spread(windows: list[Window], values: list[dict[str, float]], probability: float) -> dict[str, float]:
+    """Half the width of the interval of the logarithm of each descriptor of a new simulation; none if nothing tells.
+
+    windows, values: of each seed, revolutions and descriptors.
+    """
+    seeds = len(windows)
+    within = [jackknife(window) for window in windows]
+    found = {}
+    for name in values[0]:
+        freedom = sum(own for variances, own in within if name in variances) + seeds - 1
+        if freedom == 0 or min(own[name] for own in values) <= 0:
+            continue
+        between = float(np.log([own[name] for own in values]).var(ddof=1)) if seeds > 1 else 0.0
+        inside = sum(variances[name] * own for variances, own in within if name in variances)
+        pooled = (inside + (seeds - 1) * between) / freedom
+        quantile = float(student.ppf(0.5 + probability / 2, freedom))
+        found[name] = quantile * float(np.sqrt(max(pooled, between) * (1 + 1 / seeds)))
+    return found

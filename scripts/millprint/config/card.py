@@ -1,0 +1,229 @@
+"""The file `card.yaml`: one milling experiment, of which a card is written; and the section `cards` of a run.
+
+A table of experiments says the same in a row an experiment: each column is a key of `card.yaml`, those of a section
+with a dot, such as `balls.fill_ratio`. An empty cell is a key that is left out.
+"""
+
+import csv
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from millprint.config.heat import JarSection, ProgrammeSection
+from millprint.config.load import check_model
+from millprint.config.mill_sweep import Turns
+from millprint.config.mixture import BallSize, diameter_of
+from millprint.config.section import (
+    Fraction,
+    Name,
+    Positive,
+    PositiveSpeed,
+    ProjectFile,
+    Section,
+    Seed,
+    first_repeated,
+)
+from millprint.config.sweep import Case, balls_of
+from millprint.errors import ConfigError
+
+# A line of text in a card.
+Words = Annotated[str, Field(max_length=600)]
+
+
+class CardBallsSection(Section):
+    """The charge of balls."""
+
+    diameter_mm: BallSize
+    """ball diameter [mm]; a charge of several sizes is `{name, sizes_mm, numbers}` or `{name, sizes_mm, shares}`"""
+    fill_ratio: Fraction | None = None
+    """ball volume over the jar's nominal volume; or give `number` [-]"""
+    number: Annotated[int, Field(ge=1, le=10_000_000)] | None = None
+    """number of balls, in place of fill_ratio"""
+    material: str | None = None
+    """material of the balls, for wear: a row of dose.wear.materials; no wear if left out"""
+    density_kg_m3: Positive | None = None
+    """density of the balls, if not that of the contact set [kg/m3]"""
+
+    @model_validator(mode="after")
+    def _one_measure_of_the_charge(self) -> "CardBallsSection":
+        if (self.fill_ratio is None) == (self.number is None):
+            raise ValueError("give either fill_ratio or number")
+        return self
+
+    def fill_of(self, volume_ml: float) -> float:
+        """The fill ratio in a jar of this nominal volume [-]; ValueError where the balls alone are as large as it."""
+        if self.fill_ratio is not None:
+            return self.fill_ratio
+        fill = (self.number or 0) * math.pi / 6 * (1e-1 * diameter_of(self.diameter_mm)) ** 3 / volume_ml
+        if fill >= 1:
+            raise ValueError(f"number = {self.number}: that many balls have {fill:.3g} of the jar's volume")
+        return fill
+
+
+class PowderSection(Section):
+    """What is milled."""
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    """name of the powder, as in the methods section of a paper"""
+    mass_g: Positive | None = None
+    """mass of all powder in the jar; or give `bpr` [g]"""
+    bpr: Annotated[float, Field(gt=0, le=1e4)] | None = None
+    """ball-to-powder mass ratio, in place of mass_g [-]"""
+
+    @model_validator(mode="after")
+    def _one_measure_of_the_powder(self) -> "PowderSection":
+        if (self.mass_g is None) == (self.bpr is None):
+            raise ValueError("give either mass_g or bpr")
+        return self
+
+
+class CardProgrammeSection(ProgrammeSection):
+    """Milling and pauses."""
+
+    duration_h: Annotated[float, Field(gt=0, le=1000)]
+    """from the start to the end, pauses included [h]"""
+    reversal: bool = False
+    """whether the mill turns the other way after each pause; of no effect on the numbers of a card"""
+
+    @model_validator(mode="after")
+    def _pauses_have_a_cycle(self) -> "CardProgrammeSection":
+        if (self.pause_min or self.reversal) and "cycle_min" not in self.model_fields_set:
+            raise ValueError("cycle_min: this key is missing: milling and its pause together [min]")
+        return self
+
+    @property
+    def milling_h(self) -> float:
+        """Time for which the mill runs, without pauses [h]."""
+        if not self.pause_min:
+            return self.duration_h
+        cycles, rest_min = divmod(60 * self.duration_h, self.cycle_min)
+        return (cycles * self.milling_min + min(rest_min, self.milling_min)) / 60
+
+
+class CardJarSection(JarSection):
+    """The jar: material, cooling, and its mass and surface where they are known."""
+
+    material: Words = ""
+    """material of the jar, as in the methods section of a paper"""
+
+
+def _split(value: Any) -> Any:
+    """The numbers of a cell of a table as a list."""
+    return value.split() if isinstance(value, str) else value
+
+
+class Experiment(Section):
+    """One experiment. `mill`, a speed and `balls` are enough; without powder there is no dose and no wear."""
+
+    name: Name
+    """name of the card, and of its folder in a run"""
+    mill: Name
+    """a file in config/mills"""
+    contact: Name | None = None
+    """contact set, a file in config/contacts; that of `mills.contact` if left out"""
+    speed_rpm: PositiveSpeed | None = None
+    """speed of the mill; or give `speed_hz` [rpm]"""
+    speed_hz: PositiveSpeed | None = None
+    """speed of a mill that is set in Hz, in place of speed_rpm [Hz]"""
+    balls: CardBallsSection
+    """the charge of balls"""
+    powder: PowderSection | None = None
+    """what is milled; no dose and no wear if left out"""
+    programme: CardProgrammeSection | None = None
+    """milling and pauses; no dose and no wear if left out"""
+    jar: CardJarSection | None = None
+    """the jar; what `dose.heat.jars` says of the mill if left out"""
+    atmosphere: Words = ""
+    """gas in the jar, such as argon"""
+    title: Words = ""
+    """title of the card; the name of the mill if left out"""
+    authors: Words = ""
+    """who did the experiment"""
+    reference: Words = ""
+    """where it is published"""
+    note: Words = ""
+    """anything else that a reader must know"""
+    seeds: Annotated[list[Seed], Field(min_length=1, max_length=100), BeforeValidator(_split)] = [0, 1, 2]
+    """seeds of the starting positions: the condition is simulated with each; in a table with blanks between them"""
+    discard_turns: Turns | None = None
+    """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
+    window_turns: Turns | None = None
+    """recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"""
+
+    @model_validator(mode="after")
+    def _one_speed(self) -> "Experiment":
+        if (self.speed_rpm is None) == (self.speed_hz is None):
+            raise ValueError("give either speed_rpm or speed_hz")
+        if twice := first_repeated(self.seeds):
+            raise ValueError(f"seeds: {twice} appears twice")
+        return self
+
+    @property
+    def rpm(self) -> float:
+        """The speed [rpm]."""
+        return self.speed_rpm if self.speed_rpm is not None else 60 * (self.speed_hz or 0.0)
+
+    def is_case(self, case: Case, contact: str, fill_ratio: float) -> bool:
+        """Whether a case simulates this experiment: same mill, contact set, speed, fill ratio and balls, as built."""
+        own = balls_of(self.balls.diameter_mm)
+        numbers = ((case.fill_ratio, fill_ratio), (case.speed_rpm, self.rpm))
+        plain = (case.young_modulus_gpa, case.amplitude_mm, case.facets, case.time_step_s, case.disturbance_m)
+        return (
+            (case.mill, case.contact, case.density_kg_m3) == (self.mill, contact, self.balls.density_kg_m3)
+            and (case.ball_diameter_mm, case.mixture) == (own["ball_diameter_mm"], own["mixture"])
+            and all(math.isclose(one, other, rel_tol=1e-6) for one, other in numbers)
+            and all(value is None for value in plain)
+            and case.snapshot_interval_s is None
+        )
+
+
+class CardsConfig(Section):
+    """Milling cards of a table of experiments: results/cards, target `cards`."""
+
+    experiments: ProjectFile | None = None
+    """table of experiments: a row an experiment, a column for each key of `card.yaml`; none if left out"""
+    match: list[Name] = []
+    """mills whose settings come nearest to each card, in the target `cards`: files in config/mills"""
+    animation: bool = True
+    """whether each card has an animation; it needs a short simulation of its own"""
+
+
+def read_experiments(path: str | Path) -> list[Experiment]:
+    """The experiments of a table (TSV; lines that begin with # are comments), by the columns of `Experiment`.
+
+    Raises ConfigError, a line for each fault, as `check_model`, and for a table that cannot be read.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            lines = [line for line in file if line.strip() and not line.startswith("#")]
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such table") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: cannot be read ({error})") from None
+    found: list[Experiment] = []
+    reader = csv.DictReader(lines, delimiter="\t")
+    header = list(reader.fieldnames or [])
+    if twice := first_repeated(header):
+        raise ConfigError(f"{path}: column {twice} appears twice")
+    if both := next((one for one in header if any(other.startswith(f"{one}.") for other in header)), None):
+        raise ConfigError(f"{path}: column {both}: is a section; its keys have columns of their own, {both}.KEY")
+    for number, row in enumerate(reader, start=1):
+        if None in row or None in row.values():
+            raise ConfigError(f"{path}: row {number}: has not as many columns as the header")
+        content: dict[str, Any] = {}
+        for column, cell in row.items():
+            if cell.strip():
+                *sections, key = column.split(".")
+                inner = content
+                for section in sections:
+                    inner = inner.setdefault(section, {})
+                inner[key] = cell.strip()
+        name = content.get("name") or f"row {number}"
+        found.append(check_model(content, Experiment, f"{path}: {name}"))
+    if not found:
+        raise ConfigError(f"{path}: no rows; the table needs an experiment at least")
+    if again := first_repeated(each.name for each in found):
+        raise ConfigError(f"{path}: column name = {again} appears twice: each row needs a name of its own")
+    return found

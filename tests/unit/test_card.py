@@ -1,0 +1,279 @@
+"""Milling cards: the schema, numbers with intervals, texts for a paper, and reading back."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+
+from millprint.card.document import card_schema_text
+from millprint.card.latex import bibtex, escape, latex_table
+from millprint.card.match import Wanted, match_card, verdict
+from millprint.card.methods import methods_paragraph
+from millprint.card.model import MillingCard
+from millprint.card.numbers import plain, prefix_of, three
+from millprint.card.read import read_card
+from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
+from millprint.config.sweep import ball_count
+from millprint.errors import ConfigError
+from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, true_curves
+
+GAP = 0.003
+
+
+def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dict[str, float]:
+    """The descriptors of the synthetic mill, in closed form."""
+    normal, tangential, frequency = true_curves(fill_ratio)
+    balls, energy = ball_count(fill_ratio, VOLUME, diameter), DENSITY * speed_hz**2 * AMPLITUDE**2 * diameter**3
+    powers = [balls * energy * speed_hz * own for own in (normal, tangential)]
+    return {
+        "normal_energy_J": energy * normal / frequency,
+        "tangential_energy_J": energy * tangential / frequency,
+        "frequency_per_ball_hz": speed_hz * frequency,
+        "normal_power_W": powers[0],
+        "tangential_power_W": powers[1],
+        "power_W": sum(powers),
+        "tangential_share": powers[1] / sum(powers),
+    }
+
+
+def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_s: float = GAP) -> dict:
+    """The least that a card of another program has, of a condition of the synthetic mill; powder and programme too."""
+    values, mass = values_at(fill_ratio, speed_rpm / 60), 96.8
+    descriptors = {
+        name: {"value": value, "unit": "-", "scatter": {"lower": 0.95 * value, "upper": 1.05 * value}}
+        for name, value in values.items()
+    }
+    return {
+        "format": "millprint milling card",
+        "schema_version": 1,
+        "name": "other",
+        "title": "Mill of others: 50 % & more",
+        "machine": {"name": "other_mill", "title": "Other_mill #1", "speed_rpm": speed_rpm},
+        "jar": {"volume_ml": 125},
+        "balls": {
+            "sizes": [{"diameter_mm": 10, "number": ball_count(fill_ratio, VOLUME, 0.01)}],
+            "mass_g": mass,
+            "density_kg_m3": DENSITY,
+            "fill_ratio": fill_ratio,
+        },
+        "powder": {"name": "NaBO2", "mass_g": mass / 30, "ball_to_powder_ratio": 30},
+        "programme": {"duration_h": 10, "milling_h": 5, "cycle_min": 20, "pause_min": 10},
+        "contact_set": {
+            "name": "their_set",
+            "source": "measured",
+            "restitution": 0.3,
+            "static_friction": 0.3,
+            "rolling_friction": 0.045,
+            "young_modulus_gpa": 2.05,
+            "poisson_ratio": 0.235,
+        },
+        "fingerprint": {
+            "counting_rule": "gap",
+            "collision_gap_s": gap_s,
+            "probability": 0.95,
+            "descriptors": descriptors,
+        },
+        "software": {"name": "otherprint", "version": "2"},
+    }
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A function that writes a card's content and returns its path."""
+
+    def write(content: dict):
+        path = tmp_path / "card.json"
+        path.write_text(json.dumps(content))
+        return path
+
+    return write
+
+
+def test_a_card_of_another_program_meets_the_schema_and_is_read(written):
+    content = card_content()
+    Draft202012Validator(json.loads(card_schema_text())).validate(content)
+    card = read_card(written(content))
+    assert card.balls.number == 24 and card.heat is None
+    # What is written again is the same card.
+    assert read_card(written(card.model_dump(mode="json"))) == card
+
+
+@pytest.mark.parametrize("part", ["machine", "fingerprint", "software", "schema_version", "format"])
+def test_the_schema_and_the_reader_refuse_a_card_without_a_part(written, part):
+    content = card_content()
+    del content[part]
+    with pytest.raises(ValidationError):
+        Draft202012Validator(json.loads(card_schema_text())).validate(content)
+    with pytest.raises(ConfigError) as caught:
+        read_card(written(content))
+    (line,) = str(caught.value).splitlines()
+    assert "card.json" in line and part in line
+
+
+@pytest.mark.parametrize("version", [2, 0, "1", None, True])
+def test_a_card_of_another_version_is_refused_in_one_line(written, version):
+    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 1") as caught:
+        read_card(written(card_content() | {"schema_version": version}))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("text", ["{", "[1]", '{"format": "millprint fingerprint 1"}', "\x00"])
+def test_a_file_that_is_no_card_is_refused_in_one_line(tmp_path, text):
+    (tmp_path / "no.json").write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        read_card(tmp_path / "no.json")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_every_field_of_the_schema_is_explained():
+    schema = json.loads(card_schema_text())
+    for name, part in {"MillingCard": schema, **schema["$defs"]}.items():
+        for key, field in part["properties"].items():
+            is_part = "$ref" in field or any("$ref" in each for each in field.get("anyOf", []))
+            assert field.get("description") or is_part, f"{name}.{key}"
+
+
+def windows(rng: np.random.Generator, seeds: int, turns: int) -> list[Window]:
+    """Windows of independent turns, all of one condition."""
+    found = []
+    for _ in range(seeds):
+        normal, tangential = rng.gamma(20, 0.05, turns), rng.gamma(15, 0.1, turns)
+        found.append(Window(np.column_stack([normal, tangential, rng.poisson(80, turns)]), 0.1, 24, True))
+    return found
+
+
+def whole(window: Window) -> dict[str, float]:
+    totals = window.totals.sum(axis=0)
+    return {
+        name: float(value)
+        for name, value in descriptors_of_totals(totals, len(window.totals) * window.revolution_s, window.balls).items()
+    }
+
+
+@pytest.mark.parametrize(("seeds", "turns"), [(1, 8), (2, 8), (3, 4)])
+def test_the_interval_by_scatter_holds_a_new_simulation(seeds, turns):
+    rng, draws = np.random.default_rng(1), 600
+    hits = dict.fromkeys(whole(windows(rng, 1, turns)[0]), 0)
+    for _ in range(draws):
+        known, new = windows(rng, seeds, turns), whole(windows(rng, 1, turns)[0])
+        values = [whole(window) for window in known]
+        widths = spread(known, values, 0.95)
+        for name, half in widths.items():
+            middle = np.mean([np.log(own[name]) for own in values])
+            hits[name] += abs(np.log(new[name]) - middle) <= half
+    shares = {name: count / draws for name, count in hits.items()}
+    assert all(0.92 <= share <= 0.995 for share in shares.values()), shares
+
+
+def test_seeds_that_differ_more_than_their_windows_widen_the_interval():
+    rng = np.random.default_rng(2)
+    alike = windows(rng, 2, 8)
+    other = Window(alike[1].totals * [3, 3, 1], 0.1, 24, True)
+    narrow, wide = (spread(both, [whole(window) for window in both], 0.95) for both in (alike, [alike[0], other]))
+    assert wide["power_W"] > 4 * narrow["power_W"]
+    assert wide["frequency_per_ball_hz"] == pytest.approx(narrow["frequency_per_ball_hz"])
+
+
+def test_one_turn_of_one_seed_has_no_interval():
+    (window,) = windows(np.random.default_rng(3), 1, 1)
+    assert jackknife(window) == ({}, 0)
+    assert spread([window], [whole(window)], 0.95) == {}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0"), (30.0, "30.0"), (6.687, "6.69"), (1234.5, "1230"), (2.5e-5, "2.50e-05")]
+)
+def test_numbers_have_three_digits(value, text):
+    assert three(value) == text
+
+
+def test_units_have_prefixes():
+    factor, unit = prefix_of(2.2e-4, "J")
+    assert unit == "µJ" and factor == pytest.approx(1e6)
+    assert prefix_of(12.0, "kJ/g") == (1.0, "kJ/g") and plain(96.77) == "96.8" and plain(30.0) == "30"
+
+
+def test_the_methods_paragraph_has_the_cards_numbers(written):
+    content = card_content()
+    card = read_card(written(content))
+    text = methods_paragraph(card)
+    values = card.fingerprint.descriptors
+    for expected in (
+        "700 rpm", "24 balls of 10 mm", "96.8 g", "3.23 g of NaBO2", "ratio of 30", "10 h in cycles of 20 min",
+        "5 h of milling", "otherprint 2", "3 ms", "restitution 0.3", three(values.power_W.value),
+        three(values.frequency_per_ball_hz.value),
+    ):  # fmt: skip
+        assert expected in text, expected
+    content["machine"]["speed_rpm"] = 350.0
+    assert "350 rpm" in methods_paragraph(read_card(written(content)))
+    # Without powder there is no dose, and no sentence on it.
+    bare = MillingCard(**{**card_content(), "powder": None, "programme": None})
+    assert "powder" not in methods_paragraph(bare)
+
+
+def test_latex_prints_every_sign_as_it_is():
+    assert escape(r"a_b & 5 % {x} $y^2 #~\ <") == (
+        r"a\_b \& 5 \% \{x\} \$y\textasciicircum{}2 \#\textasciitilde{}\textbackslash{} \textless{}"
+    )
+
+
+def test_the_latex_table_is_whole(written):
+    text = latex_table(read_card(written(card_content())))
+    assert text.count(r"\begin{") == text.count(r"\end{") == 2
+    body = text[text.index(r"\toprule") :]
+    # No bare sign of LaTeX: each row has the cells of its columns, and ends.
+    rows = [line for line in body.splitlines() if line.endswith(r"\\")]
+    for row in rows:
+        cells = len(re.findall(r"(?<!\\)&", row)) + 1
+        assert cells == (2 if "multicolumn" in row else 5), row
+    assert r"Other\_mill \#1" in text and r"50 \% \& more" in text
+    assert not re.search(r"(?<!\\)%", body)
+
+
+def test_bibtex_cites_what_the_card_rests_on(written):
+    content = card_content()
+    text = bibtex(read_card(written(content)))
+    keys = re.findall(r"^@\w+\{([^,]+),", text, re.MULTILINE)
+    assert len(set(keys)) == len(keys) and {"otherprint", "cundall1979", "contact:their-set"} <= set(keys)
+    assert text.count("{") == text.count("}")
+    assert "garrido2026" not in keys and "taylor1934" not in keys
+    content["machine"]["source"] = "Thesis Sec. 3.2"
+    content["reference"] = "@article{own,\n title = {x}\n}"
+    text = bibtex(read_card(written(content)))
+    assert "garrido2026" in text and "@article{own," in text
+
+
+def test_a_card_of_a_simulated_setting_finds_that_setting(written):
+    """The synthetic mill predicts the card exactly: the ranking ends where the card was made."""
+    card, mill = read_card(written(card_content(0.10, 700.0))), fingerprint()
+    table = match_card(card, mill)
+    best = table.iloc[0]
+    assert best["fill_ratio"] == pytest.approx(0.10, rel=0.03) and best["speed_rpm"] == pytest.approx(700, rel=0.02)
+    assert best["normal_energy_J_ratio"] == pytest.approx(1, abs=0.02)
+    assert best["normal_energy_J_ratio_lower"] < 0.96 and best["normal_energy_J_ratio_upper"] > 1.04
+    # The same powder, the same power: the same time.
+    assert best["milling_h"] == pytest.approx(5, rel=0.06) and best["rate_ratio"] == pytest.approx(1, rel=0.06)
+    (first, second, *_) = verdict(card, mill, table)
+    assert "balls of 10 mm" in first and "h of milling for the dose of 5 h" in second
+
+
+def test_a_card_that_no_setting_meets_is_said_so(written):
+    content = card_content(gap_s=GAP)
+    for name in ("normal_energy_J", "tangential_energy_J"):
+        quantity = content["fingerprint"]["descriptors"][name]
+        content["fingerprint"]["descriptors"][name] = {"value": 1e3 * quantity["value"], "unit": "J"}
+    card, mill = read_card(written(content)), fingerprint()
+    (line,) = verdict(card, mill, match_card(card, mill))
+    assert "no setting of" in line and "within 25 %" in line
+    empty = match_card(card, mill, Wanted(fill_ratios=[0.9, 0.95]))
+    assert "none of the requested fill ratios" in verdict(card, mill, empty)[0]
+
+
+def test_collisions_counted_by_another_gap_are_refused_in_one_line(written):
+    card = read_card(written(card_content(gap_s=0.9)))
+    with pytest.raises(ConfigError, match=r"gap of 0\.9 s") as caught:
+        match_card(card, fingerprint())
+    assert len(str(caught.value).splitlines()) == 1

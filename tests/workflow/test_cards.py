@@ -1,0 +1,201 @@
+"""Milling cards in the workflow and by the script: their files, their numbers, reading back, and bad input."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+from PIL import Image
+
+from millprint.card.methods import methods_paragraph
+from millprint.card.read import read_card
+from millprint.card.write import FILES
+from millprint.files import read_json
+from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
+
+EXPERIMENTS = "config/data/experiments.tsv"
+SCHEMA = json.loads((ROOT / "workflow/schemas/card.schema.json").read_text())
+# A short simulation of a planetary mill.
+PLANETARY = {
+    "name": "short",
+    "mill": "planetary",
+    "speed_rpm": 400,
+    "balls": {"diameter_mm": 10, "number": 40, "material": "stainless_steel"},
+    "powder": {"name": "quartz", "mass_g": 20},
+    "programme": {"duration_h": 2},
+    "seeds": [0, 1],
+    "discard_turns": 1,
+    "window_turns": 2,
+}
+
+
+def call(folder, script: str, *arguments, timeout: float = 600) -> subprocess.CompletedProcess:
+    """Call a script in a project; both streams are in `stdout`."""
+    return subprocess.run(
+        [sys.executable, f"scripts/{script}", *map(str, arguments)], cwd=folder, env=active_environment(),
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=timeout, check=False,
+    )  # fmt: skip
+
+
+def test_the_smoke_run_has_a_card_with_the_numbers_of_its_simulation(smoke_project):
+    folder = smoke_project / "results/cards/reference"
+    content = read_json(folder / FILES.card)
+    Draft202012Validator(SCHEMA).validate(content)
+    card = read_card(folder / FILES.card)
+    summary = read_json(smoke_project / "results/dem/emax/calibrated/d10_f0.10_n600_s0/summary.json")
+    found, power = card.fingerprint.descriptors, summary["power_W"]
+    assert found.normal_power_W.value == pytest.approx(power["normal"])
+    assert found.power_W.value == pytest.approx(power["normal"] + power["tangential"])
+    assert card.balls.number == summary["balls"]
+    # Power by time over mass; a kJ/g is a thousand J/g.
+    assert card.powder.mass_g == pytest.approx(card.balls.mass_g / 30)
+    expected = found.power_W.value * 12.5 * 3600 / card.powder.mass_g / 1e3
+    assert card.dose.total_kJ_g.value == pytest.approx(expected)
+    # The spectra hold the powers of the ledger.
+    for channel in ("normal", "tangential"):
+        total = sum(spectrum.power_W for spectrum in card.spectra if spectrum.channel == channel)
+        assert total == pytest.approx(power[channel], rel=5e-3)
+    # Intervals by contact parameters of the same run, wear by the coefficient of the same run.
+    assert found.power_W.contact.lower < found.power_W.contact.upper
+    coefficient = read_json(smoke_project / "results/dose/wear_coefficient.json")["coefficient"]
+    assert card.wear.coefficient == pytest.approx(coefficient)
+    assert card.heat.powder.peak_degC.lower <= card.heat.powder.peak_degC.median <= card.heat.powder.peak_degC.upper
+    assert (folder / FILES.methods).read_text().strip() == card.methods == methods_paragraph(card)
+    assert all((folder / name).stat().st_size > 500 for name in FILES)
+    assert "Milling card" in (folder / FILES.svg).read_text()
+    assert "Cards" in (smoke_project / "results/report/report.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def written(smoke_project, tmp_path_factory):
+    """The folder of a card that the script has written, and what it printed."""
+    folder = tmp_path_factory.mktemp("card")
+    (folder / "card.yaml").write_text(yaml.safe_dump(PLANETARY))
+    done = call(smoke_project, "write_card.py", folder / "card.yaml", "--out", folder / "out")
+    assert done.returncode == 0, done.stdout[-3000:]
+    return folder, done.stdout
+
+
+def test_the_script_writes_the_card_of_one_condition_without_a_sweep(written):
+    folder, said = written
+    card = read_card(folder / "out" / FILES.card)
+    assert card.balls.number == 40 and card.machine.speed_rpm == 400 and card.fingerprint.seeds == [0, 1]
+    assert card.methods in said
+    with Image.open(folder / "out/mill.gif") as image:
+        assert image.n_frames > 40
+    # A fixed wall power: what the walls do is what the balls dissipate, within the scatter of so short a window.
+    powers = [read_json(path)["power_W"] for path in (folder / "out/runs").glob("seed_*/summary.json")]
+    mean = sum(each["normal"] + each["tangential"] for each in powers) / len(powers)
+    assert card.fingerprint.descriptors.power_W.value == pytest.approx(mean)
+
+
+def test_a_second_call_simulates_nothing_again(written, smoke_project):
+    folder, _ = written
+    before = {path: path.stat().st_mtime_ns for path in (folder / "out/runs").rglob("run.h5")}
+    first = (folder / "out" / FILES.card).read_bytes()
+    done = call(smoke_project, "write_card.py", folder / "card.yaml", "--out", folder / "out", "--no-animation")
+    assert done.returncode == 0 and "2 of 2 simulations were done before" in done.stdout
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+    assert (folder / "out" / FILES.card).read_bytes() == first
+
+
+def test_a_card_is_read_back_and_matched(written, smoke_project):
+    folder, _ = written
+    done = call(smoke_project, "match_conditions.py", "--from", folder / "out" / FILES.card, "--to", "emax",
+                "--out", folder / "ranked.tsv")  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "En ratio" in done.stdout and "short: " in done.stdout.splitlines()[-1]
+    assert (folder / "ranked.tsv").read_text().count("\n") > 1
+
+
+@pytest.mark.parametrize(
+    ("mill", "parts"),
+    [
+        ("spex", ["--to spex", "was not run", "snakemake --cores 2 fingerprint --config mill=spex"]),
+        ("spexx", ["--to spexx", "unknown mill", "planetary"]),
+        ("results/no.json", ["results/no.json", "no such fingerprint"]),
+    ],
+)
+def test_a_mill_that_was_not_run_is_refused_in_one_line(written, smoke_project, mill, parts):
+    folder, _ = written
+    done = call(smoke_project, "match_conditions.py", "--from", folder / "out" / FILES.card, "--to", mill)
+    assert done.returncode == 1
+    (line,) = done.stdout.splitlines()
+    assert all(part in line for part in parts), line
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "parts"),
+    [
+        (("powder", "mass_g"), 0, ["powder.mass_g = 0", "greater than 0"]),
+        (("powder", "bpr"), 30, ["powder", "either mass_g or bpr"]),
+        (("programme",), {"duration_h": 2, "cycle_min": 10, "pause_min": 12}, ["pause_min = 12", "cycle_min = 10"]),
+        (("programme",), {"duration_h": 2, "pause_min": 12}, ["programme", "cycle_min", "missing"]),
+        (("mill",), "planetry", ["unknown mill 'planetry'", "did you mean planetary?"]),
+        (("contact",), "stel", ["unknown contact set 'stel'", "did you mean steel?"]),
+        (("balls", "material"), "cheese", ["balls.material = 'cheese'", "zirconia"]),
+        (("balls", "material"), "zirconia", ["5900 kg/m3", "balls.density_kg_m3: 5900"]),
+        (("balls", "number"), 400, ["400 balls of 10 mm", "do not fit"]),
+        (("balls", "number"), 4000, ["number = 4000", "of the jar's volume"]),
+        (("balls", "diameter_mm"), 90, ["90", "does not fit"]),
+        (("speed_rpm",), 400000, ["speed_rpm = 400000", "over 1000 g"]),
+        (("speed_hz",), 5, ["either speed_rpm or speed_hz"]),
+        (("seeds",), [1, 1], ["seeds", "1 appears twice"]),
+        (("spede",), 1, ["spede", "unknown key"]),
+    ],
+)
+def test_an_experiment_that_cannot_be_is_refused_in_one_line(tmp_path, place, value, parts):
+    content = json.loads(json.dumps(PLANETARY))
+    inner = content
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    (tmp_path / "card.yaml").write_text(yaml.safe_dump(content))
+    done = call(ROOT, "write_card.py", tmp_path / "card.yaml", "--out", tmp_path / "out")
+    assert done.returncode == 1
+    (line,) = error_lines(done.stdout)
+    assert "card.yaml" in line or "config/" in line
+    assert all(part in line for part in parts), line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        (
+            "\t600\t10\t0.10",
+            "\t600\t10\t1.10",
+            ["experiments.tsv: reference", "balls.fill_ratio = '1.10'", "less than 1"],
+        ),
+        ("\t600\t10\t0.10", "\t600\t10\t0.80", ["experiments.tsv: reference", "0.8", "do not fit"]),
+        ("\t30\t12.5\t30\t10\t", "\t0\t12.5\t30\t10\t", ["planetary_400", "powder.bpr = '0'", "greater than 0"]),
+        ("\t30\t12.5\t30\t10\t", "\t30\t12.5\t30\t40\t", ["planetary_400", "pause_min = 40", "cycle_min = 30"]),
+        ("speed_normal", "reference", ["name = reference appears twice"]),
+        ("powder.bpr", "powder.bprr", ["reference", "powder.bprr", "unknown key", "did you mean bpr?"]),
+        ("\temax\t600\t10\t0.06", "\temx\t600\t10\t0.06", ["unknown mill 'emx'"]),
+        ("stainless_steel", "tin", ["balls.material = 'tin'", "stainless_steel"]),
+    ],
+)
+def test_a_table_of_experiments_is_refused_in_one_line(project, refusal, old, new, parts):
+    table = project / EXPERIMENTS
+    text = table.read_text()
+    assert old in text
+    table.write_text(text.replace(old, new, 1))
+    line = refusal()
+    assert all(part in line for part in parts), line
+
+
+def test_the_cards_of_the_thesis_need_no_simulation_of_their_own(project):
+    """Those of the Emax are conditions of its sweeps; the planetary one is a condition of its own, with three seeds."""
+    plan = run_snakemake(project, "-n", "cards").stdout
+    for name in ("reference", "speed_tangential", "speed_normal", "planetary_400"):
+        assert f"results/cards/{name}/card.json" in plan
+    for seed in (0, 1, 2):
+        assert f"results/dem/planetary/calibrated/d10_f0.20_n400_s{seed}/summary.json" in plan
+    assert "results/dem/emax/calibrated/d10_f0.17_n600_s1/summary.json" in plan
+    assert "d10_f0.17_n600_s2" not in plan
+    assert "results/cards/match.tsv" in plan
+    whole = run_snakemake(project, "-n", "--config", "mill=planetary").stdout
+    assert "results/cards/" not in whole

@@ -1,0 +1,75 @@
+"""Milling cards of a table of experiments (section `cards`), and what other mills come near them: results/cards."""
+
+
+rule write_card:
+    input:
+        summaries=lambda wildcards: carded(wildcards.card, "summary.json"),
+        runs=lambda wildcards: carded(wildcards.card, "run.h5"),
+        uncertainty=lambda wildcards: card_intervals(wildcards.card),
+        wear=[f"{RESULTS}/dose/wear_coefficient.json"] if CHAPTERS else [],
+        materials=CONFIG.dose.wear.materials,
+    output:
+        card=f"{CARD}/card.json",
+        svg=report(
+            f"{CARD}/card.svg",
+            caption="../report/card.rst",
+            category="Cards",
+            labels={"card": "{card}", "shows": "one page"},
+        ),
+        png=f"{CARD}/card.png",
+        pdf=f"{CARD}/card.pdf",
+        methods=f"{CARD}/methods.txt",
+        table=f"{CARD}/table.tex",
+        references=f"{CARD}/references.bib",
+        animation=[f"{CARD}/mill.gif"] if CONFIG.cards.animation else [],
+    log:
+        f"{LOGS}/cards/{{card}}.log",
+    benchmark:
+        f"{BENCHMARKS}/write_card/{{card}}.tsv"
+    wildcard_constraints:
+        card=any_of(CARD_EXPERIMENTS),
+    params:
+        experiment=lambda wildcards: CARD_EXPERIMENTS[wildcards.card].model_dump(mode="json"),
+        cases=lambda wildcards: [case.model_dump(mode="json") for case in cases_of_card(wildcards.card)],
+        mill=lambda wildcards: dumped(MILLS[CARD_EXPERIMENTS[wildcards.card].mill]),
+        contact=lambda wildcards: CONTACTS[contact_of_card(wildcards.card)].model_dump(mode="json"),
+        settings={
+            "counting_rule": CONFIG.fingerprint.counting_rule,
+            "interval": CONFIG.fingerprint.interval,
+            "dose": CONFIG.dose.model_dump(mode="json"),
+        },
+        dem=settings("dem"),
+        animation=CONFIG.cards.animation,
+        library=library("write_card.py"),
+    message:
+        "Writing the milling card {wildcards.card}"
+    script:
+        "../../scripts/write_card.py"
+
+
+rule match_cards:
+    input:
+        cards=expand(rules.write_card.output.card, card=CARD_EXPERIMENTS),
+        fingerprints=[predicting(name) for name in CONFIG.cards.match],
+    output:
+        table=f"{RESULTS}/cards/match.tsv",
+        verdict=f"{RESULTS}/cards/match.txt",
+    log:
+        f"{LOGS}/cards/match.log",
+    localrule: True
+    params:
+        library=library("match_cards.py"),
+    message:
+        "Matching {CONFIG.cards.match} to the milling cards"
+    script:
+        "../../scripts/match_cards.py"
+
+
+CARD_OUTPUTS = expand([*rules.write_card.output], card=CARD_EXPERIMENTS)
+
+
+rule cards:
+    input:
+        CARD_OUTPUTS,
+        rules.match_cards.output if CARD_EXPERIMENTS and CONFIG.cards.match else [],
+    localrule: True
