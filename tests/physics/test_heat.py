@@ -1,9 +1,11 @@
 """The heat balance: one body, steady state, coupled bodies by the matrix exponential, closed balance, pauses."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from millprint.dose.heat import BALLS, JAR, Balance, cycle_peak, pause_needed, programme_phases, solve, time_to_limit
@@ -75,7 +77,35 @@ def test_coupled_bodies_follow_the_matrix_exponential():
 
 def test_the_energy_balance_closes():
     course = solve(balances(60), programme_phases(7200, 900, 300), np.linspace(0, 7200, 13))
-    assert course.balance_error < 1e-8
+    assert course.balance_error < 1e-10
+
+
+def test_an_integrator_finds_the_same_temperatures():
+    balance, times = balances(4), np.linspace(0, 5400, 28)
+    phases = programme_phases(5400, 1500, 600)
+    course = solve(balance, phases, times)
+    for sample in range(4):
+        state, found = np.zeros(3), [np.zeros(3)]
+        for start, end, running in phases:
+            matrix = balance.conductance(running)[sample]
+            source, capacity = running * balance.source_W[sample], balance.capacity_J_K[sample]
+            inside = times[(times > start) & (times <= end)]
+            own = solve_ivp(
+                lambda _, each, matrix=matrix, source=source, capacity=capacity: (source - matrix @ each) / capacity,
+                (start, end), state, method="LSODA", t_eval=np.union1d(inside, end), rtol=1e-11, atol=1e-10,
+            )  # fmt: skip
+            found += list(own.y.T[: len(inside)])
+            state = own.y[:, -1]
+        degC = np.array(found) + balance.surroundings_degC[sample]
+        np.testing.assert_allclose(course.temperature_degC[:, sample], degC, atol=1e-6)
+
+
+def test_a_jar_that_gives_nothing_away_in_a_pause_keeps_its_heat():
+    balance = dataclasses.replace(balances(5), resting_W_K=np.zeros(5))
+    course = solve(balance, programme_phases(3000, 1000, 2000), np.array([0.0, 1000.0, 3000.0]))
+    stored = (balance.capacity_J_K * (course.temperature_degC - balance.surroundings_degC[:, None])).sum(axis=2)
+    np.testing.assert_allclose(stored[2], stored[1], rtol=1e-10)
+    assert course.balance_error < 1e-10
 
 
 def test_without_a_source_nothing_warms_up():
