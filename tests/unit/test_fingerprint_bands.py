@@ -26,6 +26,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
 from tests.conftest import ROOT
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of
+from tests.unit.made_spectra import made_spectra
 from tests.unit.synthetic_mill import descriptors, fingerprint
 
 AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
@@ -196,6 +197,7 @@ def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
         "collapse": tabulate_mill_collapse(descriptors(), 0.95, 0.2),
         "zones": find_zones(plain),
         "descriptors": descriptors(),
+        "spectra_summary": made_spectra(descriptors())[1],
         # The first lies outside by the rounding of a table.
         "curves": plain.curve(np.array([0.04, 0.10, 0.20])).assign(fill_ratio=[0.04 * (1 - 1e-8), 0.10, 0.20]),
     }
