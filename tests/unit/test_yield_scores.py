@@ -264,6 +264,15 @@ def test_the_sentence_follows_the_test(apart, words):
     ]
     chance = {"measure": "R2", "measured": 0.9, "permutations": 19, "median": 0.0, "highest": 0.4, "p": 0.05}
     covered = {"method": "mixture", "nominal": 0.8, "covered": 0.7, "width_pp": 20.0}
+    strategies = ("learning", "expected_improvement", "most_balls_longest_time", "random")
+    searched = {"mean_runs": 9.5, "conclusion": "cannot be told from the search by these targets"}
+    taught = {
+        "error_pp": 8.0,
+        "less_than_chance_pp": 1.0,
+        "less_lower": -1.0,
+        "less_upper": 3.0,
+        "conclusion": "cannot",
+    }
     tables = {
         "honest": pd.DataFrame([each | rest | {"metric": "r2"} for each in every]),
         "differences": pd.DataFrame(paired),
@@ -273,5 +282,21 @@ def test_the_sentence_follows_the_test(apart, words):
         "coverage": pd.DataFrame([each | covered for each in every]),
         "libraries": pd.DataFrame(libraries),
         "permutation_test": pd.DataFrame([chance]),
+        "search": pd.DataFrame([{"target": "all"} | searched | {"strategy": name} for name in strategies]),
+        "learning": pd.DataFrame(
+            [{"runs": runs} | taught | {"strategy": name} for name in strategies for runs in (8, 16)]
+        ),
     }
-    assert words in state(tables).set_index("about").loc["two best models", "statement"]
+    said = state(tables).set_index("about")["statement"]
+    assert words in said["two best models"]
+    assert "9.5 runs" in said["next experiments"] and "with 16 runs known" in said["next experiments"]
+    # Without the process of several starts nothing is said of it.
+    assert "starts" not in said.index
+    several = {"model": "gpr_starts", "strategy": "two_step"}
+    tables["honest"] = pd.concat(
+        [tables["honest"], pd.DataFrame([several | each | rest | {"metric": "r2"} for each in schemes])]
+    )
+    told = [several | each | test | {"told_apart": "no"} for each in schemes]
+    tables["differences"] = pd.concat([tables["differences"], pd.DataFrame(told)])
+    starts = state(tables).set_index("about").loc["starts", "statement"]
+    assert starts.count("cannot be told apart") == 2 and "0.800 with the searched start" in starts
