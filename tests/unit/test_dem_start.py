@@ -13,13 +13,13 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
+from millprint.dem.preflight import check_room, checked_bodies
 from millprint.dem.simulation import Simulation
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.errors import ConfigError, SimulationError
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
-from millprint.preflight import check_room, checked_bodies
 
 CONFIG = Path(__file__).parents[2] / "config"
 VOLUME = 125e-6

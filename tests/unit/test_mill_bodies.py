@@ -10,6 +10,7 @@ from scipy.spatial.distance import pdist
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.dem.packing import capacity, inside, lattice, pack
+from millprint.dem.preflight import checked_bodies
 from millprint.errors import ConfigError, SimulationError
 from millprint.mill.bodies import (
     CHECK_RPM,
@@ -21,7 +22,6 @@ from millprint.mill.bodies import (
 )
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
-from millprint.preflight import checked_bodies
 from tests.poses import angular_velocity
 
 TANK = {"kind": "cylinder", "radius_mm": 50, "height_mm": 100}

@@ -12,11 +12,11 @@ from millprint.config.geometry import LifterDrumGeometry, VesselGeometry
 from millprint.config.load import check_model
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
+from millprint.dem.preflight import check_mixtures
 from millprint.fingerprint.cases import enlarged, mill_cases
 from millprint.mill.bodies import build_bodies
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import Vessel, build_vessel, check_volume, shape_facets
-from millprint.preflight import check_mixtures
 from tests.conftest import ROOT
 
 LIFTERS = {"number": 12, "height_mm": 22, "width_mm": 22}

@@ -8,10 +8,10 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.budget import cost
+from millprint.dem.preflight import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dem.timestep import rayleigh_time, requested_step
 from millprint.dose.wear import read_materials
 from millprint.mill.bodies import CHECK_RPM
-from millprint.preflight import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.speeds import SpeedSetting, check_speeds, speed_warnings, with_paces
 
 

@@ -41,7 +41,7 @@ ORIGINS: dict[str, tuple[str, Callable]] = {
     "yield/out_of_domain.tsv": ("evaluate_yield_models", report.predictions),
     "yield/time_variance.tsv": ("evaluate_yield_models", yield_evaluation.time_variance),
     "yield/shap_ranking.tsv": ("evaluate_yield_models", explanation.rank_features),
-    "surrogate/*/metrics.tsv": ("evaluate_surrogate", evaluation.evaluate),
+    "surrogate/*/metrics.tsv": ("evaluate_graph_surrogate", evaluation.evaluate),
     "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", timing.simulation_seconds),
     "surrogate/runtime.tsv": ("time_surrogates", timing.time_rollouts),
     "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", tables.wall_contact_table),
