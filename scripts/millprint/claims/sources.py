@@ -55,7 +55,8 @@ class Source:
 
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
-    file; function: what computes its content.
+    file; for a simulation run_dem_case, also where a job of a rule run_dem_seeds_... holds several seeds; function:
+    what computes its content.
     """
 
     path: str
