@@ -112,6 +112,11 @@ def scripts_of_rules() -> dict[str, list[tuple[str, str]]]:
         output = re.search(r"^ *output:\n(.*?)^ *log:", body, re.M | re.S)
         if script and output:
             found[name] = (output[1], script[1])
+    # A rule that takes another one over has its script, and outputs of its own where it names them.
+    for base, name, body in re.findall(r"^ *use rule (\w+) as (\w+) with:\n(.*?)(?=^\S|\Z)", text, re.M | re.S):
+        if base in found:
+            output = re.search(r"^ *output:\n(.*?)^ {4}\w", body, re.M | re.S)
+            found[name] = (output[1] if output else found[base][0], found[base][1])
     return found
 
 
