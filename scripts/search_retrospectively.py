@@ -23,7 +23,7 @@ from millprint.predict.tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:
-    """Write how many runs each strategy needs to find the best one, and the error of runs that nobody could choose."""
+    """Write how many runs each strategy needs to find the best one, and the error of the runs held out."""
     every = pd.concat([read_rows(path) for path in parts], ignore_index=True)
     library = smaller_library(averaging, plan)
     tables, paths, targets = [], [], []

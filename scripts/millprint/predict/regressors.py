@@ -217,6 +217,16 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
     return values[:, :-1].astype(float), float(values[0, -1])
 
 
+# What every Gaussian process of Eqs 5.5 to 5.10 has, however its start is found.
+OF_A_PROCESS: dict[str, Any] = {
+    "scaled": True,
+    "choices": ("length_scales", "kernel_bounds"),
+    "keep": _keep_gpr,
+    "restore": _restore_gpr,
+    "deviation": _gpr_deviation,
+    "mean_deviation": _gpr_mean_deviation,
+    "fitted": _fitted_kernel,
+}
 REGRESSORS = {
     "linear": Regressor(
         title="linear",
@@ -236,13 +246,7 @@ REGRESSORS = {
         "off the printed row.",
         make=_make_gpr,
         space=spaces.GprSpace,
-        scaled=True,
-        choices=("length_scales", "kernel_bounds"),
-        keep=_keep_gpr,
-        restore=_restore_gpr,
-        deviation=_gpr_deviation,
-        mean_deviation=_gpr_mean_deviation,
-        fitted=_fitted_kernel,
+        **OF_A_PROCESS,
     ),
     "rf": Regressor(
         title="random forest",
@@ -284,13 +288,7 @@ REGRESSORS = {
         settled="Not of the thesis. Nothing is searched: of several starts within Table 5.2, the one that ends at the "
         "largest marginal likelihood.",
         make=_make_gpr_of_starts,
-        scaled=True,
-        choices=("length_scales", "kernel_bounds"),
-        keep=_keep_gpr,
-        restore=_restore_gpr,
-        deviation=_gpr_deviation,
-        mean_deviation=_gpr_mean_deviation,
-        fitted=_fitted_kernel,
+        **OF_A_PROCESS,
     ),
 }
 # Names of the models in figures.

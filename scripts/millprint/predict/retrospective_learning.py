@@ -1,4 +1,4 @@
-"""A test of the proposals on the runs that were done: what the chosen runs teach the model of runs that nobody chose.
+"""A test of the proposals on the runs that were done: what the chosen runs teach of runs held out.
 
 The best run is one draw, and a rule may find it by luck (millprint.predict.retrospective). The error of other runs is
 what a search for information is for. So some runs are held out and never offered; each strategy chooses from the rest,
