@@ -31,6 +31,7 @@ import sys  # noqa: E402
 sys.path.insert(0, str(ROOT / "scripts"))
 
 import millprint.calibration.preflight as calibration  # noqa: E402
+import millprint.dem.preflight as cases  # noqa: E402
 import millprint.preflight as preflight  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
@@ -117,8 +118,8 @@ def _bodies_of(mill_json: str, volume_tolerance: float):
     return _checked_bodies({mill.name: mill})[mill.name]
 
 
-_checked_bodies, _capacity, _make_swing = preflight.checked_bodies, preflight.capacity, calibration.make_swing
-_check_tables, _pack_mixture = preflight.check_tables, preflight.pack_mixture
+_checked_bodies, _check_tables, _make_swing = preflight.checked_bodies, preflight.check_tables, calibration.make_swing
+_capacity, _pack_mixture = cases.capacity, cases.pack_mixture
 
 
 def remember_shapes() -> None:
@@ -163,7 +164,7 @@ def remember_shapes() -> None:
     preflight.checked_bodies = lambda mills: {
         name: _bodies_of(mill.model_dump_json(), mill.volume_tolerance) for name, mill in mills.items()
     }
-    preflight.capacity, preflight.pack_mixture = capacity, pack_mixture
+    cases.capacity, cases.pack_mixture = capacity, pack_mixture
 
 
 def plan() -> None:

@@ -29,9 +29,9 @@ def drum(length_mm: float) -> MillConfig:
 def case(speed_rpm: float, fill_ratio: float = 0.15, **values) -> Case:
     turn_s = 60 / speed_rpm
     return Case(
-        mill="drum", contact="test", ball_diameter_mm=10, fill_ratio=fill_ratio, speed_rpm=speed_rpm, seed=0,
+        mill="drum", contact="test", ball_diameter_mm=10, fill_ratio=fill_ratio, speed_rpm=speed_rpm,
         rayleigh_fraction=0.1, closure_max=0.05, snapshot_interval_s=turn_s / 36,
-        **{"settle_s": 0.2, "discard_s": 2 * turn_s, "window_s": 6 * turn_s} | values,
+        **{"seed": 0, "settle_s": 0.2, "discard_s": 2 * turn_s, "window_s": 6 * turn_s} | values,
     )  # fmt: skip
 
 
@@ -43,12 +43,18 @@ def test_in_a_steady_drum_the_work_of_the_walls_is_dissipated():
 
 
 def test_a_charge_that_centrifuges_in_a_smooth_drum_takes_almost_no_energy():
-    fast, slow = 2.5 * CRITICAL, 0.7 * CRITICAL
+    # At 2.5 times the critical speed and less, friction decides whether a charge that slides ever comes to rest on a
+    # smooth shell; here all do.
+    fast, slow = 3.0 * CRITICAL, 0.7 * CRITICAL
     tumbling, _ = simulate(case(slow, fill_ratio=0.06), drum(11), CONTACT, DEM)
-    spun, _ = simulate(case(fast, fill_ratio=0.06, discard_s=3.0, window_s=0.5), drum(11), CONTACT, DEM)
-    assert spun["carried"] == 10
+    spun = [
+        simulate(case(fast, fill_ratio=0.06, discard_s=3.0, window_s=0.5, seed=seed), drum(11), CONTACT, DEM)[0]
+        for seed in range(4)
+    ]
+    assert [each["carried"] for each in spun] == [10, 10, 10, 10]
     # A turn: gravity still rolls the balls a little to and fro on the shell.
-    assert abs(spun["power_W"]) / fast < 0.03 * tumbling["power_W"] / slow
+    a_turn = np.mean([each["power_W"] for each in spun]) / fast
+    assert abs(a_turn) < 0.05 * tumbling["power_W"] / slow
 
 
 def test_balls_of_a_slice_do_not_stay_in_its_middle():

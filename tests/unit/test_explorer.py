@@ -243,6 +243,7 @@ def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(page):
       slide("speed_hz", 700); const before = shown(); const quiet = document.getElementById("outside").textContent;
       slide("speed_hz", 1100); const after = shown();
       slide("speed_hz", 2400); const warned = document.getElementById("outside").textContent;
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
       return { before, after, quiet, warned, hint: document.getElementById("speed_hz-hint").textContent,
         charts: document.querySelectorAll("#charts svg[role=img][aria-label]").length };"""
     said = page.run(script)
