@@ -9,7 +9,8 @@ from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
 from millprint.figures.heat import plot_heat
 from millprint.figures.style import save
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
+from millprint.progress import progress
 
 
 def main(

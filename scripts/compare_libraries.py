@@ -6,12 +6,13 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.held_out import outer_folds
 from millprint.predict.library_trials import compare_libraries
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.scores import WHOLE
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 
 def main(

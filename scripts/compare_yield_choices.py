@@ -5,10 +5,11 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import TrainingConfig
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.choices import compare_choices, describe_search
 from millprint.predict.model_files import load_model
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 
 def main(inputs, choices_path: str, settings: TrainingConfig, again: list[tuple[str, str, str]]) -> None:

@@ -9,11 +9,12 @@ from millprint.config.yields import HeldOutConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.procedures import procedure_of
 from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
 from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 # The averaged Gaussian process with and without the tangential share, and the two models of Table 5.8.
 PROCEDURES = {

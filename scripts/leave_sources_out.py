@@ -9,7 +9,7 @@ from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.other_sources import (
     GIVEN,
     leave_sources_out,
@@ -21,6 +21,7 @@ from millprint.predict.other_sources import (
 from millprint.predict.procedures import procedure_of
 from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
 from millprint.predict.tables import read_parts
+from millprint.progress import progress
 
 # The averaged Gaussian process, the best model of Table 5.6, and its baseline.
 MODELS = [(AVERAGED, PRIMARY), ("gpr", TWO_STEP), ("linear", PRIMARY)]

@@ -6,9 +6,10 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import LibraryTrialConfig
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.library_trials import permutation_p, permute
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 
 def main(parts: list[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:

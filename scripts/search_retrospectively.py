@@ -8,7 +8,7 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import RetrospectiveConfig
 from millprint.doe.runs import YIELD
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.retrospective import (
     STRATEGIES,
     draw_starts,
@@ -20,6 +20,7 @@ from millprint.predict.retrospective import (
 )
 from millprint.predict.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:

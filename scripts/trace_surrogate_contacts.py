@@ -3,7 +3,8 @@
 import logging
 
 from millprint.config.contact_surrogate import ContactSurrogateConfig
-from millprint.job import job, progress
+from millprint.job import job
+from millprint.progress import progress
 from millprint.surrogate.contact.dataset import TracedModels, follow, open_tracer, truths, write_dataset
 
 logger = logging.getLogger("millprint")

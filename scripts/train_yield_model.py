@@ -4,10 +4,11 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import SearchConfig, TrainingConfig
 from millprint.doe.runs import YIELD
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.model_files import save_model
 from millprint.predict.search import Trainer
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 
 def main(

@@ -7,10 +7,11 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import write_table
-from millprint.job import job, progress
+from millprint.job import job
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.tables import read_rows
 from millprint.predict.trials import run_trials, trial_table
+from millprint.progress import progress
 
 
 def main(parts: list[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:

@@ -1,4 +1,4 @@
-"""The log file of a job, its run time, and a progress bar with the remaining time."""
+"""The log file of a job, its run time, and what ends it with one line."""
 
 import errno
 import gc
@@ -10,13 +10,11 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-from tqdm import tqdm
 
 from millprint import files
 from millprint.errors import MillprintError
 from millprint.liveness import end_with_run, wait_for_turn
+from millprint.progress import job_title
 from millprint.records import record_path, write_record
 
 logger = logging.getLogger("millprint")
@@ -51,6 +49,7 @@ def job(log_path: str, title: str, origin: str = "") -> Iterator[logging.Logger]
     logging.captureWarnings(True)
     logging.getLogger("py.warnings").addHandler(handler)
     warnings.simplefilter("default")
+    named = job_title.set(title)
     start = time.perf_counter()
     logger.info("%s: begin", title)
     files.written.clear()
@@ -76,6 +75,7 @@ def job(log_path: str, title: str, origin: str = "") -> Iterator[logging.Logger]
     else:
         logger.info("%s: done in %.1f s", title, time.perf_counter() - start)
     finally:
+        job_title.reset(named)
         logger.removeHandler(handler)
         logging.getLogger("py.warnings").removeHandler(handler)
         handler.close()
@@ -87,20 +87,3 @@ def _full(error: OSError) -> str | None:
     """The message for an error of a full disk; HDF5 gives the error number only in its text."""
     found = re.search(r"errno = (\d+)", str(error))
     return FULL.get(error.errno or (int(found.group(1)) if found else 0))
-
-
-def progress(total: float | None, what: str, unit: str = "it", **options: Any) -> tqdm:
-    """A progress bar with the remaining time in a terminal; a few lines if the output is a file or CI."""
-    terminal = sys.stderr.isatty()
-    return tqdm(
-        total=total,
-        desc=what,
-        unit=unit,
-        mininterval=0.5 if terminal else 10.0,
-        maxinterval=10.0 if terminal else 30.0,
-        delay=0 if terminal else 10.0,
-        dynamic_ncols=terminal,
-        leave=not terminal,
-        file=sys.stderr,
-        **options,
-    )

@@ -30,7 +30,7 @@ from millprint.bench.large import large_setup, large_start
 from millprint.config.bench import BenchCase, BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.job import progress
+from millprint.progress import progress
 
 logger = logging.getLogger("millprint")
 

@@ -19,7 +19,7 @@ from millprint.config.mill import MillConfig
 from millprint.dem.run import run_case
 from millprint.files import read_json
 from millprint.hdf5 import open_hdf5
-from millprint.job import progress
+from millprint.progress import progress
 
 # Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
 PHYSICS_COLUMNS = (

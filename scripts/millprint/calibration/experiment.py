@@ -8,7 +8,7 @@ from millprint.calibration.oscillation import PLACES, Swing, describe_swings, ma
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.job import progress
+from millprint.progress import progress
 
 FITTED, VARIED = "fit", "varied"
 SIMULATED, MEASURED = "simulated", "measured"

@@ -16,9 +16,9 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.dem.run import run_case
 from millprint.files import write_json
-from millprint.job import progress
 from millprint.kernel import kernel_digest
 from millprint.liveness import end_with_run
+from millprint.progress import progress
 from millprint.view.frames import read_movie
 
 # Beside run.h5: a digest of everything that decides its content.

@@ -16,7 +16,7 @@ from millprint.claims.compare import is_number
 from millprint.claims.evidence import Evidence, Finding, Interval, find_claim
 from millprint.claims.tabulate import collect_findings, read_claims
 from millprint.files import read_table
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.repeats import LEVEL, student
 
 WINDOWS = "bootstrap of windows"
@@ -100,7 +100,7 @@ def tabulate_intervals(
     uncertain = [name for name in claims.index[claims["kind"].isin(UNCERTAIN)] if findings[name].value is not None]
     evidence = Evidence(Path(results), Path(claims_path).parent, claims["value"])
     rows = []
-    with progress(len(uncertain), "draw again", "claim") as bar:
+    with progress(len(uncertain), None, "claim") as bar:
         for name in uncertain:
             finding, interval, repeats = findings[name], findings[name].interval, 0
             for one in repeated:

@@ -16,8 +16,8 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import CircleMotion, MillConfig, PostGeometry, StadiumGeometry
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.simulation import Simulation
-from millprint.job import progress
 from millprint.kernel import drop_old_caches, kernel_digest, processor_type
+from millprint.progress import progress
 
 TINY_MILL = MillConfig(
     name="tiny",

@@ -14,8 +14,8 @@ from pydantic import BaseModel
 
 from millprint.errors import SimulationError
 from millprint.files import whole_file
-from millprint.job import progress
 from millprint.kernel import kernel_digest
+from millprint.progress import progress
 from millprint.sealed import seal, unsealed
 
 logger = logging.getLogger("millprint")

@@ -32,11 +32,11 @@ from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
 from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step
 from millprint.errors import SimulationError
-from millprint.job import progress
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel
 from millprint.mill.walls import Walls, build_walls
+from millprint.progress import progress
 
 # Wall time of one call of the kernel [s]: short enough for a smooth progress bar.
 CHUNK_S = 0.25
@@ -163,7 +163,7 @@ class Simulation:
         self._restart, self._written = restart, time.monotonic()
         first_window = self.window_steps
         options = {"unit_scale": self.step, "bar_format": BAR, "disable": title is None}
-        with progress(self._steps_in_all, title or "", "s", **options) as bar:
+        with progress(self._steps_in_all, title or "", "s simulated", **options) as bar:
             bar.update(int(self.counters[COUNTER.step]) + self.settle_steps)
             self._drive_in(recording, bar)
             # A restarted run may be in a window that had been made longer.

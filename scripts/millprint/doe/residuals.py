@@ -16,7 +16,7 @@ from millprint.config.doe import AnalysisConfig
 from millprint.doe.design import treatments
 from millprint.doe.model import sums_of_squares
 from millprint.doe.runs import RUN_ORDER, YIELD
-from millprint.job import progress
+from millprint.progress import progress
 
 # A run of at least this leverage fixes a parameter: the model goes through it.
 FULL_LEVERAGE = 1 - 1e-9

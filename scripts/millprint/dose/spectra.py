@@ -26,7 +26,7 @@ from millprint.errors import ConfigError, MillprintError
 from millprint.files import read_table
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.hdf5 import open_hdf5
-from millprint.job import progress
+from millprint.progress import progress
 
 CHANNELS = ("normal", "tangential")
 PAIRS = ("ball_ball", "ball_wall")
@@ -245,7 +245,7 @@ def tabulate_spectra(
         conditions.setdefault(tuple(condition_of(summary).values()), []).append((path, summary))
     bins: list[pd.DataFrame] = []
     rows: list[dict] = []
-    bar = progress(len(conditions), "spectra", unit="condition")
+    bar = progress(len(conditions), None, unit="condition")
     for values in sorted(conditions):
         bar.update()
         key = dict(zip(CONDITION, values, strict=True))

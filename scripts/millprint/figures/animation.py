@@ -13,7 +13,7 @@ from PIL import Image
 from millprint.errors import ConfigError
 from millprint.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, plt
 from millprint.files import whole_file
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.view.frames import Frame, Movie, Panel, Picture
 
 # A compromise of sharp text and a file of a few megabytes.

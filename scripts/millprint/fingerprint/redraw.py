@@ -18,7 +18,7 @@ from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.curves import average_curves, conditions_of
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import as_built, tabulate_descriptors
-from millprint.job import progress
+from millprint.progress import progress
 
 CHANNELS = ("normal", "tangential")
 
@@ -85,7 +85,7 @@ def draw_tables(
 ) -> list[dict[str, pd.DataFrame]]:
     """So many draws of `redrawn_tables`, whose settings these are."""
     rng, found = np.random.default_rng(seed), []
-    with progress(draws, "draw again", "draw") as bar:
+    with progress(draws, None, "draw") as bar:
         for _ in range(draws):
             found.append(redrawn_tables(summaries, of_modulus, rng, **settings))
             bar.update()

@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from millprint.config.contact_surrogate import ContactTrainingConfig
 from millprint.config.surrogate import TrainingConfig
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.surrogate.checkpoint import read_checkpoint, write_checkpoint
 
 logger = logging.getLogger("millprint")
@@ -68,7 +68,7 @@ class ResumableTraining(ABC):
         started -= self.elapsed_s
         left = math.inf if max_steps is None else max_steps
         done = self.epoch * total + self.cursor
-        with progress(settings.epochs * total, "train", "step", initial=done) as bar:
+        with progress(settings.epochs * total, None, "step", initial=done) as bar:
             while not self.finished and left and self.elapsed_s < settings.wall_time_max_s:
                 for name, value in self.step().items():
                     self.sums[name] = self.sums.get(name, 0.0) + value.item()

@@ -11,7 +11,7 @@ from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ContactFactors, Ends
 from millprint.fingerprint.condition import Condition, energy_scale, power_scale
 from millprint.fingerprint.curves import CURVES
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import draw, saltelli_shares, sobol_indices
 from millprint.uncertainty.sampler import FILLED
@@ -90,7 +90,7 @@ def measure(
     shares = saltelli_shares(names, settings.base_samples, settings.seed)
     varied = Space(space.variables[:-1]).values(shares)
     indices, intervals, sets = [], [], []
-    with progress(len(fill_ratios) * len(emulators), "indices and intervals", " quantities") as bar:
+    with progress(len(fill_ratios) * len(emulators), None, " quantities") as bar:
         for fill in fill_ratios:
             places = space.places(varied.assign(**{FILL: fill}))
             known = [space.places(pd.DataFrame([{**contact_values(one), FILL: fill}]))[0] for one in (contact, *others)]

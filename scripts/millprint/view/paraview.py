@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.view.snapshots import Block, Snapshots, body_of_feature, open_run
 from millprint.view.vtkhdf import TransientPolyData, transient_polydata
 

@@ -13,7 +13,7 @@ from millprint.config.mill import MillConfig
 from millprint.dem.layout import COUNTER, HISTORY_WIDTH, STATUS, TOTAL
 from millprint.errors import ConfigError
 from millprint.hdf5 import open_hdf5
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.surrogate.contact.coarse import CoarseSimulation, SavedState, coarse_step
 from millprint.surrogate.contact.ensemble import read_ensemble
 from millprint.surrogate.contact.step import Frames
@@ -92,9 +92,9 @@ class ContactSurrogate:
         """
         states = self.first_states(starts_s)
         if self.leading:
-            with progress(steps * len(states), "roll out", "step") as bar:
+            with progress(steps * len(states), None, "step") as bar:
                 return self.run(states, steps, steps_per_frame, bar)
-        with progress(steps * (len(states) + len(self.members)), "roll out", "step") as bar:
+        with progress(steps * (len(states) + len(self.members)), None, "step") as bar:
             rollout = self.run(states, steps, steps_per_frame, bar)
             members = range(len(self.members))
             alone = [self.run(states[:1], steps, steps_per_frame, bar, member).dissipated_J for member in members]

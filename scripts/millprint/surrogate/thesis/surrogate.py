@@ -10,7 +10,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from millprint.config.surrogate import EdgeConfig, Recipe
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.surrogate import measures
 from millprint.surrogate.protocol import Run, Setting
 from millprint.surrogate.rollout import RollOut
@@ -107,7 +107,7 @@ class GraphSurrogate:
 
     def roll_out(self, starts_s: list[float], steps: int, steps_per_frame: int) -> RollOut:
         """A roll-out with a progress bar."""
-        with progress(steps, "roll out", "step") as bar:
+        with progress(steps, None, "step") as bar:
             return self.begin(starts_s)(steps, steps_per_frame, bar)
 
     def graphs(self, state: State) -> Graphs:
