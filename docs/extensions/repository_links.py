@@ -11,7 +11,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 LOGGER = logging.getLogger(__name__)
-LINK = re.compile(r"(?<!!)\]\(([^)\s#:]+)(#[^)\s]*)?\)")
+# A link, and not the same with ! before it, which is an image; its text may hold brackets.
+LINK = re.compile(r"(?<!!)(\[(?:[^\[\]]|\[[^\]]*\])*\])\(([^)\s#:]+)(#[^)\s]*)?\)")
 
 
 def rewrite_links(app: Sphinx, text: str, source: Path) -> str:
@@ -20,19 +21,19 @@ def rewrite_links(app: Sphinx, text: str, source: Path) -> str:
     project = pages.parent
 
     def rewrite(found: re.Match) -> str:
-        target, anchor = found[1], found[2] or ""
+        words, target, anchor = found[1], found[2], found[3] or ""
         path = (source.parent / target).resolve()
         if pages in (path, *path.parents):
             # A link within docs/ stays as it is; one into docs/ is written from there.
-            return found[0] if pages in source.parents else f"](/{path.relative_to(pages)}{anchor})"
+            return found[0] if pages in source.parents else f"{words}(/{path.relative_to(pages)}{anchor})"
         name = str(path.relative_to(project)) if project in path.parents else None
         page = app.config.repository_pages.get(name)
         if page and (pages / f"{page}.md").is_file():
-            return f"](/{page}.md{anchor})"
+            return f"{words}(/{page}.md{anchor})"
         if name is None or not path.is_file():
             LOGGER.warning("%s: no such file of the project: %s", source, target, type="repository_links")
             return found[0]
-        return f"](path:/../{name})"
+        return f"{words}(path:/../{name})"
 
     return LINK.sub(rewrite, text)
 
