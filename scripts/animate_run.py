@@ -8,6 +8,7 @@ from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.load import check_model
+from millprint.config.meanings import meaning_of
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
 from millprint.job import job
@@ -21,13 +22,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help=".gif or animated .png (default: mill.gif next to run.h5)")
     parser.add_argument("--start", type=float, metavar="S", help="time of the first frame after the start [s]")
     for key in ("revolutions", "frames_per_revolution", "frames_per_second"):
-        field = ViewConfig.model_fields[key]
+        field, meaning = ViewConfig.model_fields[key], meaning_of(ViewConfig, key)
         parser.add_argument(
             f"--{key.replace('_', '-')}",
             type=field.annotation,
             default=field.default,
             metavar="N",
-            help=f"{field.description} (default {field.default:g})",
+            help=f"{meaning} (default {field.default:g})",
         )
     chosen = parser.parse_args()
     out = chosen.out or chosen.run.parent / "mill.gif"

@@ -1,6 +1,12 @@
 """The digest of a script covers exactly the files that it imports, directly or indirectly."""
 
+from pathlib import Path
+
+import pytest
+
 from millprint import digest
+
+SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
 
 
 def write(folder, name, text):
@@ -8,6 +14,19 @@ def write(folder, name, text):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
     return path
+
+
+def forget():
+    """What a process keeps in memory: here the files change while it lives."""
+    for kept in (digest._folders, digest._module_files, digest._content, digest._imports_of, digest.library_digest):
+        kept.cache_clear()
+
+
+@pytest.fixture(autouse=True)
+def nothing_kept():
+    forget()
+    yield
+    forget()
 
 
 def package(folder, monkeypatch):
@@ -22,9 +41,7 @@ def package(folder, monkeypatch):
 
 
 def fresh(script):
-    digest._imports.cache_clear()
-    digest._module_files.cache_clear()
-    digest.library_digest.cache_clear()
+    forget()
     return digest.library_digest(script)
 
 
@@ -52,3 +69,12 @@ def test_digest_changes_with_the_templates_of_the_used_modules(tmp_path, monkeyp
     assert fresh(script) == before
     write(root, "near/page.html", "<h1>")
     assert fresh(script) != before
+
+
+def test_every_file_is_read_once_for_all_scripts(monkeypatch):
+    """The Snakefile asks for the digest of every script, in a dry run too."""
+    opened = []
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: opened.append(path) or read(path))
+    assert len(set(map(digest.library_digest, SCRIPTS))) > 50
+    assert len(opened) == len(set(opened)) > 200

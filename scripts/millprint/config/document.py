@@ -10,6 +10,7 @@ from pydantic_core import PydanticUndefined
 from millprint.config.bench import BenchConfig
 from millprint.config.card import Experiment
 from millprint.config.contact import ContactConfig
+from millprint.config.meanings import meaning_of
 from millprint.config.mill import MillConfig
 from millprint.config.section import kind_of, nested_models
 from millprint.config.workflow import WorkflowConfig
@@ -45,7 +46,23 @@ SIGNS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "max
 
 def schema_text(name: str) -> str:
     """The JSON schema of a model, as stored in workflow/schemas."""
-    return json.dumps(descriptions_on_a_line(MODELS[name].model_json_schema(by_alias=True)), indent=1) + "\n"
+    return json.dumps(explained_schema(MODELS[name]), indent=1) + "\n"
+
+
+def explained_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """The JSON schema of a model and of all models in it, with the meaning of each key on a line."""
+    schema = model.model_json_schema(by_alias=True)
+    for section in {section for _, section in sections(model)}:
+        # pydantic lists models of the same name with their modules.
+        full_name = f"{section.__module__}.{section.__qualname__}".replace(".", "__")
+        places = schema.get("$defs", {})
+        own = schema if section is model else places.get(full_name) or places[section.__name__]
+        keys = own["properties"]
+        for key, field in section.model_fields.items():
+            if meaning := meaning_of(section, key):
+                # In the order of pydantic, which sorts what it says of a key.
+                keys[field.alias or key] = dict(sorted({**keys[field.alias or key], "description": meaning}.items()))
+    return descriptions_on_a_line(schema)
 
 
 def descriptions_on_a_line(schema: Any) -> Any:
@@ -69,7 +86,8 @@ def reference_text() -> str:
             lines += [f"### `{title}`" if title else "### top level", "", on_a_line(section.__doc__), ""]
             lines += ["| key | meaning | bounds | default |", "|---|---|---|---|"]
             keys = section.model_json_schema()["properties"]
-            lines += [_row(key, field, keys[field.alias or key]) for key, field in section.model_fields.items()]
+            fields = section.model_fields
+            lines += [_row(section, key, fields[key], keys[fields[key].alias or key]) for key in fields]
             lines.append("")
     return "\n".join(lines)
 
@@ -89,9 +107,9 @@ def sections(model: type[BaseModel], place: str = "") -> list[tuple[str, type[Ba
     return found
 
 
-def _row(key: str, field: FieldInfo, schema: dict) -> str:
+def _row(section: type[BaseModel], key: str, field: FieldInfo, schema: dict) -> str:
     default = "required" if field.is_required() else _default(field)
-    meaning = (on_a_line(field.description) or "a section of its own").replace("|", "\\|")
+    meaning = (on_a_line(meaning_of(section, key)) or "a section of its own").replace("|", "\\|")
     return f"| `{key}` | {meaning} | {_bounds(schema)} | {default} |"
 
 

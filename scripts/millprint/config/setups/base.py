@@ -1,6 +1,6 @@
 """What every set-up that others measured has."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from millprint.config.section import Name, Section
 from millprint.config.sweep import SweepConfig
@@ -18,17 +18,6 @@ class SetupConfig(Section):
     """contact set that predicts: a file in config/contacts"""
     further_contacts: list[Name] = []
     """contact sets that are as likely; the interval by contact parameters spans them all"""
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        """A key of which a set-up replaces the default alone keeps its description."""
-        super().__pydantic_init_subclass__(**options)
-        bare = [name for name, field in cls.model_fields.items() if field.description is None]
-        for name in bare:
-            parents = (parent.model_fields.get(name) for parent in cls.__mro__[1:] if issubclass(parent, Section))
-            cls.model_fields[name].description = next((field.description for field in parents if field), None)
-        if bare:
-            cls.model_rebuild(force=True)
 
     @property
     def mill_name(self) -> str | None:
