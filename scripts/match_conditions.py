@@ -26,7 +26,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.card.match import NEAR, Wanted, find_fingerprint, match_card, verdict
+from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.fingerprint import MatchConfig
@@ -34,6 +34,7 @@ from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.fingerprint.bands import FURTHER, interval_columns
+from millprint.fingerprint.comparison import Wanted
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact

@@ -35,9 +35,9 @@ from millprint.card.write import FILES, animate, remove_left_overs, write_card
 from millprint.config.card import Experiment
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
 from millprint.config.contact import ContactConfig
+from millprint.config.included import SOURCES
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.sources import Sources
 from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
@@ -47,13 +47,6 @@ from millprint.files import read_json, whole_file
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
 from millprint.liveness import announce
-
-ROOT = Path(__file__).parents[1]
-
-
-def shipped(path: str) -> str | None:
-    """The location of a file of this project; None if it does not exist."""
-    return str(ROOT / path) if (ROOT / path).exists() else None
 
 
 def known_of(uncertainty: str | Path | None, wear: str | Path | None, materials: str | Path, contact: str) -> Known:
@@ -95,7 +88,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> None:
     """Simulate the experiment and write its card."""
     options, begin = parse(arguments), time.perf_counter()
-    sources, place = Sources(shipped), str(options.experiment)
+    sources, place = SOURCES, str(options.experiment)
     with stop_on_bad_input():
         experiment = check_model(read_yaml(options.experiment), Experiment, place)
         config = WorkflowConfig(mill=experiment.mill)

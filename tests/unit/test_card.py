@@ -10,7 +10,7 @@ from jsonschema.exceptions import ValidationError
 
 from millprint.card.document import card_schema_text
 from millprint.card.latex import bibtex, escape, latex_table
-from millprint.card.match import Wanted, match_card, verdict
+from millprint.card.match import match_card, verdict
 from millprint.card.methods import methods_paragraph
 from millprint.card.model import MillingCard
 from millprint.card.numbers import plain, prefix_of, three
@@ -18,6 +18,7 @@ from millprint.card.read import read_card
 from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spread
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
+from millprint.fingerprint.comparison import Wanted
 from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, true_curves
 
 GAP = 0.003

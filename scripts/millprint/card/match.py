@@ -1,7 +1,5 @@
 """Reads a card back: which settings of another mill come nearest to it, what is lost, and how long they take."""
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,30 +7,20 @@ import pandas as pd
 
 from millprint.card.model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig, TargetConfig
+from millprint.config.fingerprint import TARGET_DESCRIPTORS
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, Band, Interval
+from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, check_same_gap, nearest
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import SHARED_CONTACT, rank_conditions, with_ratios
+from millprint.fingerprint.search import SHARED_CONTACT
 
 # Settings come near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
 # What is added to a ranking: powder and dose at the card's ball-to-powder ratio.
 DOSE_COLUMNS = ("powder_mass_g", "rate_W_g", "rate_ratio", "milling_h")
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What a user can set on the other mill; None: all that was simulated."""
-
-    speeds_rpm: list[float] | None = None
-    fill_ratios: list[float] | None = None
-    balls: list[float | str] | None = None
-    densities_kg_m3: list[float] | None = None
-    ranked: int = 10
 
 
 def find_fingerprint(mill: str, results: str | Path = "results", sources: Sources = WORKING_FOLDER) -> Path:
@@ -63,34 +51,17 @@ def band_of(quantity: Quantity) -> Band:
     return Band(quantity.value, lower, upper, **further)
 
 
-def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = Wanted()) -> pd.DataFrame:
+def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL_SIMULATED) -> pd.DataFrame:
     """The settings of a mill nearest to a card, as `rank_conditions`, with ratios to it and DOSE_COLUMNS.
 
     powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over that of the card;
     milling_h: time for the card's dose. Empty where the card tells of no powder or programme.
     Raises ConfigError, in one line, for collisions that are counted by another gap, and as `rank_conditions`.
     """
-    about, gap = fingerprint.about, card.fingerprint.collision_gap_s
-    if not math.isclose(gap, about["collision_gap_s"], rel_tol=1e-6, abs_tol=1e-12):
-        raise ConfigError(
-            f"card {card.name}: collisions are counted with a gap of {gap:g} s, those of {about['mill']}/"
-            f"{about['contact']} with {about['collision_gap_s']:g} s; use one rule for both"
-        )
+    check_same_gap(f"card {card.name}", card.fingerprint.collision_gap_s, fingerprint)
     bands = {name: band_of(getattr(card.fingerprint.descriptors, name)) for name in TARGET_DESCRIPTORS}
-    values = {name: band.value for name, band in bands.items()}
-    ranges = about["ranges"]
-    request = MatchConfig(
-        targets=[TargetConfig(name="card", **values)],
-        speeds_rpm=wanted.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
-        fill_ratios=wanted.fill_ratios or ranges["fill_ratio"],
-        ball_diameters_mm=wanted.balls or fingerprint.choices(),
-        densities_kg_m3=wanted.densities_kg_m3 or [],
-        ranked=wanted.ranked,
-    )
-    table = rank_conditions(values, [fingerprint], request)
+    table = nearest(bands, card.fingerprint.probability, fingerprint, wanted)
     table.insert(0, "target", card.name)
-    if math.isclose(card.fingerprint.probability, about["probability"]):
-        table = with_ratios(table, bands)
     return _with_dose(table, card)
 
 

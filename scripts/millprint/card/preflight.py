@@ -23,23 +23,39 @@ def check_experiment(
     config: the settings of a run; place: file of the experiment. Raises ConfigError with a line for each fault of the
     first part that has one.
     """
-    cases, mills = own_cases(experiment, mill, config.mills, place), {mill.name: mill}
+    cases = own_cases(experiment, mill, config.mills, place)
     changed = overridden(cases[0], mill, contact)[1]
     materials = config.dose.wear.materials
     check_material(experiment, changed.density_kg_m3, read_materials(materials), place, materials)
-    bodies = checked_bodies(mills)
     key, unit = ("speed_hz", "Hz") if experiment.speed_hz is not None else ("speed_rpm", "rpm")
-    speeds = with_paces([SpeedSetting(f"{place}: {key}", unit, mill, experiment.rpm)], bodies)
+    return check_cases(cases, mill, changed, config, place, (key, unit))
+
+
+def check_cases(
+    cases: list[Case],
+    mill: MillConfig,
+    contact: ContactConfig,
+    config: WorkflowConfig,
+    place: str,
+    speed: tuple[str, str] = ("speed_rpm", "rpm"),
+) -> tuple[list[str], float]:
+    """Warnings and time as of `check_experiment`, for cases of one mill; speed: its key, and its unit, rpm or Hz.
+
+    contact: the set as the cases run it. Raises ConfigError as `check_experiment`.
+    """
+    mills, (key, unit) = {mill.name: mill}, speed
+    bodies = checked_bodies(mills)
+    settings = [SpeedSetting(f"{place}: {key}", unit, mill, rpm) for rpm in sorted({case.speed_rpm for case in cases})]
+    speeds = with_paces(settings, bodies)
     check_speeds(speeds)
-    for diameter in cases[0].sizes_mm:
+    for diameter in sorted({size for case in cases for size in case.sizes_mm}):
         check_ball_size(bodies[mill.name][0].vessel, mill.name, diameter, place)
     for case in cases:
-        check_step_and_cost(
-            config, mill, changed, case, bodies[mill.name], (place, place, f"{place}: rayleigh_fraction")
-        )
+        told = (place, place, f"{place}: rayleigh_fraction")
+        check_step_and_cost(config, mill, contact, case, bodies[mill.name], told)
     check_room(cases, mills, bodies, place)
     check_mixtures(cases, mills, bodies, place)
-    seconds = sum(seconds_of(case, mill, changed, config) for case in cases)
+    seconds = sum(seconds_of(case, mill, contact, config) for case in cases)
     return speed_warnings(speeds), seconds
 
 

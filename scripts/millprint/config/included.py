@@ -1,0 +1,59 @@
+"""The mills and contact sets that come with the library: the folder `config` of a checkout, or its copy in a wheel."""
+
+from pathlib import Path
+
+from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+from millprint.config.contact import ContactConfig
+from millprint.config.load import Named, check_model, load_named, read_yaml
+from millprint.config.mill import MillConfig
+from millprint.config.sources import Sources
+from millprint.errors import ConfigError
+
+PACKAGE = Path(__file__).parents[1]
+# setup.py copies the two folders of YAML files there; a checkout has them once, at its root.
+COPY = PACKAGE / "included"
+
+
+def shipped(path: str) -> str | None:
+    """The location of a file or folder of this project, by its path from the project's root; None if it is not there.
+
+    An installed library has the included mills and contact sets alone.
+    """
+    place = (COPY if COPY.is_dir() else PACKAGE.parents[1]) / path
+    return str(place) if place.exists() else None
+
+
+# A file of the working folder takes the place of an included one of the same name.
+SOURCES = Sources(shipped)
+
+
+def load_mill(mill: str | Path) -> MillConfig:
+    """A mill by its name, such as "planetary", or by its own YAML file.
+
+    A name is looked for in config/mills of the working folder, then among the included mills (`included_mills`).
+    Raises ConfigError with a line for each fault: an unknown name, a file that is not there, a key that is not valid.
+    """
+    return _load(mill, MILL_FOLDER, MillConfig, "mill")
+
+
+def load_contact(contact: str | Path) -> ContactConfig:
+    """A contact set (restitution, frictions, density, elasticity) by its name or YAML file, as `load_mill`."""
+    return _load(contact, CONTACT_FOLDER, ContactConfig, "contact set")
+
+
+def included_mills() -> list[str]:
+    """Names of the mills that `load_mill` knows."""
+    return SOURCES.names(MILL_FOLDER)
+
+
+def included_contacts() -> list[str]:
+    """Names of the contact sets that `load_contact` knows."""
+    return SOURCES.names(CONTACT_FOLDER)
+
+
+def _load(given: str | Path, folder: str, model: type[Named], what: str) -> Named:
+    if Path(given).suffix not in (".yaml", ".yml"):
+        return load_named(folder, str(given), model, what, SOURCES)
+    if not Path(given).is_file():
+        raise ConfigError(f"{given}: no such file of a {what}")
+    return check_model(read_yaml(given), model, str(given))

@@ -1,0 +1,100 @@
+"""What `import millprint` offers: its names, mills by name and by file, and two mills beside each other."""
+
+import numpy as np
+import pytest
+
+import millprint
+from millprint.fingerprint.comparison import TITLES
+from tests.conftest import ROOT
+from tests.unit.synthetic_mill import VOLUME, descriptors, fingerprint
+
+# A planetary mill as a user writes it down, with a fault in one key.
+FAULTY = (ROOT / "config/mills/planetary.yaml").read_text().replace("sun_radius_mm", "sun_radius")
+
+
+def condition(of=None, **changes):
+    return (of or fingerprint()).condition(**{"speed_hz": 12.0, "ball_diameter_m": 0.01, "fill_ratio": 0.12} | changes)
+
+
+@pytest.mark.parametrize("name", millprint.__all__)
+def test_every_name_is_there_and_explains_itself(name):
+    assert getattr(millprint, name).__doc__ and name in dir(millprint)
+
+
+def test_an_unknown_name_is_no_attribute():
+    with pytest.raises(AttributeError, match="fingerprnt"):
+        _ = millprint.fingerprnt
+
+
+def test_included_mills_are_found_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert millprint.load_mill("planetary").volume_ml == 250
+    assert millprint.load_contact("steel").restitution == 0.68
+    assert {"planetary", "spex", "emax"} <= set(millprint.included_mills())
+    assert {"steel", "calibrated"} <= set(millprint.included_contacts())
+    with pytest.raises(millprint.ConfigError, match="did you mean planetary"):
+        millprint.load_mill("planetarry")
+
+
+def test_a_file_of_ones_own_is_read_and_its_faults_are_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text(FAULTY)
+    with pytest.raises(millprint.ConfigError, match=r"mine\.yaml: motion\.sun_radius .*did you mean sun_radius_mm"):
+        millprint.load_mill("mine.yaml")
+    (tmp_path / "mine.yaml").write_text(FAULTY.replace("sun_radius", "sun_radius_mm"))
+    assert millprint.load_mill("mine.yaml") == millprint.load_mill("planetary")
+    with pytest.raises(millprint.ConfigError, match=r"absent\.yaml: no such file"):
+        millprint.load_mill("absent.yaml")
+
+
+def test_bad_conditions_are_refused_before_anything_runs(tmp_path):
+    mill = millprint.load_mill("planetary")
+    with pytest.raises(millprint.ConfigError, match=r"sweep: fill_ratio .*unknown key"):
+        millprint.take_fingerprint(mill, folder=tmp_path / "out", sweep={"fill_ratio": [0.1]})
+    with pytest.raises(millprint.ConfigError, match="either speed_rpm or speed_hz"):
+        millprint.simulate(mill, folder=tmp_path / "out", balls={"diameter_mm": 10, "fill_ratio": 0.2})
+    with pytest.raises(millprint.ConfigError, match=r"fill_ratios = 0\.9: .* do not fit in mill planetary"):
+        balls = {"diameter_mm": 10, "fill_ratio": 0.9}
+        millprint.simulate(mill, folder=tmp_path / "out", speed_rpm=300, balls=balls)
+    with pytest.raises(millprint.ConfigError, match="cores = 0"):
+        balls = {"diameter_mm": 10, "fill_ratio": 0.2}
+        millprint.simulate(mill, folder=tmp_path / "out", cores=0, speed_rpm=300, balls=balls)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
+    table = millprint.compare(fingerprint(), condition(), fingerprint(), condition())
+    assert list(table.index) == list(TITLES)
+    np.testing.assert_allclose(table["ratio"], 1, rtol=1e-12)
+    # Errors of two independent quantities of the same size: their logarithms add up in squares.
+    ways = np.log([table["one_upper"] / table["one"], table["one"] / table["one_lower"]])
+    np.testing.assert_allclose(np.log(table["ratio_upper"]), np.hypot(*ways))
+
+
+def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
+    """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
+    table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))
+    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "frequency_per_ball_hz": 1, "power_W": 3}
+    for name, power in powers.items():
+        assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
+
+
+def test_the_nearest_condition_of_the_same_mill_is_the_condition():
+    found = millprint.match(fingerprint(), condition(), fingerprint(), ranked=3).iloc[0]
+    assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03)
+    assert found["speed_rpm"] == pytest.approx(720, rel=0.02)
+    assert found["normal_energy_J_ratio_lower"] < 1 < found["normal_energy_J_ratio_upper"]
+
+
+def test_mills_that_count_differently_are_not_compared():
+    rows = descriptors()
+    other = millprint.Fingerprint.fit(rows.assign(collision_gap_s=0.001), VOLUME, 0.95)
+    wider = millprint.Fingerprint.fit(rows, VOLUME, 0.5)
+    with pytest.raises(millprint.ConfigError, match="use one rule for both"):
+        millprint.compare(fingerprint(), condition(), other, condition(other))
+    with pytest.raises(millprint.ConfigError, match="use one rule for both"):
+        millprint.match(fingerprint(), condition(), other)
+    with pytest.raises(millprint.ConfigError, match=r"probability 0\.95, those of emax of 0\.5"):
+        millprint.compare(fingerprint(), condition(), wider, condition(wider))
+    with pytest.raises(millprint.ConfigError, match="speeds_rpm"):
+        millprint.match(fingerprint(), condition(), fingerprint(), speeds_rpm=[900, 300])
