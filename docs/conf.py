@@ -11,7 +11,15 @@ author = "millprint developers"
 copyright = author
 version = release = version_of("millprint")
 
-extensions = ["myst_parser", "sphinx_copybutton", "sphinx_design", "mathml", "repository_links"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "mathml",
+    "plain_docstrings",
+    "repository_links",
+]
 exclude_patterns = ["_build"]
 
 # `$...$` and `$$...$$` are equations, `::: {note}` a box, and each heading down to the third level has an anchor.
@@ -33,6 +41,12 @@ repository_pages = {
     "workflow/descriptors.md": "reference/descriptors",
     "workflow/outputs.md": "reference/outputs",
 }
+
+# Types in signatures are shown without their modules; those of other libraries have no page here.
+python_use_unqualified_type_names = True
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+nitpick_ignore_regex = [("py:.*", ".*")]
 
 html_theme = "furo"
 html_title = "millprint"
