@@ -102,7 +102,7 @@ def test_a_slice_with_rounded_ends_is_refused():
 
 def example() -> MillConfig:
     """The tumbling mill of the handbook."""
-    text = (ROOT / "config/README.md").read_text().split("### A tumbling mill")[1]
+    text = (ROOT / "docs/how_to/mill_from_drawing.md").read_text().split("## A tumbling mill")[1]
     return check_model(yaml.safe_load(text.split("```yaml")[1].split("```")[0]), MillConfig, "tumbler.yaml")
 
 

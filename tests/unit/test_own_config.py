@@ -18,7 +18,8 @@ from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT
 
-TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", (ROOT / "config/README.md").read_text(), re.M | re.S)[1]
+HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()
+TWENTY_LINES = re.search(r"^```yaml\n(name: my_mill.*?)^```", HANDBOOK, re.M | re.S)[1]
 FILE = "my.yaml"
 CHAPTER_SECTIONS = ("data", "doe", "calibration", "partition", "yields", "surrogate")
 CHAPTER_KEYS = ("cycle_fill_ratio", "maps", "inverse")

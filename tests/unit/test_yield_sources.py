@@ -24,8 +24,8 @@ from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.synthetic_mill import fingerprint
 from tests.unit.yield_settings import SPLIT, all_runs, settings
 
-SECTION = (ROOT / "config/README.md").read_text().split("## Yields of others")[1].split("\n## ")[0]
-TABLE, KEYS = re.findall(r"^```(?:yaml)?\n(.*?)^```", SECTION, re.MULTILINE | re.DOTALL)
+PAGE = (ROOT / "docs/how_to/other_sources.md").read_text()
+TABLE, KEYS = re.findall(r"^```(?:yaml)?\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 FILE = "my.yaml"
 
 

@@ -86,7 +86,7 @@ def edit_yaml(path, *place, value):
 
 
 def copy_planetary(mills: Path) -> None:
-    """Copy the planetary mill to `mills`/mine.yaml, as the README tells users to."""
+    """Copy the planetary mill to `mills`/mine.yaml, as the handbook tells users to."""
     text = (ROOT / "config/mills/planetary.yaml").read_text()
     (mills / "mine.yaml").write_text(text.replace("name: planetary", "name: mine"))
 

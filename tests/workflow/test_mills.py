@@ -1,4 +1,4 @@
-"""Mills in the workflow: every mill of the box in the smoke run, and a mill from a drawing as in the README."""
+"""Mills in the workflow: every mill of the box in the smoke run, and a mill from a drawing as in the handbook."""
 
 import re
 
@@ -132,7 +132,7 @@ def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explor
 
 def test_the_tumbling_mill_of_the_handbook_would_run(project):
     """Its fingerprint, explorer and match by the charge that it names, and a large one with the same charge."""
-    handbook = (project / "config/README.md").read_text().split("### A tumbling mill")[1]
+    handbook = (project / "docs/how_to/mill_from_drawing.md").read_text().split("## A tumbling mill")[1]
     text = handbook.split("```yaml")[1].split("```")[0]
     (project / "config/mills/tumbler.yaml").write_text(text)
     sizes = yaml.safe_load(text)["sweep"]["ball_diameters_mm"]

@@ -1,7 +1,6 @@
-"""Every command of the handbooks works: its target or script exists and has the given options."""
+"""Every command of the pages for users works: its target or script exists and has the given options."""
 
 import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -10,61 +9,72 @@ import pytest
 from snakemake.cli import get_argument_parser
 
 from tests.workflow.conftest import ROOT, copy_planetary, run_snakemake
+from tests.workflow.handbook import Command, commands, pages
 
-HANDBOOKS = ("README.md", "config/README.md", "CONTRIBUTING.md")
-# For MILL/CONTACT/CASE of the handbooks: a case of config/config.yaml with snapshots.
-CASE = "emax/calibrated/d10_f0.10_n600_s2"
-
-
-def commands(handbook: str) -> list[list[str]]:
-    """The commands of a handbook's `sh` blocks, each as a list of words, without comments."""
-    blocks = re.findall(r"^```sh\n(.*?)^```", (ROOT / handbook).read_text(), re.MULTILINE | re.DOTALL)
-    lines = "".join(blocks).replace("\\\n", " ").replace("MILL/CONTACT/CASE", CASE).splitlines()
-    return [words for line in lines if (words := shlex.split(line, comments=True))]
+COMMANDS = [command for page in pages() for command in commands(page)]
+PROGRAMS = {"make", "snakemake", "python", "cp", "sed", "source", "git", "cd", "$EDITOR"}
+# Contact set of the reader.
+STEEL = "config/contacts/steel.yaml"
 
 
-COMMANDS = [words for handbook in HANDBOOKS for words in commands(handbook)]
+def commands_of(program: str) -> list[Command]:
+    """The commands that call `program`, each once."""
+    first = {command.words: command for command in reversed(COMMANDS) if command.words[0] == program}
+    return list(first.values())
 
 
-def commands_of(program: str) -> list[list[str]]:
-    """The arguments of every command that calls `program`."""
-    return [words[1:] for words in COMMANDS if words[0] == program]
+def targets_by_config() -> dict[tuple[str, ...], list[str]]:
+    """The targets that Snakemake is asked for, by the settings on its command line; without --configfile."""
+    parser = get_argument_parser()
+    found: dict[tuple[str, ...], list[str]] = {}
+    for command in commands_of("snakemake"):
+        given = parser.parse_args(command.words[1:])
+        if given.targets and not given.configfile:
+            found.setdefault(tuple(given.config or ()), []).extend(given.targets)
+    return found
 
 
 def test_programs_are_known():
-    assert len(commands_of("make")) >= 3 and len(commands_of("snakemake")) >= 5 and len(commands_of("python")) >= 4
-    assert {words[0] for words in COMMANDS} <= {"make", "snakemake", "python", "cp", "sed", "$EDITOR"}
+    assert len(commands_of("make")) >= 10 and len(commands_of("snakemake")) >= 20 and len(commands_of("python")) >= 10
+    assert {command.words[0] for command in COMMANDS} <= PROGRAMS
 
 
-@pytest.mark.parametrize("words", commands_of("make"), ids=" ".join)
-def test_make_knows_the_target(words):
-    done = subprocess.run(["make", "--dry-run", *words], cwd=ROOT, capture_output=True, text=True, check=False)
+@pytest.mark.parametrize("command", commands_of("make"), ids=str)
+def test_make_knows_the_target(command):
+    done = subprocess.run(["make", "--dry-run", *command.words[1:]], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
 def test_snakemake_would_run_every_target(project: Path):
-    parser = get_argument_parser()
-    parsed = [parser.parse_args(words) for words in commands_of("snakemake")]
-    targets = [target for arguments in parsed if not arguments.config for target in arguments.targets]
+    targets = targets_by_config()[()]
     assert {"chapter3", "ablations"} <= set(targets)
     done = run_snakemake(project, *dict.fromkeys(targets), "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 
-@pytest.mark.parametrize("words", [words for words in commands_of("snakemake") if "mill=mine" in words], ids=" ".join)
-def test_snakemake_would_run_your_own_mill(project: Path, words):
+@pytest.mark.parametrize("config", [config for config in targets_by_config() if config], ids=" ".join)
+def test_snakemake_would_run_with_your_own_mill_and_powder(project: Path, config):
     copy_planetary(project / "config/mills")
-    done = run_snakemake(project, *words, "--dry-run", "--quiet", "all")
+    (project / "config/contacts/mine.yaml").write_text((ROOT / STEEL).read_text().replace("name: steel", "name: mine"))
+    (project / "my_experiments.tsv").write_text((ROOT / "config/data/experiments_smoke.tsv").read_text())
+    targets = dict.fromkeys(targets_by_config()[config])
+    done = run_snakemake(project, *targets, "--config", *config, "--dry-run", "--quiet", "all")
     assert done.returncode == 0, done.stdout[-3000:]
 
 
-@pytest.mark.parametrize("words", commands_of("python"), ids=" ".join)
-def test_script_knows_its_options(words):
-    script, *rest = words
+def options_by_script() -> dict[str, set[str]]:
+    """The options that the pages give to each script."""
+    found: dict[str, set[str]] = {}
+    for command in commands_of("python"):
+        found.setdefault(command.words[1], set()).update(word for word in command.words[2:] if word.startswith("--"))
+    return found
+
+
+@pytest.mark.parametrize(("script", "options"), options_by_script().items(), ids=options_by_script())
+def test_script_knows_its_options(script, options):
     done = subprocess.run(
         [sys.executable, script, "--help"], cwd=ROOT, capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 0, done.stderr
-    for word in rest:
-        if word.startswith("--"):
-            assert re.search(rf"{word}\b", done.stdout), f"{script} has no option {word}"
+    for option in options:
+        assert re.search(rf"{option}\b", done.stdout), f"{script} has no option {option}"

@@ -84,7 +84,7 @@ class MeasuredSection(DistributionSection):
     """A measured value with its standard error, or the interval of a measurement: a normal distribution, as `normal`.
 
     The stage `calibration` gives the numbers: `lower` and `upper` of restitution.tsv and of friction_fit.tsv, as
-    config/README.md shows.
+    docs/how_to/contact_set.md shows.
     """
 
     kind: Literal["measured"]

@@ -1,0 +1,168 @@
+"""The pages of docs/: they build without a warning, every link leads somewhere, and no page needs a network."""
+
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+import pytest
+
+from tests.browser import PHONE, browser_page, needs_browser
+from tests.conftest import ROOT
+from tests.workflow.conftest import active_environment
+
+# The options are those of `make docs`.
+OPTIONS = re.search(r"sphinx-build (.*) docs docs/_build$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
+# Where a page gets something from, apart from links that a reader follows.
+FETCHED = {("script", "src"), ("img", "src"), ("link", "href"), ("source", "src"), ("iframe", "src")}
+
+
+def build(source: Path, target: Path) -> subprocess.CompletedProcess:
+    """Build the pages of `source` as `make docs` does."""
+    command = [sys.executable, "-m", "sphinx", *OPTIONS, str(source), str(target)]
+    return subprocess.run(command, cwd=ROOT, env=active_environment(), capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory) -> Path:
+    """The built pages."""
+    folder = tmp_path_factory.mktemp("docs")
+    done = build(ROOT / "docs", folder)
+    assert done.returncode == 0, done.stderr[-4000:]
+    return folder
+
+
+@dataclass
+class PageParts(HTMLParser):
+    """What a page refers to: `links` to follow, `fetched` files, and its own `anchors`."""
+
+    links: list[str] = field(default_factory=list)
+    fetched: list[str] = field(default_factory=list)
+    anchors: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        super().__init__()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id" and value:
+                self.anchors.add(value)
+            elif (tag, name) in FETCHED and value:
+                self.fetched.append(value)
+            elif (tag, name) == ("a", "href") and value:
+                self.links.append(value)
+
+
+def parts(page: Path) -> PageParts:
+    """The parts of a built page."""
+    found = PageParts()
+    found.feed(page.read_text(encoding="utf-8"))
+    return found
+
+
+@pytest.fixture(scope="session")
+def built_pages(site) -> dict[Path, PageParts]:
+    """Every built page with its parts."""
+    return {page: parts(page) for page in sorted(site.rglob("*.html"))}
+
+
+def is_outside(address: str) -> bool:
+    """Whether an address names another site."""
+    return bool(urlparse(address).scheme or urlparse(address).netloc)
+
+
+def test_every_page_is_built(site, built_pages):
+    written = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").rglob("*.md")}
+    assert {page for page in written if page.parts[0] != "_build"} <= {page.relative_to(site) for page in built_pages}
+
+
+def test_every_link_within_the_pages_leads_somewhere(built_pages):
+    dead = []
+    for page, found in built_pages.items():
+        for link in filter(lambda link: not is_outside(link), [*found.links, *found.fetched]):
+            path, _, anchor = unquote(link.partition("?")[0] if "#" not in link else link).partition("#")
+            target = (page.parent / path.partition("?")[0]).resolve() if path else page
+            # The places of #search and of an empty # are made by the theme.
+            if not target.is_file() or (anchor and target in built_pages and anchor not in built_pages[target].anchors):
+                dead.append(f"{page.name}: {link}")
+    assert not dead
+
+
+def test_links_to_other_sites_are_well_formed(built_pages):
+    for page, found in built_pages.items():
+        for link in filter(is_outside, found.links):
+            parsed = urlparse(link)
+            assert parsed.scheme in ("https", "http", "mailto") and not re.search(r"\s", link), f"{page.name}: {link}"
+            assert parsed.scheme == "mailto" or "." in parsed.netloc, f"{page.name}: {link}"
+
+
+def test_no_page_fetches_anything_from_another_site(site, built_pages):
+    fetched = {address for found in built_pages.values() for address in found.fetched}
+    assert fetched and not [address for address in fetched if is_outside(address) and not address.startswith("data:")]
+    for sheet in site.rglob("*.css"):
+        assert not re.search(r"(@import|url\()\s*[\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet
+
+
+def test_links_of_the_repository_lead_somewhere():
+    """In README.md and the other pages that are read in the repository itself."""
+    for name in ("README.md", "CONTRIBUTING.md", "config/README.md", "workflow/outputs.md"):
+        text = (ROOT / name).read_text()
+        for link in re.findall(r"\]\(([^)\s]+)\)", text):
+            path, _, anchor = link.partition("#")
+            if is_outside(link):
+                continue
+            target = (ROOT / name).parent / path if path else ROOT / name
+            assert target.exists(), f"{name}: {link}"
+            if anchor:
+                headings = re.findall(r"^#+ (.*)$", target.read_text(), re.MULTILINE)
+                slugs = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+                assert anchor in slugs, f"{name}: {link}"
+
+
+FAULTS = {
+    "[keys](../config/no_such_file.md)": "no such file of the project",
+    "[hour](no_such_page.md)": "cross-reference target not found",
+    "[below](#no-such-heading)": "no-such-heading",
+    "$\\nosuchcommand{x}$": "unknown command in the equation",
+    "$\\frac{1}{$": "no equation",
+}
+
+
+def test_faults_of_a_page_stop_the_build(tmp_path):
+    pages = tmp_path / "docs"
+    pages.mkdir()
+    for name in ("conf.py", "extensions", "static"):
+        (pages / name).symlink_to(ROOT / "docs" / name)
+    (pages / "index.md").write_text("# Faults\n\n" + "\n\n".join(FAULTS))
+    done = build(pages, tmp_path / "built")
+    assert done.returncode != 0
+    for fault, message in FAULTS.items():
+        assert message in done.stderr, f"{fault}: {done.stderr}"
+
+
+def test_equations_are_mathml(tmp_path):
+    pages = tmp_path / "docs"
+    pages.mkdir()
+    for name in ("conf.py", "extensions", "static"):
+        (pages / name).symlink_to(ROOT / "docs" / name)
+    equation = "F = \\frac{4}{3} E \\sqrt{R}\\, \\delta^{3/2}"
+    (pages / "index.md").write_text(f"# Force\n\n$\\delta$ in {{eq}}`force`:\n\n$$\n{equation}\n$$ (force)\n")
+    done = build(pages, tmp_path / "built")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "built/index.html").read_text()
+    assert "<mfrac>" in text and 'display="inline"' in text and '<span class="eqno">(1)</span>' in text
+    assert 'href="#equation-force"' in text and "mathjax" not in text.lower()
+
+
+@needs_browser
+@pytest.mark.parametrize("name", ["index", "first_hour", "how_to/card"])
+def test_page_is_accessible_and_needs_no_network(site, tmp_path, name):
+    with browser_page(tmp_path) as page:
+        page.open(site / f"{name}.html")
+        assert page.accessibility_faults() == []
+        page.resize(PHONE, 800)
+        assert page.measure()["beyond"] <= 0
+        assert page.errors == [] and page.outside_requests() == []
