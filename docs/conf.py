@@ -35,7 +35,7 @@ repository_pages = {
     "README.md": "index",
     "CONTRIBUTING.md": "reference/contributing",
     "CHANGELOG.md": "reference/changes",
-    "config/README.md": "reference/configuration",
+    "config/README.md": "how_to/configuration",
     "config/keys.md": "reference/keys",
     "workflow/card.md": "reference/card",
     "workflow/descriptors.md": "reference/descriptors",
