@@ -19,7 +19,9 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: thesis smoke validation verify docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: install thesis smoke validation verify docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+
+install: $(VENV)/installed
 
 thesis: $(VENV)/installed
 	$(VERIFY) -- --cores $(CORES)
@@ -82,6 +84,7 @@ lint: $(VENV)/installed
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check $(SNAKEFILES)
 	PATH=$(BIN):$$PATH $(BIN)/snakemake --lint
+	$(BIN)/codespell
 
 format: $(VENV)/installed
 	$(BIN)/ruff check --fix .

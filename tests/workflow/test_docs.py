@@ -1,6 +1,8 @@
-"""The pages of docs/: they build without a warning, every link leads somewhere, and no page needs a network."""
+"""The pages of docs/: they build without a warning, every link leads somewhere, no page needs a network, and the
+commands of the first hour do what it says."""
 
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, field
@@ -8,11 +10,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
+import pandas as pd
 import pytest
 
 from tests.browser import PHONE, browser_page, needs_browser
 from tests.conftest import ROOT
 from tests.workflow.conftest import active_environment
+from tests.workflow.handbook import block_lines
 
 # The options are those of `make docs`.
 OPTIONS = re.search(r"sphinx-build (.*) docs docs/_build$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
@@ -166,3 +170,70 @@ def test_page_is_accessible_and_needs_no_network(site, tmp_path, name):
         page.resize(PHONE, 800)
         assert page.measure()["beyond"] <= 0
         assert page.errors == [] and page.outside_requests() == []
+
+
+FIRST_HOUR = (ROOT / "docs/first_hour.md").read_text()
+# Installing has been done where a test runs; test_readme.py looks whether make knows the target.
+DONE_BEFORE = ["make install", "source .venv/bin/activate"]
+
+
+@pytest.fixture(scope="module")
+def first_hour(smoke_project) -> dict[str, str]:
+    """What each command of the first hour prints. They run in order, in a project whose kernels are compiled."""
+    shutil.rmtree(smoke_project / "results/first_hour", ignore_errors=True)
+    lines = block_lines(FIRST_HOUR)
+    assert lines[:2] == DONE_BEFORE
+    printed = {}
+    for line in lines[2:]:
+        done = subprocess.run(
+            ["bash", "-c", line],
+            cwd=smoke_project,
+            env=active_environment(),
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
+        printed[line] = done.stdout
+    return printed
+
+
+def test_the_first_hour_writes_the_files_that_it_names(first_hour, smoke_project):
+    folder = smoke_project / "results/first_hour/mills/planetary"
+    named = set(re.findall(r"`(?:results/first_hour/mills/planetary/)?(\w+\.(?:png|pdf|tsv))`", FIRST_HOUR))
+    assert {"geometry.png", "motion.png", "fingerprint.pdf", "descriptors.tsv"} <= named
+    assert all((folder / name).stat().st_size > 0 for name in named)
+
+
+def test_the_numbers_of_the_first_hour_are_those_of_its_run(first_hour, smoke_project):
+    """Within what the page rounds, and what another machine's rounding makes of chaotic motions."""
+    folder = smoke_project / "results/first_hour/mills/planetary"
+    sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t").drop_duplicates("quantity").set_index("quantity")["value"]
+    told = {
+        "normal energy of a collision": (r"([\d.]+) mJ by compression", 1e-3),
+        "tangential energy of a collision": (r"([\d.]+) mJ by shear", 1e-3),
+        "collisions of one ball": (r"about\s+(\d+) collisions a second", 1),
+        "normal power": (r"([\d.]+) W by compression", 1),
+        "tangential power": (r"([\d.]+) W by shear", 1),
+        "power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
+    }
+    for quantity, (pattern, unit) in told.items():
+        (number,) = re.findall(pattern, " ".join(FIRST_HOUR.split()))
+        assert unit * float(number) == pytest.approx(sheet[quantity], rel=0.25), quantity
+
+
+def test_the_match_of_the_first_hour_has_the_columns_that_the_page_explains(first_hour):
+    *_, printed = first_hour.values()
+    explained = re.findall(r"^\| (`.*?) \|", FIRST_HOUR, re.MULTILINE)
+    columns = [column for cell in explained for column in re.findall(r"`([^`]+)`", cell)]
+    assert len(columns) == 12 and all(column in printed for column in columns), printed
+    rows = [line for line in printed.splitlines() if re.match(r"\s*\d+\s+mixer\b", line)]
+    assert rows, printed
+
+
+def test_the_python_of_the_page_on_matching_runs(smoke_project):
+    text = (ROOT / "docs/how_to/match.md").read_text()
+    code = "".join(re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+    check = "assert found.power_W.lower < found.power_W.value < found.power_W.upper and found.power_W.contact"
+    done = subprocess.run([sys.executable, "-c", f"{code}{check}"], cwd=smoke_project, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
