@@ -7,8 +7,8 @@ from sklearn.ensemble import RandomForestRegressor
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
-from millprint.predict.estimators import ForestFold
 from millprint.predict.features import FEATURES, Standardisation, engineer
+from millprint.predict.forests import ForestFold, QuickForest
 from millprint.predict.metrics import METRICS, YieldWeights, metrics
 from millprint.predict.model import fit_model, plan_steps
 from millprint.predict.model_files import load_model, save_model
@@ -142,6 +142,22 @@ def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share)
     np.testing.assert_allclose(
         fold.predict(count, depth, split, leaf), plain.predict(engineer(test).to_numpy()), rtol=1e-13
     )
+    shape = {"max_depth": depth, "min_samples_split": split, "min_samples_leaf": leaf, "max_features": share}
+    quick = QuickForest(count, random_state=42, **shape).fit(inputs, target)
+    for own, theirs in zip(quick.estimators_, plain.estimators_, strict=True):
+        np.testing.assert_array_equal(own.tree_.threshold, theirs.tree_.threshold)
+        np.testing.assert_array_equal(own.tree_.value, theirs.tree_.value)
+    np.testing.assert_array_equal(quick.predict(inputs), plain.predict(inputs))
+
+
+@pytest.mark.parametrize(("split", "leaf"), [(2, 1), (2, 2), (9, 1)])
+def test_a_fold_gives_the_same_forest_whatever_depth_it_was_asked_for_before(split, leaf):
+    rows, test = parts()
+    inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
+    asked = ForestFold(inputs, target, unseen, 1.0, seed=42, trees=9)
+    for depth in (1, 30, 3, 2, 5, 4, 8, 3):
+        fresh = ForestFold(inputs, target, unseen, 1.0, seed=42, trees=9)
+        np.testing.assert_array_equal(asked.predict(9, depth, split, leaf), fresh.predict(9, depth, split, leaf))
 
 
 def test_the_first_step_can_be_a_straight_line():

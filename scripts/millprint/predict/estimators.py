@@ -1,17 +1,14 @@
-"""Faster versions of estimators of scikit-learn: the Gaussian process and the random forest; a line with errors."""
+"""A faster version of scikit-learn's Gaussian process, and a line with errors."""
 
 import warnings
 from typing import Any
 
 import numpy as np
-import sklearn
 from scipy.linalg.lapack import dpotrf, dtrtri
-from sklearn.ensemble import RandomForestRegressor
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Hyperparameter, Matern, WhiteKernel
 from sklearn.linear_model import LinearRegression
-from sklearn.tree import DecisionTreeRegressor
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.predict.structured import Pairs
@@ -180,90 +177,3 @@ class LeastSquares(LinearRegression):
         """Standard deviation (m,) of the line at inputs (m, k), without the scatter of a measurement."""
         design = np.column_stack([np.ones(len(inputs)), inputs])
         return np.sqrt(np.einsum("ij,jk,ik->i", design, self.covariance_, design))
-
-
-class ForestFold:
-    """The random forests of every size and shape that a search needs for one fold; each tree is grown once.
-
-    The first n trees of a forest do not depend on how many follow, and many sets of hyper-parameters give the same
-    trees: a node of fewer than 2 * min_samples_leaf rows is never split, and n rows make no tree deeper than n - 1. So
-    forests share trees. The trees are bit for bit those of RandomForestRegressor(random_state=seed), without the
-    overhead of that class, which for 17 rows takes most of the time.
-    """
-
-    def __init__(
-        self, inputs: np.ndarray, target: np.ndarray, held_out: np.ndarray, max_features: float, seed: int, trees: int
-    ):
-        """inputs (n, k), target (n,) [pp] and held-out inputs (m, k) of a fold; trees: the largest number of trees."""
-        # Trees compare in single precision, as scikit-learn's do.
-        self._inputs = np.ascontiguousarray(inputs, dtype=np.float32)
-        self._held_out = np.ascontiguousarray(held_out, dtype=np.float32)
-        self._target = np.ascontiguousarray(target, dtype=float)
-        self._max_features = max_features
-        generator = np.random.RandomState(seed)
-        self._seeds = [generator.randint(np.iinfo(np.int32).max) for _ in range(trees)]
-        self._bootstraps = [self._bootstrap(seed) for seed in self._seeds]
-        self._predictions: dict[tuple[int, int, int], list[np.ndarray]] = {}
-
-    def _bootstrap(self, seed: int) -> np.ndarray:
-        """How often each row is drawn for the tree of this seed, (n,)."""
-        rows = len(self._target)
-        drawn = np.random.RandomState(seed).randint(0, rows, rows, dtype=np.int32)
-        return np.bincount(drawn, minlength=rows).astype(float)
-
-    def predict(self, n_estimators: int, max_depth: int, min_samples_split: int, min_samples_leaf: int) -> np.ndarray:
-        """Mean prediction (m,) [pp] of a forest for the held-out rows, Eq. 5.11; n_estimators: at most `trees`."""
-        depth = min(max_depth, len(self._target) - 1)
-        shape = (depth, max(min_samples_split, 2 * min_samples_leaf), min_samples_leaf)
-        grown = self._predictions.setdefault(shape, [])
-        with sklearn.config_context(skip_parameter_validation=True, assume_finite=True):
-            for index in range(len(grown), n_estimators):
-                grown.append(self._grow(index, *shape))
-        return np.mean(grown[:n_estimators], axis=0)
-
-    def _grow(self, index: int, depth: int, split: int, leaf: int) -> np.ndarray:
-        tree = DecisionTreeRegressor(
-            max_depth=depth,
-            min_samples_split=split,
-            min_samples_leaf=leaf,
-            max_features=self._max_features,
-            random_state=self._seeds[index],
-        )
-        tree.fit(self._inputs, self._target, sample_weight=self._bootstraps[index], check_input=False)
-        return tree.tree_.predict(self._held_out).ravel()
-
-
-class QuickForest(RandomForestRegressor):
-    """scikit-learn's random forest, grown and asked without what surrounds each tree: the same trees and the same bits.
-
-    For some twenty rows, the threads and checks of RandomForestRegressor take most of its time.
-    """
-
-    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "QuickForest":
-        """Grow the trees on inputs (n, k) and a target (n,)."""
-        inputs, target = np.ascontiguousarray(X, dtype=np.float32), np.ascontiguousarray(y, dtype=float)
-        generator, rows = np.random.RandomState(self.random_state), len(target)
-        self.estimator_, self.estimators_, self.n_outputs_ = DecisionTreeRegressor(), [], 1
-        self.n_features_in_ = inputs.shape[1]
-        with sklearn.config_context(skip_parameter_validation=True, assume_finite=True):
-            for _ in range(self.n_estimators):
-                seed = generator.randint(np.iinfo(np.int32).max)
-                tree = DecisionTreeRegressor(
-                    max_depth=self.max_depth,
-                    min_samples_split=self.min_samples_split,
-                    min_samples_leaf=self.min_samples_leaf,
-                    max_features=self.max_features,
-                    random_state=seed,
-                )
-                drawn = np.random.RandomState(seed).randint(0, rows, rows, dtype=np.int32)
-                weights = np.bincount(drawn, minlength=rows).astype(float)
-                self.estimators_.append(tree.fit(inputs, target, sample_weight=weights, check_input=False))
-        return self
-
-    def predict(self, X: np.ndarray) -> np.ndarray:
-        """Mean prediction (m,) of the trees for inputs (m, k), Eq. 5.11."""
-        inputs = np.ascontiguousarray(X, dtype=np.float32)
-        total = np.zeros(len(inputs))
-        for tree in self.estimators_:
-            total += tree.tree_.predict(inputs).ravel()
-        return total / len(self.estimators_)

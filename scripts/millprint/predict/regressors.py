@@ -154,14 +154,14 @@ def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.predict.estimators import QuickForest
+    from millprint.predict.forests import QuickForest
 
     share = float(training.choices.max_features)
     return QuickForest(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
-    from millprint.predict.estimators import ForestFold
+    from millprint.predict.forests import ForestFold
 
     trees, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
     forests = [
