@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestRegressor
+from xgboost import XGBRegressor
 
 from millprint.claims.compare import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
+from millprint.predict.boosting import BoostingFold, QuickBoosting
 from millprint.predict.features import FEATURES, Standardisation, engineer
 from millprint.predict.forests import ForestFold, QuickForest
 from millprint.predict.metrics import METRICS, YieldWeights, metrics
@@ -158,6 +160,26 @@ def test_a_fold_gives_the_same_forest_whatever_depth_it_was_asked_for_before(spl
     for depth in (1, 30, 3, 2, 5, 4, 8, 3):
         fresh = ForestFold(inputs, target, unseen, 1.0, seed=42, trees=9)
         np.testing.assert_array_equal(asked.predict(9, depth, split, leaf), fresh.predict(9, depth, split, leaf))
+
+
+def test_quick_boosting_is_xgboost_bit_for_bit():
+    rows, test = parts()
+    inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
+    for share, trees in ((0.7, 30), (1.0, 5)):
+        shape = {
+            "n_estimators": trees,
+            "subsample": share,
+            "colsample_bytree": share,
+            "learning_rate": 0.1,
+            "gamma": 1.0,
+        }
+        plain = XGBRegressor(**shape, random_state=42, n_jobs=1).fit(inputs, target)
+        quick = QuickBoosting(**shape, random_state=42, n_jobs=1).fit(inputs, target)
+        assert quick.get_booster().save_raw("json") == plain.get_booster().save_raw("json")
+        fold = BoostingFold(inputs, target, unseen)
+        for _ in range(2):
+            found = fold.predict(QuickBoosting(**shape, random_state=42, n_jobs=1))
+            np.testing.assert_array_equal(found, plain.predict(unseen))
 
 
 def test_the_first_step_can_be_a_straight_line():

@@ -195,9 +195,16 @@ def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, th
 
 
 def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from xgboost import XGBRegressor
+    from millprint.predict.boosting import QuickBoosting
 
-    return XGBRegressor(**parameters, random_state=training.seed, n_jobs=threads)
+    return QuickBoosting(**parameters, random_state=training.seed, n_jobs=threads)
+
+
+def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
+    from millprint.predict.boosting import BoostingFold
+
+    fits = [BoostingFold(inputs[kept], target[kept], inputs[held]) for kept, held in folds]
+    return lambda fold, parameters: fits[fold].predict(_make_xgb(parameters, inputs.shape[1], training, threads=1))
 
 
 def _keep_xgb(estimator: Any) -> dict:
@@ -274,6 +281,7 @@ REGRESSORS = {
         keep=_keep_xgb,
         restore=_restore_xgb,
         explain=_explain_xgb,
+        fold_predictor=_boosting_folds,
     ),
     "extra_trees": Regressor(
         title="extra trees",
