@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: install thesis smoke validation verify docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: install thesis smoke validation verify crate docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
@@ -44,6 +44,10 @@ ablations: $(VENV)/installed
 # arguments of Snakemake.
 verify: $(VENV)/installed
 	$(VERIFY) $(RESULTS) -- --cores $(CORES) $(ARGS)
+
+# Describes a finished run and everything that jobs made beside it: ro-crate-metadata.json, for archives and programs.
+crate: $(VENV)/installed
+	$(BIN)/python scripts/write_crate.py $(RESULTS)
 
 # Both parts run in parallel, since each uses only one core for long. The tests of bad input run with those of the library,
 # so that both parts take about the same time.

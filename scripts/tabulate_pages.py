@@ -3,10 +3,12 @@
 from pathlib import Path
 
 import pandas as pd
+from markupsafe import Markup
 
 from millprint.files import read_table, whole_file, write_table
 from millprint.job import job
 from millprint.machine import provenance
+from millprint.provenance.inside import CRATE
 from millprint.report.catalogue import TABLES
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.report.tables import Section, tables_page
@@ -32,9 +34,12 @@ def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:
     jobs = tabulate_runtimes(Path(benchmarks), Path(logs))
     made_with = pd.DataFrame(provenance().items(), columns=["what", "version"])
     write_table(jobs, output.runtimes)
+    note = Markup(
+        '<a href="../{}">{}</a> has all of this, every input and file with its digest, and the dates.'
+    ).format(CRATE, CRATE)
     sections = [
         Section("Stages", sum_stages(jobs), "Wall times of all jobs of a stage added up; jobs run side by side."),
-        Section("Made with", made_with),
+        Section("Made with", made_with, note),
         Section("Every job", jobs, "Jobs without processor time have no benchmark; their time comes from their log."),
     ]
     total = jobs["wall_s"].sum() / 60

@@ -84,6 +84,8 @@ def test_valid_input_is_checked_only_once(project):
         (EMAX, ("motion", "amplitude_mm"), -17, ["emax.yaml", "motion", "amplitude_mm", "-17"]),
         (EMAX, ("name",), "emaks", ["emax.yaml", "name", "emaks"]),
         (STEEL, ("restitution",), 1.5, ["steel.yaml", "restitution", "1.5"]),
+        (CONFIG, ("provenance",), {"orcid": "1234"}, ["config.yaml", "provenance.orcid = '1234'", "pattern"]),
+        (CONFIG, ("provenance",), {"licence": "my own"}, ["config.yaml", "provenance.licence", "pattern"]),
         # Values that are not numbers or lie out of bounds.
         (CONFIG, ("dem", "window_s"), True, ["dem.window_s", "True", "yes, no, on and off"]),
         (CONFIG, ("sweeps", 0, "speeds_rpm"), [False], ["sweeps.0.speeds_rpm", "yes, no, on and off"]),

@@ -15,21 +15,6 @@ SHOWN_TABLES = {
 }
 
 
-rule record_run:
-    output:
-        run=f"{RESULTS}/report/run.yaml",
-    log:
-        f"{LOGS}/report/record_run.log",
-    localrule: True
-    params:
-        config=config,
-        library=library("record_run.py"),
-    message:
-        "Recording the configuration of the run and the versions of its packages"
-    script:
-        "../../scripts/record_run.py"
-
-
 rule draw_claims:
     input:
         stages=STAGE_OUTPUTS,
@@ -181,5 +166,4 @@ REPORT_PAGES = [
     *rules.tabulate_claims.output,
     *rules.tabulate_pages.output,
     rules.build_explorer.output.html,
-    rules.record_run.output.run,
 ]

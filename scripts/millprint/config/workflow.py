@@ -13,6 +13,7 @@ from millprint.config.fingerprint import ConvergenceConfig, FingerprintConfig, I
 from millprint.config.fit import FitConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.partition import PartitionConfig
+from millprint.config.provenance import ProvenanceConfig
 from millprint.config.section import Name, ProjectFile, Section, first_repeated
 from millprint.config.surrogate import SurrogateConfig
 from millprint.config.sweep import DemConfig, SweepConfig
@@ -103,6 +104,8 @@ class WorkflowConfig(Section):
     cards: CardsConfig = CardsConfig()
     """milling cards of a table of experiments"""
     claims: ClaimsConfig = ClaimsConfig()
+    provenance: ProvenanceConfig = ProvenanceConfig()
+    """who runs, and the licence of the results"""
 
     @field_validator("mills")
     @classmethod

@@ -1,0 +1,256 @@
+"""A Workflow Run RO-Crate of a run: what it read and wrote, with what, by whom, when, and under which licence.
+
+The form is RO-Crate 1.1 (https://w3id.org/ro/crate/1.1) with the profile Workflow Run Crate 0.5
+(https://w3id.org/ro/wfrun/workflow/0.5). The run is one action: its objects are the inputs and the configuration, its
+results the files that jobs made on the way to the targets. Nothing in it depends on when or where it is written.
+"""
+
+import mimetypes
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rocrate.model.computationalworkflow import ComputationalWorkflow
+from rocrate.model.contextentity import ContextEntity
+from rocrate.model.dataset import Dataset
+from rocrate.model.entity import Entity
+from rocrate.model.file import File
+from rocrate.rocrate import ROCrate
+
+from millprint.config.provenance import ProvenanceConfig
+from millprint.provenance.inside import UNCHECKED
+from millprint.provenance.lineage import Lineage
+from millprint.provenance.people import agent, author, licence
+
+PROFILES = {
+    "https://w3id.org/ro/wfrun/process/0.5": ("Process Run Crate", "0.5"),
+    "https://w3id.org/ro/wfrun/workflow/0.5": ("Workflow Run Crate", "0.5"),
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0": ("Workflow RO-Crate", "1.0"),
+}
+# The context of RO-Crate 1.1 has no digests; this is the term of the profile.
+TERMS = {"sha256": "https://w3id.org/ro/terms/workflow-run#sha256"}
+WORKFLOW_TYPE = "https://bioschemas.org/profiles/ComputationalWorkflow/1.0-RELEASE"
+PARAMETER_TYPE = "https://bioschemas.org/profiles/FormalParameter/1.0-RELEASE"
+COMPLETED = "http://schema.org/CompletedActionStatus"
+# Of files whose names Python does not know.
+FORMATS = {
+    ".bib": "application/x-bibtex",
+    ".h5": "application/x-hdf5",
+    ".pt": "application/zip",
+    ".smk": "text/x-python",
+    ".stl": "model/stl",
+    ".tex": "application/x-tex",
+    ".tsv": "text/tab-separated-values",
+    ".vtkhdf": "application/x-hdf5",
+    ".yaml": "application/yaml",
+}
+
+
+@dataclass(frozen=True)
+class KnownFile:
+    """A file of the crate: its path there, its size [bytes] and its SHA-256 digest."""
+
+    path: str
+    size: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a crate tells of a run.
+
+    config: the merged configuration; lineage: the jobs; results, others: files that the run made, and files that other
+    targets left; inputs: files that it read, by their path in the project; snakefiles: those of the workflow, the main
+    one first; configuration: the file with the merged configuration; citation: the content of CITATION.cff; versions:
+    of Python and packages by name; commit, system: of the software and the machine.
+    """
+
+    config: Mapping[str, Any]
+    lineage: Lineage
+    results: tuple[KnownFile, ...]
+    others: tuple[KnownFile, ...]
+    inputs: Mapping[str, KnownFile]
+    snakefiles: tuple[KnownFile, ...]
+    configuration: str
+    citation: Mapping[str, Any]
+    versions: Mapping[str, str]
+    commit: str
+    system: str
+
+
+def crate_of(run: Run) -> dict[str, Any]:
+    """The content of ro-crate-metadata.json."""
+    crate = ROCrate(version="1.1")
+    crate.metadata.extra_terms.update(TERMS)
+    workflow = _add_workflow(crate, run)
+    files = {file.path: _add_file(crate, file) for file in [*run.results, *run.inputs.values()]}
+    for file in run.others:
+        _add_file(crate, file)["description"] = "Made by another target, or by an earlier run"
+    for folder, words in UNCHECKED.items():
+        crate.add(Dataset(crate, dest_path=f"{folder}/", properties={"name": folder, "description": words}))
+    inputs = [_add_input(crate, run, path, files[file.path]) for path, file in sorted(run.inputs.items())]
+    configured = _parameter(crate, "configuration", "File", files[run.configuration])
+    values = [_add_value(crate, key, value) for key, value in _plain_values(run.config)]
+    workflow["input"] = [configured, *(one["exampleOfWork"] for one in [*inputs, *values] if "exampleOfWork" in one)]
+    person = agent(ProvenanceConfig(**run.config.get("provenance", {})))
+    action = _add(
+        crate,
+        {
+            "@id": "#run",
+            "@type": "CreateAction",
+            "name": f"Run {run.config['name']} of {run.citation['title']}",
+            "description": f"Snakemake made {len(run.results)} files of the results for mill {run.config['mill']}; "
+            f"{run.system}. Times are the begin of the first job and the end of the last one.",
+            "startTime": run.lineage.begin.isoformat(),
+            "endTime": run.lineage.end.isoformat(),
+            "actionStatus": COMPLETED,
+        },
+    )
+    action["instrument"] = workflow
+    action["object"] = [files[run.configuration], *inputs, *values]
+    action["result"] = [files[file.path] for file in run.results if file.path != run.configuration]
+    if person:
+        action["agent"] = _add(crate, person)
+    _describe_root(crate, run, action)
+    return crate.metadata.generate()
+
+
+def _describe_root(crate: ROCrate, run: Run, action: Entity) -> None:
+    """Name, description, date, licence, authors and profiles of the folder."""
+    root = crate.root_dataset
+    given = run.config.get("provenance", {}).get("licence", "")
+    root["name"] = f"Results of the run {run.config['name']} of {run.citation['title']}"
+    root["description"] = (
+        f"Files of the run {run.config['name']}: mill {run.config['mill']}, contact sets "
+        f"{', '.join(run.config['contacts'])}. Copies of what it read lie in crate/."
+    )
+    root["datePublished"] = run.lineage.end.date().isoformat()
+    root["license"] = _add(crate, licence(given or run.citation["license"]))
+    root["author"] = action.get("agent") or _authors(crate, run)
+    root["mentions"] = action
+    root["conformsTo"] = [
+        _add(crate, {"@id": uri, "@type": "CreativeWork", "name": name, "version": version})
+        for uri, (name, version) in PROFILES.items()
+    ]
+
+
+def _add_workflow(crate: ROCrate, run: Run) -> Entity:
+    """The workflow with its language, licence, authors, version, and the software that it needs."""
+    main, *included = run.snakefiles
+    cited = run.citation
+    workflow = crate.add_workflow(
+        dest_path=main.path,
+        main=True,
+        lang="snakemake",
+        lang_version=run.versions["snakemake"],
+        cls=ComputationalWorkflow,
+        properties={"name": cited["title"], **_details(main)},
+    )
+    workflow["conformsTo"] = _add(
+        crate, {"@id": WORKFLOW_TYPE, "@type": "CreativeWork", "name": "ComputationalWorkflow"}
+    )
+    workflow["version"] = f"{cited['version']}, commit {run.commit}"
+    workflow["description"] = " ".join(cited.get("abstract", "").split())
+    workflow["license"] = _add(crate, licence(cited["license"]))
+    workflow["author"] = _authors(crate, run)
+    if "repository-code" in cited:
+        workflow["codeRepository"] = workflow["url"] = cited["repository-code"]
+    workflow["hasPart"] = [_add_file(crate, file) for file in included]
+    workflow["softwareRequirements"] = [_add(crate, _software(name, version)) for name, version in run.versions.items()]
+    return workflow
+
+
+def _authors(crate: ROCrate, run: Run) -> Entity | list[Entity]:
+    """The authors of the software; JSON-LD writes a single one without a list."""
+    authors = [_add(crate, author(entry)) for entry in run.citation["authors"]]
+    return authors[0] if len(authors) == 1 else authors
+
+
+def _software(name: str, version: str) -> dict[str, Any]:
+    """The entity of a package of the Python Package Index, or of Python."""
+    # The part of a version after + names a build that the index does not have.
+    page = f"https://pypi.org/project/{name}/{version.split('+')[0]}/"
+    address = f"https://docs.python.org/release/{version}/" if name == "Python" else page
+    return {"@id": address, "@type": "SoftwareApplication", "name": name, "softwareVersion": version, "url": address}
+
+
+def _details(file: KnownFile) -> dict[str, Any]:
+    """Name, size, digest and format of a file."""
+    suffix = Path(file.path).suffix
+    # Files without a suffix are Snakefiles.
+    known = (
+        FORMATS.get(suffix)
+        or mimetypes.types_map.get(suffix)
+        or ("application/octet-stream" if suffix else "text/plain")
+    )
+    return {
+        "name": Path(file.path).name,
+        "contentSize": str(file.size),
+        "sha256": file.sha256,
+        "encodingFormat": known,
+    }
+
+
+def _add_file(crate: ROCrate, file: KnownFile) -> Entity:
+    return crate.add(File(crate, dest_path=file.path, properties=_details(file)))
+
+
+def _add(crate: ROCrate, entity: Mapping[str, Any]) -> Entity:
+    """A contextual entity; one that the crate has is kept."""
+    found = crate.get(entity["@id"])
+    return found or crate.add(ContextEntity(crate, entity["@id"], properties=dict(entity)))
+
+
+def _parameter(crate: ROCrate, key: str, kind: str, example: Entity) -> Entity:
+    """What a workflow takes, under a key of its configuration, and the value that this run gave."""
+    entity = _add(
+        crate,
+        {
+            "@id": f"#parameter/{key}",
+            "@type": "FormalParameter",
+            "name": key,
+            "additionalType": kind,
+            "conformsTo": {"@id": PARAMETER_TYPE},
+        },
+    )
+    entity["workExample"] = example
+    example["exampleOfWork"] = entity
+    return entity
+
+
+def _add_input(crate: ROCrate, run: Run, path: str, file: Entity) -> Entity:
+    """An input: under the key of the configuration that names it, if one does."""
+    keys = [key for key, value in _flat(run.config) if value == path]
+    if keys:
+        _parameter(crate, keys[0], "File", file)
+    return file
+
+
+def _add_value(crate: ROCrate, key: str, value: str) -> Entity:
+    """A value of the configuration."""
+    words = {"@id": f"#value/{key}", "@type": "PropertyValue", "name": key, "value": value}
+    entity = _add(crate, words)
+    _parameter(crate, key, "Text", entity)
+    return entity
+
+
+def _plain_values(config: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The keys of the top level that hold a text or a list of texts. The file of the configuration has all others."""
+    texts = {key: [value] if isinstance(value, str) else value for key, value in config.items()}
+    return [
+        (key, ", ".join(value))
+        for key, value in texts.items()
+        if isinstance(value, list) and value and all(isinstance(item, str) for item in value)
+    ]
+
+
+def _flat(content: Any, place: str = "") -> Iterable[tuple[str, Any]]:
+    """Dotted key and value of everything in a configuration that is no mapping or list."""
+    pairs = content.items() if isinstance(content, Mapping) else enumerate(content)
+    for key, value in pairs:
+        dotted = f"{place}.{key}".lstrip(".")
+        if isinstance(value, Mapping | list | tuple):
+            yield from _flat(value, dotted)
+        else:
+            yield dotted, value

@@ -1,0 +1,255 @@
+"""The lineage of a file, the crate of a run, and a check of a copy of it."""
+
+import json
+import shutil
+import subprocess
+import sys
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+
+from millprint.errors import ConfigError
+from millprint.provenance.check import ADDITIONAL, CHANGED, MISSING, check_folder
+from millprint.provenance.finished import check_finished, targets_of
+from millprint.provenance.inside import places
+from millprint.provenance.lineage import Job, read_jobs, trace
+from millprint.provenance.people import author, licence
+from millprint.records import write_record
+from tests.conftest import ROOT
+from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write
+
+FIGURE = "doe/mean yield.svg"
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch) -> Path:
+    """The folder of a finished run, which is also the current one."""
+    monkeypatch.chdir(tmp_path)
+    make_run()
+    return tmp_path
+
+
+def entities(folder: str = "results") -> dict[str, dict]:
+    graph = json.loads(Path(folder, "ro-crate-metadata.json").read_text())["@graph"]
+    found = {entity["@id"]: entity for entity in graph}
+    assert len(found) == len(graph), "two entities have one identifier"
+    return found
+
+
+def faults(folder="results") -> list[tuple[str, str]]:
+    return [(fault.what, fault.path) for fault in check_folder(Path(folder))[1]]
+
+
+def test_a_lineage_holds_what_the_targets_need_and_nothing_else():
+    jobs = {
+        "c": Job("join", ("a", "b"), 30.0, 41.2),
+        "a": Job("make", ("source",), 10.0, 20.0),
+        "b": Job("make", ("a", "other"), 20.0, 30.0),
+        "d": Job("else", ("unused",), 1.0, 99.0),
+    }
+    found = trace(["c"], jobs)
+    assert (found.made, found.sources) == (("a", "b", "c"), ("other", "source"))
+    assert (found.begin, found.end) == (datetime.fromtimestamp(10, UTC), datetime.fromtimestamp(41, UTC))
+    with pytest.raises(ConfigError, match=r"^e: Snakemake has no record"):
+        trace(["c", "e"], jobs)
+
+
+def test_records_with_names_longer_than_a_file_name_are_found(run):
+    path = f"results/{'long/' * 80}file.tsv"
+    keep_record(path, {"rule": "make", "input": ["a"], "starttime": 1.0, "endtime": 2.0})
+    write(".snakemake/metadata/bm90IGpzb24=", "not JSON")
+    write(".snakemake/metadata/#", "{}")
+    jobs = read_jobs()
+    assert set(jobs) == {*JOBS, path}
+    assert jobs[path] == Job("make", ("a",), 1.0, 2.0)
+
+
+def test_the_crate_says_what_was_read_and_written_with_digests(run):
+    assert describe_run() == 6
+    found = entities()
+    for path in ("doe/runs.tsv", FIGURE, "report/run.yaml", "crate/config/data/screening.tsv", f"crate/{MILL}"):
+        content = Path("results", path).read_bytes()
+        entity = found[quote(path)]
+        assert entity["sha256"] == sha256(content).hexdigest() and entity["contentSize"] == str(len(content))
+    action = found["#run"]
+    results = {entity["@id"] for entity in action["result"]}
+    assert results == {"doe/runs.tsv", quote(FIGURE)}
+    read = {entity["@id"] for entity in action["object"]}
+    assert read == {
+        *("report/run.yaml", "crate/config/data/screening.tsv", f"crate/{MILL}"),
+        *("#value/name", "#value/results", "#value/mill", "#value/contacts"),
+    }
+    assert found["#value/contacts"]["value"] == "calibrated, steel"
+    # The table is known by the key of the configuration that names it.
+    screening = found["crate/config/data/screening.tsv"]["exampleOfWork"]["@id"]
+    assert found[screening]["name"] == "data.screening"
+    assert found["doe/runs.tsv"]["encodingFormat"] == "text/tab-separated-values"
+    parts = {entity["@id"] for entity in found["./"]["hasPart"]}
+    assert {"logs/", "benchmarks/", "crate/workflow/Snakefile"} <= parts
+
+
+def test_the_crate_says_when_by_whom_with_what_and_under_which_licence(run):
+    describe_run()
+    found = entities()
+    action, root, workflow = found["#run"], found["./"], found["crate/workflow/Snakefile"]
+    assert action["startTime"] == datetime.fromtimestamp(BEGIN, UTC).isoformat()
+    assert action["endTime"] == datetime.fromtimestamp(END, UTC).isoformat()
+    assert "agent" not in action and root["author"]["@id"] == "#group/millprint-developers"
+    assert root["license"]["@id"] == "https://spdx.org/licenses/MIT"
+    assert root["mainEntity"]["@id"] == "crate/workflow/Snakefile" == action["instrument"]["@id"]
+    assert "ComputationalWorkflow" in workflow["@type"] and ", commit " in workflow["version"]
+    needs = {found[entity["@id"]]["name"] for entity in workflow["softwareRequirements"]}
+    assert {"Python", "numpy", "numba", "snakemake", "torch"} <= needs
+
+
+def test_the_configuration_names_who_runs_and_the_licence_of_the_results(run):
+    said = {"agent": "A. Miller", "orcid": "0000-0002-1825-0097", "affiliation": "A mill", "licence": "CC-BY-4.0"}
+    make_run({**CONFIG, "provenance": said})
+    describe_run()
+    found = entities()
+    (person,) = [entity for entity in found.values() if entity["@type"] == "Person"]
+    assert person == {
+        "@id": "https://orcid.org/0000-0002-1825-0097", "@type": "Person", "name": "A. Miller", "affiliation": "A mill"
+    }  # fmt: skip
+    assert found["#run"]["agent"]["@id"] == found["./"]["author"]["@id"] == person["@id"]
+    assert found["./"]["license"]["@id"] == "https://spdx.org/licenses/CC-BY-4.0"
+    # That of the software stays.
+    assert found["crate/workflow/Snakefile"]["license"]["@id"] == "https://spdx.org/licenses/MIT"
+
+
+def test_authors_of_a_citation_are_persons_or_groups():
+    one = author({"given-names": "Ada", "family-names": "Miller", "orcid": "https://orcid.org/0000-0002-1825-0097"})
+    assert (one["@type"], one["name"], one["@id"]) == ("Person", "Ada Miller", "https://orcid.org/0000-0002-1825-0097")
+    assert author({"name": "The mill, a group"})["@id"] == "#group/the-mill-a-group"
+    assert licence("https://example.org/terms")["@id"] == "https://example.org/terms"
+
+
+def test_the_same_run_is_described_by_the_same_bytes_anywhere(run, tmp_path_factory, monkeypatch):
+    describe_run()
+    first = Path("results/ro-crate-metadata.json").read_bytes()
+    other = tmp_path_factory.mktemp("elsewhere")
+    shutil.copytree(run, other, dirs_exist_ok=True)
+    monkeypatch.chdir(other)
+    describe_run()
+    assert Path("results/ro-crate-metadata.json").read_bytes() == first
+    assert str(run).encode() not in first
+
+
+def test_what_another_target_made_is_listed_but_is_no_result_of_the_run(run):
+    write("results/cards/card.json", "{}")
+    keep_record("results/cards/card.json", {"rule": "write_card", "input": [], "starttime": 1.0, "endtime": 2.0})
+    write_record(Path("results/logs/cards.json"), ["results/cards/card.json"])
+    describe_run()
+    found = entities()
+    assert "cards/card.json" in found
+    assert "cards/card.json" not in {entity["@id"] for entity in found["#run"]["result"]}
+    assert faults() == []
+
+
+@pytest.mark.parametrize(
+    ("harm", "line"),
+    [
+        (lambda: Path(RUN).unlink(), "results: no run has finished here: report/run.yaml is missing"),
+        (lambda: Path("results/doe/runs.tsv").unlink(), "results/doe/runs.tsv: the file is missing; run the same"),
+        (lambda: Path(MILL).unlink(), f"{MILL}: the file is missing"),
+        (lambda: shutil.rmtree(".snakemake"), "results/doe/mean yield.svg: Snakemake has no record of the job"),
+        (lambda: write("results/doe/runs.tsv", "other"), "results/doe/runs.tsv: changed since its job wrote it"),
+    ],
+)
+def test_a_run_that_is_not_finished_or_was_changed_is_refused_in_one_line(run, harm, line):
+    harm()
+    with pytest.raises(ConfigError) as caught:
+        describe_run()
+    (said,) = str(caught.value).splitlines()
+    assert said.startswith(line)
+    assert not Path("results/ro-crate-metadata.json").exists()
+
+
+def test_a_job_without_an_end_is_named(run):
+    check_finished(Path("results"))
+    write("results/logs/doe/plot_runs.log", "x: begin\n")
+    with pytest.raises(ConfigError, match=r"^results/logs/doe/plot_runs.log: this job did not finish"):
+        check_finished(Path("results"))
+
+
+def test_everything_that_jobs_made_is_a_target_where_none_is_given(run):
+    assert set(targets_of(Path("results"), read_jobs(), "plot_runs")) == set(JOBS) - {TARGETS[0]}
+
+
+def test_a_copy_is_checked_file_by_file(run, tmp_path_factory):
+    describe_run()
+    copy = tmp_path_factory.mktemp("archive") / "copied"
+    shutil.copytree("results", copy)
+    assert check_folder(copy) == (6, [])
+    # What every further run writes anew.
+    write(f"{copy}/logs/doe/plot_runs.log", "later")
+    write(f"{copy}/report/report.html", "later")
+    assert faults(copy) == []
+    changed = bytearray((copy / "doe/runs.tsv").read_bytes())
+    changed[3] ^= 1
+    (copy / "doe/runs.tsv").write_bytes(changed)
+    (copy / FIGURE).unlink()
+    write(f"{copy}/doe/notes.txt", "mine")
+    with open(copy / "crate" / MILL, "a") as file:
+        file.write("more")
+    assert faults(copy) == [
+        (CHANGED, f"crate/{MILL}"),
+        (MISSING, FIGURE),
+        (CHANGED, "doe/runs.tsv"),
+        (ADDITIONAL, "doe/notes.txt"),
+    ]
+
+
+def check(folder) -> subprocess.CompletedProcess:
+    command = [sys.executable, str(ROOT / "scripts/check_crate.py"), str(folder)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def test_the_command_says_a_line_for_each_fault_and_its_status_is_1(run):
+    describe_run()
+    good = check("results")
+    assert (good.returncode, good.stdout) == (0, "results: all 6 files are as the crate says\n")
+    Path("results/doe/runs.tsv").write_text("short")
+    bad = check("results")
+    assert bad.returncode == 1
+    assert bad.stdout.splitlines() == [
+        "changed: doe/runs.tsv: 5 bytes instead of 32",
+        "results: 6 files checked, 1 not as the crate says",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "no ro-crate-metadata.json here"),
+        ("not JSON", "not the description of a run"),
+        ("[]", "not the description of a run"),
+        ('{"@graph": [{"sha256": "a"}]}', "not the description of a run"),
+    ],
+)
+def test_a_folder_without_a_crate_is_refused_in_one_line(tmp_path, text, line):
+    if text:
+        (tmp_path / "ro-crate-metadata.json").write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        check_folder(tmp_path)
+    (said,) = str(caught.value).splitlines()
+    assert line in said
+
+
+def test_a_crate_cannot_name_files_outside_of_its_folder(tmp_path):
+    crate = {"@graph": [{"@id": "../secret", "sha256": "a", "contentSize": "1"}]}
+    (tmp_path / "ro-crate-metadata.json").write_text(json.dumps(crate))
+    assert faults(tmp_path) == [(CHANGED, "../secret")]
+
+
+def test_copies_of_inputs_lie_at_their_place_in_the_project_wherever_that_is():
+    found = places(["config/data/a.tsv", "/home/me/millprint/config/data/b.tsv", "../tables/my runs.tsv"])
+    assert found["config/data/a.tsv"] == "crate/config/data/a.tsv"
+    assert found["/home/me/millprint/config/data/b.tsv"] == "crate/config/data/b.tsv"
+    assert found["../tables/my runs.tsv"].startswith("crate/outside/")
+    assert found["../tables/my runs.tsv"].endswith("/my_runs.tsv")
+    with pytest.raises(ValueError, match="same place"):
+        places(["config/a.tsv", "/elsewhere/config/a.tsv"])

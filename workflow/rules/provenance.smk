@@ -1,0 +1,68 @@
+"""The record of a run as a Workflow Run RO-Crate: results/ro-crate-metadata.json."""
+
+from os.path import relpath
+
+from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+
+find_file = Sources(shipped).find
+# The main one first. As seen from here: a run that is moved with its project stays the same run.
+SNAKEFILES = [
+    relpath(file)
+    for file in dict.fromkeys(
+        [
+            shipped("workflow/Snakefile"),
+            *(str(each.snakefile) for each in workflow.rules if each.name not in RULES_OF_OTHERS),
+        ]
+    )
+]
+
+
+rule record_run:
+    output:
+        run=f"{RESULTS}/report/run.yaml",
+    log:
+        f"{LOGS}/report/record_run.log",
+    localrule: True
+    params:
+        config=config,
+        library=library("record_run.py"),
+    message:
+        "Recording the configuration of the run and the versions of its packages"
+    script:
+        "../../scripts/record_run.py"
+
+
+rule write_crate:
+    input:
+        targets=RUN_OUTPUTS,
+        configuration=rules.record_run.output.run,
+    output:
+        crate=report(
+            f"{RESULTS}/ro-crate-metadata.json",
+            caption="../report/crate.rst",
+            category="Runtime and versions",
+            labels={"shows": "inputs, files, digests, versions: RO-Crate"},
+        ),
+        sources=directory(f"{RESULTS}/crate"),
+    log:
+        f"{LOGS}/report/write_crate.log",
+    localrule: True
+    params:
+        results=RESULTS,
+        sources=[
+            *map(relpath, CONFIG_FILES),
+            *(relpath(find_file(f"{MILL_FOLDER}/{name}.yaml")) for name in CHECKED_MILLS),
+            *(relpath(find_file(f"{CONTACT_FOLDER}/{name}.yaml")) for name in CONTACTS),
+        ],
+        snakefiles=SNAKEFILES,
+        library=library("write_crate.py"),
+    message:
+        "Describing the run, its inputs and all of its files in an RO-Crate"
+    script:
+        "../../scripts/write_crate.py"
+
+
+rule crate:
+    input:
+        rules.write_crate.output,
+    localrule: True
