@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from millprint.errors import ConfigError
-from millprint.job import progress
+from millprint.progress import progress
 from millprint.provenance.inside import CRATE, files_in
 from millprint.records import digest
 

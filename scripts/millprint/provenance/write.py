@@ -10,8 +10,8 @@ import yaml
 
 from millprint.errors import ConfigError
 from millprint.files import whole_file, write_json
-from millprint.job import progress
 from millprint.machine import provenance
+from millprint.progress import progress
 from millprint.provenance.crate import KnownFile, Run, crate_of
 from millprint.provenance.inside import CRATE, SOURCES, is_described, places, recorded
 from millprint.provenance.lineage import Job, trace
