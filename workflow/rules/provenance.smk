@@ -48,7 +48,7 @@ rule write_crate:
         f"{LOGS}/report/write_crate.log",
     localrule: True
     params:
-        results=RESULTS,
+        results=lambda wildcards, output: str(Path(output.crate).parent),
         sources=[
             *map(relpath, CONFIG_FILES),
             *(relpath(find_file(f"{MILL_FOLDER}/{name}.yaml")) for name in CHECKED_MILLS),
