@@ -29,7 +29,8 @@ def visit_inline(self, node: nodes.math) -> None:
 
 def visit_block(self, node: nodes.math_block) -> None:
     """Write an equation on a line of its own, with its number if it has a label."""
-    self.body.append(self.starttag(node, "div", CLASS="equation"))
+    # Sphinx has written the anchor of a numbered equation around it.
+    self.body.append('<div class="equation">')
     self.body.append(to_mathml(node, "block"))
     if node["number"]:
         number = self.builder.config.math_eqref_format or "({number})"
