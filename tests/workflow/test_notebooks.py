@@ -1,0 +1,73 @@
+"""The notebooks run from top to bottom in a folder of their own, are kept without outputs, and tell what they say."""
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from tests.conftest import ROOT
+
+FOLDER = ROOT / "docs/notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+
+
+def read(path):
+    notebook = nbformat.read(path, as_version=4)
+    nbformat.validate(notebook)
+    return notebook
+
+
+def texts(notebook) -> str:
+    """What the cells print and show, one after another."""
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    return "\n".join(output.get("text") or output.get("data", {}).get("text/plain", "") for output in outputs)
+
+
+def pictures(notebook) -> int:
+    return sum("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", []))
+
+
+@pytest.fixture(scope="module")
+def executed(tmp_path_factory):
+    """The notebooks by name, executed in one folder: the second finds the planetary mill of the first."""
+    folder = tmp_path_factory.mktemp("notebooks")
+    found = {}
+    with pytest.MonkeyPatch.context() as patch:
+        # The library of this checkout, also where another one is installed.
+        patch.setenv("PYTHONPATH", str(ROOT / "scripts"))
+        for path in NOTEBOOKS:
+            found[path.stem] = read(path)
+            # An error in a cell is raised here, with its traceback.
+            NotebookClient(found[path.stem], timeout=1200, resources={"metadata": {"path": str(folder)}}).execute()
+    return folder, found
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_are_kept_without_outputs(path):
+    cells = [cell for cell in read(path).cells if cell.cell_type == "code"]
+    assert cells and not any(cell.outputs or cell.execution_count for cell in cells)
+
+
+def test_the_first_takes_a_fingerprint_in_twenty_lines():
+    code = [cell.source for cell in read(FOLDER / "fingerprint.ipynb").cells if cell.cell_type == "code"]
+    # The figure, the last cell, is beside the point.
+    assert len([line for cell in code[:-1] for line in cell.splitlines() if line.strip()]) <= 20
+    assert not any("sys.path" in cell or "snakemake" in cell for cell in code)
+
+
+def test_the_first_ends_with_a_prediction_and_a_figure(executed):
+    folder, found = executed
+    shown = texts(found["fingerprint"])
+    assert "outside the simulated range: nothing" in shown and "power_W" in shown
+    assert pictures(found["fingerprint"]) == 1
+    assert (folder / "fingerprint_planetary/fingerprint.json").is_file()
+    # Three fill ratios at two speeds.
+    assert len(list((folder / "fingerprint_planetary/runs").glob("*/run.h5"))) == 6
+
+
+def test_the_second_compares_and_says_what_to_set(executed):
+    folder, found = executed
+    shown = texts(found["two_mills"])
+    assert "ratio_lower" in shown and "power of all balls" in shown
+    assert "Hz with" in shown and "frequency_per_ball_hz:" in shown
+    assert pictures(found["two_mills"]) == 1
+    assert (folder / "fingerprint_spex/fingerprint.json").is_file()
