@@ -73,9 +73,9 @@ slurm: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
-# compares the power of drums with lifters instead.
+# compares the power of drums with lifters instead; `make bench STORE=1` keeps the timings in config/data/bench_history.tsv.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
+	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums) $(if $(STORE),--store)
 
 # The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
 docs: $(VENV)/installed

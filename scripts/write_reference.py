@@ -1,7 +1,9 @@
 """Writes schemas, config/keys.md (keys), workflow/descriptors.md (columns), workflow/card.md: `make reference`."""
 
+from functools import partial
 from pathlib import Path
 
+from millprint.bench.page import comparison_text
 from millprint.card.document import card_schema_text, explain_card
 from millprint.config.document import MODELS, reference_text, schema_text
 from millprint.files import whole_file
@@ -13,17 +15,18 @@ PAGES = {
     "workflow/descriptors.md": explain_columns,
     "workflow/card.md": explain_card,
     "workflow/schemas/card.schema.json": card_schema_text,
+    "docs/reference/comparison.md": partial(comparison_text, ROOT),
 }
 
 
 def main() -> None:
     """Write every schema and every page."""
     for name in MODELS:
-        with whole_file(ROOT / "workflow" / "schemas" / f"{name}.schema.json") as partial:
-            partial.write_text(schema_text(name))
+        with whole_file(ROOT / "workflow" / "schemas" / f"{name}.schema.json") as draft:
+            draft.write_text(schema_text(name))
     for name, text in PAGES.items():
-        with whole_file(ROOT / name) as partial:
-            partial.write_text(text())
+        with whole_file(ROOT / name) as draft:
+            draft.write_text(text())
 
 
 if __name__ == "__main__":

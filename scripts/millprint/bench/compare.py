@@ -27,14 +27,13 @@ from millprint.bench.cases import (
 )
 from millprint.bench.lammps import Lammps
 from millprint.bench.large import large_setup, large_start
+from millprint.bench.table import LAMMPS, OURS
 from millprint.config.bench import BenchCase, BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.progress import progress
 
 logger = logging.getLogger("millprint")
-
-OURS, LAMMPS = "millprint", "LAMMPS"
 
 # Columns of results/bench/dem.tsv.
 SPEED_COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")

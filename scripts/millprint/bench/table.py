@@ -1,7 +1,8 @@
-"""The tables of the benchmark as text."""
+"""The tables of the benchmark as text, and the codes that they name."""
 
 import pandas as pd
 
+OURS, LAMMPS = "millprint", "LAMMPS"
 NAMES = {"steps_per_s": "steps/s", "ns_per_ball_step": "ns a ball-step", "ratio_to_us": "ratio to us"}
 
 
