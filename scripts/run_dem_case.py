@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -12,36 +13,47 @@ from millprint.job import job
 from millprint.records import digest
 
 
-def simulate(case: Case, given, threads: int, files: tuple[str, str], log: str, origin: str) -> bool:
+class Given(NamedTuple):
+    """What a case is simulated with."""
+
+    mill: MillConfig
+    contact: ContactConfig
+    dem: DemConfig
+    threads: int
+
+
+def simulate(case: Case, given: Given, files: tuple[str, str], log: str, origin: str) -> bool:
     """Simulate a case unless it is finished; False if it failed, after its log and a line on stderr have said why."""
     if is_finished(origin, log, files):
         return True
-    dem = DemConfig(**given.settings)
-    if threads < threads_of(case, dem):
+    wanted = threads_of(case, given.dem)
+    if given.threads < wanted:
         print(
-            f"warning: {case.path} has {threads_of(case, dem)} threads and gets {threads} cores, "
+            f"warning: {case.path} has {wanted} threads and gets {given.threads} cores, "
             "so that it is slower; raise --cores",
             file=sys.stderr,
         )
     try:
         with job(log, f"DEM {case.path}", origin):
-            run_case(case, MillConfig(**given.mill), ContactConfig(**given.contact), dem, *files, cores=threads)
+            run_case(case, given.mill, given.contact, given.dem, *files, cores=given.threads)
     except SystemExit:
         return False
     return True
 
 
 if "snakemake" in globals():
-    given, output = snakemake.params, snakemake.output
-    cases = [Case(**plain) for plain in given.cases]
+    plain, output, settings = snakemake.params.given, snakemake.output, snakemake.params.settings
+    cases = [Case(**values) for values in plain["cases"]]
     done: dict[str, tuple[str, str]] = {}
-    for case, log, *files in zip(cases, given.logs, output.run, output.summary, strict=True):
+    for case, log, *files in zip(cases, plain["logs"], output.run, output.summary, strict=True):
         take_back(files)
-        values = [case.model_dump(mode="json"), given.mill, given.contact, given.settings, given.library]
-        origin = origin_digest([*values, digest(__file__)], snakemake.input.sources)
-        if simulate(case, given, snakemake.threads, tuple(files), log, origin):
+        mill, contact = plain["mills"][case.mill], plain["contacts"][case.contact]
+        values = [case.model_dump(mode="json"), mill, contact, settings, snakemake.params.library, digest(__file__)]
+        origin = origin_digest(values, plain["sources"][case.mill])
+        given = Given(MillConfig(**mill), ContactConfig(**contact), DemConfig(**settings), snakemake.threads)
+        if simulate(case, given, tuple(files), log, origin):
             done[case.path] = tuple(files)
-    if snakemake.log[0] not in given.logs:
+    if snakemake.log[0] not in plain["logs"]:
         lines = [f"{'done' if case.path in done else 'failed'}: {case.path}" for case in cases]
         Path(snakemake.log[0]).write_text("\n".join(lines) + "\n")
     if len(done) < len(cases):

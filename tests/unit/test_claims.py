@@ -127,8 +127,10 @@ def test_the_rule_of_a_file_names_it_among_its_outputs_and_uses_the_function(pat
     name = path.split()[0].rsplit("/", 1)[1].replace("*", "")
     stem = re.split(r"_\.|\.", name)[0]
     assert stem in outputs or "TABLES" in outputs
-    assert getattr(importlib.import_module(function.__module__), function.__name__) is function
-    assert ROOT / f"scripts/{function.__module__.replace('.', '/')}.py" in library_files(ROOT / "scripts" / script)
+    module, _, own_name = function.rpartition(".")
+    found = getattr(importlib.import_module(module), own_name)
+    assert f"{found.__module__}.{found.__qualname__}" == function
+    assert ROOT / f"scripts/{module.replace('.', '/')}.py" in library_files(ROOT / "scripts" / script)
 
 
 def test_a_file_of_unknown_origin_is_no_source():

@@ -32,7 +32,7 @@ def test_a_sweep_with_a_single_time_step_is_simulated_but_not_tabulated(project,
     if not study:
         content["sweeps"].remove(steps)
     plan = planned(project, content, "convergence")
-    assert "DEM emax/calibrated/d10_f0.10_n300_dt3e-06_s0" in plan
+    assert "results/dem/emax/calibrated/d10_f0.10_n300_dt3e-06_s0/summary.json" in plan
     missing = [line for line in plan.splitlines() if "Missing output files: " in line]
     tables = [line for line in missing if "results/convergence/timestep.tsv" in line]
     assert len(tables) == study
@@ -74,9 +74,17 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     assert "results/convergence/mine/verdict.txt" in plan
 
 
-def test_one_seed_that_is_asked_for_comes_with_the_others_of_its_condition_and_with_nothing_else(project):
-    plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
-    assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
+def test_a_case_that_is_asked_for_comes_with_its_job_and_with_nothing_else(project):
+    """A short one shares a job with other short ones; seeds that take longer share one with each other."""
+    content, case = smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json"
+    short = planned(project, content, case)
+    assert jobs_of(short) == {"compile_kernels": 1, "run_dem_sweeps_1": 1}
+    assert re.search(r"DEM sweeps_1: \d+ short cases", short) and "d10_f0.06_n600_s0/run.h5" in short
+    for sweep in content["sweeps"]:
+        if sweep["name"] in ("surrogate", "movie"):
+            sweep["window_s"] = 3.0
+    longer = planned(project, content, case)
+    assert jobs_of(longer) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
 
 
 def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):

@@ -1,12 +1,11 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
 import re
-from typing import NamedTuple
-
 from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
+from millprint.dem.batches import short_batches
 from millprint.dem.resources import resources_of, resources_together
 from millprint.dem.seeds import seeds_together
 from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
@@ -185,6 +184,11 @@ def resources_at(wildcards):
     return estimate(case_at(wildcards))
 
 
+def together(cases):
+    """Threads, time and memory of cases that share a job."""
+    return resources_together([estimate(case) for case in cases])
+
+
 def estimate(case):
     """Threads, time and memory of a case."""
     return resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
@@ -198,26 +202,48 @@ def known_cases() -> list[dict]:
     return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *swept]
 
 
+def wanted_together() -> dict[str, dict]:
+    """Cases of which a whole run wants all, by a name: of the sweeps, each set-up, and the mills that it analyses.
+
+    Of the sweeps of other mills, somebody may want a part.
+    """
+    analysed = [name for name in CONFIG.uncertainty.mills if MILLS[name].sweep]
+    # A smoke test simulates the first case of each mill of the box.
+    first = [next(iter(cases_of_mill(name).items())) for name in BOX if MILLS[name].sweep and name not in analysed]
+    return {
+        "sweeps": CASES,
+        **SETUP_CASES,
+        **{f"sweep_of_{name}": cases_of_mill(name) for name in analysed},
+        "box": dict(first) if CONFIG.mills.first_case_only else {},
+    }
+
+
 def log_of(case) -> str:
     """The log of a case, also where several cases are one job."""
     return f"{LOGS}/dem/{case.path}.log"
 
 
-class Condition(NamedTuple):
-    """The cases of a condition whose seeds are one job, with their mill and contact set, and what they take."""
-
-    cases: list
-    mill: object
-    contact: object
-    resources: object
-
-
-def seeds_of(wildcards) -> Condition:
-    """The condition of a folder in results/dem without its seed."""
+def seeds_of(wildcards) -> list:
+    """The cases of a condition, which is the path of a folder in results/dem without the seed."""
     paths = [f"{wildcards.condition}_s{seed}" for seed in TOGETHER[wildcards.condition]]
-    cases = [next(cases[path] for cases in KNOWN_CASES if path in cases) for path in paths]
-    contact, own = CONTACTS[cases[0].contact], resources_together([estimate(case) for case in cases])
-    return Condition(cases, mill_named(cases[0].mill), contact, own)
+    return [next(cases[path] for cases in KNOWN_CASES if path in cases) for path in paths]
+
+
+def files_of(cases) -> list[str]:
+    """The files with the geometry and motion of the mills of some cases."""
+    return list(dict.fromkeys(file for case in cases for file in mill_named(case.mill).source_files))
+
+
+def simulated_from(cases) -> dict:
+    """What the job of some cases needs, as plain values: the cases, their logs, and their mills and contact sets."""
+    mills = {case.mill: mill_named(case.mill) for case in cases}
+    return {
+        "cases": [case.model_dump(mode="json") for case in cases],
+        "logs": [log_of(case) for case in cases],
+        "mills": {name: dumped(mill) for name, mill in mills.items()},
+        "sources": {name: [str(file) for file in mill.source_files] for name, mill in mills.items()},
+        "contacts": {case.contact: CONTACTS[case.contact].model_dump(mode="json") for case in cases},
+    }
 
 
 # The simulations of the milling cards, by path.
@@ -227,8 +253,13 @@ with stop_on_bad_input():
     KNOWN_CASES = known_cases()
     # Names of the cases that need a cluster job of their own.
     LONG_CASES = sorted({case.name for cases in KNOWN_CASES for case in cases.values() if estimate(case).needs_own_job})
+    # Short cases that share a job.
+    BATCHES = short_batches(wanted_together(), estimate)
+    BATCHED = {case.path for cases in BATCHES.values() for case in cases}
     # Conditions whose seeds are one job, with their seeds.
-    TOGETHER = seeds_together(KNOWN_CASES, estimate)
+    TOGETHER = seeds_together(
+        [{path: case for path, case in cases.items() if path not in BATCHED} for cases in KNOWN_CASES], estimate
+    )
 
 # By their seeds, a pattern of the conditions whose seeds are one job.
 SEED_RULES = {
@@ -236,5 +267,5 @@ SEED_RULES = {
     for seeds in sorted(set(TOGETHER.values()))
 }
 # A mill's name in the path of a case that is a job of its own.
-IN_SEED_RULES = "|".join(f"(?:{names})_s(?:{'|'.join(map(str, seeds))})/" for seeds, names in SEED_RULES.items())
-IN_OWN_JOB = f"(?!{IN_SEED_RULES})[a-z][a-z0-9_]*" if SEED_RULES else "[a-z][a-z0-9_]*"
+IN_SEED_RULES = [f"(?:{names})_s(?:{'|'.join(map(str, seeds))})" for seeds, names in SEED_RULES.items()]
+IN_OWN_JOB = f"(?!(?:{'|'.join([*IN_SEED_RULES, any_of(sorted(BATCHED))])})/)[a-z][a-z0-9_]*"

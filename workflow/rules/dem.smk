@@ -1,4 +1,4 @@
-"""Simulations: compile the kernels once, then run each case."""
+"""Simulations: compile the kernels once, then run each case, or several short ones in a job."""
 
 
 # It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation
@@ -38,10 +38,7 @@ rule run_dem_case:
         runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
     params:
-        cases=lambda wildcards: [case_at(wildcards).model_dump(mode="json")],
-        logs=lambda wildcards: [log_of(case_at(wildcards))],
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        contact=lambda wildcards: CONTACTS[wildcards.contact].model_dump(mode="json"),
+        given=lambda wildcards: simulated_from([case_at(wildcards)]),
         settings=settings("dem"),
         library=library("run_dem_case.py"),
     message:
@@ -67,7 +64,7 @@ for seeds, conditions in SEED_RULES.items():
             f"run_dem_seeds_{'_'.join(map(str, seeds))}"
         input:
             kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-            sources=lambda wildcards: seeds_of(wildcards).mill.source_files,
+            sources=lambda wildcards: files_of(seeds_of(wildcards)),
         output:
             run=[update(f"{RESULTS}/dem/{{condition}}_s{seed}/run.h5") for seed in seeds],
             summary=[update(f"{RESULTS}/dem/{{condition}}_s{seed}/summary.json") for seed in seeds],
@@ -81,16 +78,44 @@ for seeds, conditions in SEED_RULES.items():
         group:
             "simulations"
         resources:
-            runtime=lambda wildcards, attempt: attempt * seeds_of(wildcards).resources.runtime_min,
-            mem_mb=lambda wildcards, attempt: attempt * seeds_of(wildcards).resources.memory_mb,
+            runtime=lambda wildcards, attempt: attempt * together(seeds_of(wildcards)).runtime_min,
+            mem_mb=lambda wildcards, attempt: attempt * together(seeds_of(wildcards)).memory_mb,
         params:
-            cases=lambda wildcards: [case.model_dump(mode="json") for case in seeds_of(wildcards).cases],
-            logs=lambda wildcards: [log_of(case) for case in seeds_of(wildcards).cases],
-            mill=lambda wildcards: dumped(seeds_of(wildcards).mill),
-            contact=lambda wildcards: seeds_of(wildcards).contact.model_dump(mode="json"),
+            given=lambda wildcards: simulated_from(seeds_of(wildcards)),
             settings=settings("dem"),
             library=library("run_dem_case.py"),
         message:
             "DEM {wildcards.condition}, every seed"
+        script:
+            "../../scripts/run_dem_case.py"
+
+
+# Short cases of several conditions; as with seeds, those that are finished stay as they are.
+for name, batch in BATCHES.items():
+
+    rule:
+        name:
+            f"run_dem_{name}"
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            sources=files_of(batch),
+        output:
+            run=[update(f"{RESULTS}/dem/{case.path}/run.h5") for case in batch],
+            summary=[update(f"{RESULTS}/dem/{case.path}/summary.json") for case in batch],
+        log:
+            f"{LOGS}/dem/{name}.log",
+        benchmark:
+            f"{BENCHMARKS}/run_dem_case/{name}.tsv"
+        group:
+            "simulations"
+        resources:
+            runtime=lambda wildcards, attempt, cases=batch: attempt * together(cases).runtime_min,
+            mem_mb=lambda wildcards, attempt, cases=batch: attempt * together(cases).memory_mb,
+        params:
+            given=simulated_from(batch),
+            settings=settings("dem"),
+            library=library("run_dem_case.py"),
+        message:
+            f"DEM {name}: {len(batch)} short cases"
         script:
             "../../scripts/run_dem_case.py"

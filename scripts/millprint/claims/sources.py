@@ -1,51 +1,43 @@
 """The sources of the claims' values: the rule that writes each file, and the function that computes its content."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
-from millprint.calibration import drop_test, experiment
-from millprint.dem import convergence, summary
-from millprint.doe import audit, design, residuals, variance, wet_lab
-from millprint.fingerprint import collapse, curves, cycles, descriptors, energy, inverse, regimes
-from millprint.predict import evaluation as yield_evaluation
-from millprint.predict import explanation, report
-from millprint.surrogate import ablations, evaluation, tables, timing
-
 # By path from the results folder: the rule that writes the file, and the function that computes its content. Where one
-# column has a function of its own, its name follows the path.
-ORIGINS: dict[str, tuple[str, Callable]] = {
-    "doe/fraction.json": ("design_experiments", design.describe),
-    "doe/audit.tsv": ("design_experiments", audit.audit_table),
-    "doe/anova_printed.tsv": ("analyse_variance", variance.printed_table),
-    "doe/residuals.tsv": ("analyse_variance", residuals.residual_table),
-    "doe/pareto.tsv": ("plot_doe", variance.pareto_table),
-    "doe/half_life.tsv": ("compute_wet_lab", wet_lab.half_life_table),
-    "doe/wear.tsv": ("compute_wet_lab", wet_lab.wear_table),
-    "calibration/drop_test.tsv": ("calibrate_restitution", drop_test.simulate_drops),
-    "calibration/*/friction_fit.tsv": ("fit_friction", experiment.fit_experiment),
-    "convergence/modulus.tsv": ("compare_moduli", convergence.convergence_table),
-    "dem/*/summary.json": ("run_dem_case", summary.summarise),
-    "fingerprint/descriptors.tsv": ("tabulate_descriptors", descriptors.tabulate_descriptors),
-    "fingerprint/cycles.tsv": ("tabulate_descriptors", cycles.tabulate_cycles),
-    "fingerprint/means_*.tsv": ("fit_master_curves", curves.average_curves),
-    "fingerprint/collapse.tsv": ("measure_scaling", collapse.tabulate_collapse),
-    "fingerprint/inverse.tsv": ("invert_master_curves", inverse.invert_speed),
-    "partition/table_4_2.tsv yield_percent": ("partition_dissipation", regimes.read_regimes),
-    "partition/table_4_2.tsv": ("partition_dissipation", regimes.design_cases),
-    "partition/table_4_3.tsv": ("partition_dissipation", energy.compare_with_prior),
-    "partition/table_4_4.tsv": ("partition_dissipation", energy.specific_yields),
-    "partition/table_4_5.tsv": ("partition_dissipation", energy.energy_leverage),
-    "partition/slopes.tsv": ("partition_dissipation", energy.fit_slopes),
-    "yield/honest.tsv": ("evaluate_yield_models", yield_evaluation.score_table),
-    "yield/out_of_domain.tsv": ("evaluate_yield_models", report.predictions),
-    "yield/time_variance.tsv": ("evaluate_yield_models", yield_evaluation.time_variance),
-    "yield/shap_ranking.tsv": ("evaluate_yield_models", explanation.rank_features),
-    "surrogate/*/metrics.tsv": ("evaluate_graph_surrogate", evaluation.evaluate),
-    "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", timing.simulation_seconds),
-    "surrogate/runtime.tsv": ("time_surrogates", timing.time_rollouts),
-    "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", tables.wall_contact_table),
-    "surrogate/ablations.tsv": ("tabulate_ablations", ablations.ablation_table),
+# column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and
+# what computed these would bring most of the library.
+ORIGINS: dict[str, tuple[str, str]] = {
+    "doe/fraction.json": ("design_experiments", "millprint.doe.design.describe"),
+    "doe/audit.tsv": ("design_experiments", "millprint.doe.audit.audit_table"),
+    "doe/anova_printed.tsv": ("analyse_variance", "millprint.doe.variance.printed_table"),
+    "doe/residuals.tsv": ("analyse_variance", "millprint.doe.residuals.residual_table"),
+    "doe/pareto.tsv": ("plot_doe", "millprint.doe.variance.pareto_table"),
+    "doe/half_life.tsv": ("compute_wet_lab", "millprint.doe.wet_lab.half_life_table"),
+    "doe/wear.tsv": ("compute_wet_lab", "millprint.doe.wet_lab.wear_table"),
+    "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.calibration.drop_test.simulate_drops"),
+    "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.calibration.experiment.fit_experiment"),
+    "convergence/modulus.tsv": ("compare_moduli", "millprint.dem.convergence.convergence_table"),
+    "dem/*/summary.json": ("run_dem_case", "millprint.dem.summary.summarise"),
+    "fingerprint/descriptors.tsv": ("tabulate_descriptors", "millprint.fingerprint.descriptors.tabulate_descriptors"),
+    "fingerprint/cycles.tsv": ("tabulate_descriptors", "millprint.fingerprint.cycles.tabulate_cycles"),
+    "fingerprint/means_*.tsv": ("fit_master_curves", "millprint.fingerprint.curves.average_curves"),
+    "fingerprint/collapse.tsv": ("measure_scaling", "millprint.fingerprint.collapse.tabulate_collapse"),
+    "fingerprint/inverse.tsv": ("invert_master_curves", "millprint.fingerprint.inverse.invert_speed"),
+    "partition/table_4_2.tsv yield_percent": ("partition_dissipation", "millprint.fingerprint.regimes.read_regimes"),
+    "partition/table_4_2.tsv": ("partition_dissipation", "millprint.fingerprint.regimes.design_cases"),
+    "partition/table_4_3.tsv": ("partition_dissipation", "millprint.fingerprint.energy.compare_with_prior"),
+    "partition/table_4_4.tsv": ("partition_dissipation", "millprint.fingerprint.energy.specific_yields"),
+    "partition/table_4_5.tsv": ("partition_dissipation", "millprint.fingerprint.energy.energy_leverage"),
+    "partition/slopes.tsv": ("partition_dissipation", "millprint.fingerprint.energy.fit_slopes"),
+    "yield/honest.tsv": ("evaluate_yield_models", "millprint.predict.evaluation.score_table"),
+    "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.predict.report.predictions"),
+    "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.predict.evaluation.time_variance"),
+    "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.predict.explanation.rank_features"),
+    "surrogate/*/metrics.tsv": ("evaluate_graph_surrogate", "millprint.surrogate.evaluation.evaluate"),
+    "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", "millprint.surrogate.timing.simulation_seconds"),
+    "surrogate/runtime.tsv": ("time_surrogates", "millprint.surrogate.timing.time_rollouts"),
+    "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", "millprint.surrogate.tables.wall_contact_table"),
+    "surrogate/ablations.tsv": ("tabulate_ablations", "millprint.surrogate.ablations.ablation_table"),
 }
 
 
@@ -55,15 +47,15 @@ class Source:
 
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
-    file; for a simulation run_dem_case, also where a job of a rule run_dem_seeds_... holds several seeds; function:
-    what computes its content.
+    file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several; function: what
+    computes its content.
     """
 
     path: str
     columns: str
     rows: str
     rule: str
-    function: Callable
+    function: str
 
     def __str__(self) -> str:
         return f"{self.path}{self.details}"
@@ -72,7 +64,7 @@ class Source:
     def details(self) -> str:
         """All but the path, in words."""
         rows = f" [{self.rows}]" if self.rows else ""
-        return f"{rows} {self.columns} (rule {self.rule}, {self.function.__module__}.{self.function.__qualname__})"
+        return f"{rows} {self.columns} (rule {self.rule}, {self.function})"
 
 
 def source_in(path: str, columns: str, rows: str = "") -> Source:

@@ -19,9 +19,9 @@ def _docstrings(model: type[BaseModel]) -> dict[str, str]:
     assert isinstance(own, ast.ClassDef)
     found = {}
     for key, text in zip(own.body, own.body[1:], strict=False):
-        if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name) and isinstance(text, ast.Expr):
-            if isinstance(text.value, ast.Constant) and isinstance(text.value.value, str):
-                found[key.target.id] = inspect.cleandoc(text.value.value)
+        value = text.value.value if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant) else None
+        if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name) and isinstance(value, str):
+            found[key.target.id] = inspect.cleandoc(value)
     return found
 
 
