@@ -1,7 +1,7 @@
 """Draws the geometry of each of some mills, and its motion as a row of pictures."""
 
 from millprint.config.mill import MillConfig
-from millprint.figures.mills import plot_geometry, plot_motion
+from millprint.figures.mill_pictures import plot_geometry, plot_motion
 from millprint.figures.style import save
 from millprint.job import job
 from millprint.view.mill_picture import picture_mill

@@ -3,7 +3,7 @@
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown
-from millprint.figures.mills import plot_sheet
+from millprint.figures.mill_sheet import plot_sheet
 from millprint.figures.spectra import plot_rules, plot_spectra
 from millprint.figures.style import save
 from millprint.files import read_table

@@ -3,7 +3,7 @@
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet
-from millprint.figures.mills import plot_sheet
+from millprint.figures.mill_sheet import plot_sheet
 from millprint.figures.style import save
 from millprint.figures.uncertainty import plot_indices, plot_intervals
 from millprint.files import read_table

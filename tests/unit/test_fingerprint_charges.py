@@ -14,7 +14,7 @@ from millprint.config.mixture import BallMixture, mixture_of
 from millprint.config.sweep import ball_count
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
-from millprint.figures import mills as figures
+from millprint.figures import mill_sheet as figures
 from millprint.files import write_table
 from millprint.fingerprint.cases import WAYS, enlarged, large_case
 from millprint.fingerprint.coverage import tabulate_coverage

@@ -18,6 +18,7 @@ from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
+from millprint.figures import mill_pictures, mill_sheet
 from millprint.figures import mills as figures
 from millprint.files import read_table, write_json
 from millprint.fingerprint.bands import checked_factors
@@ -265,7 +266,7 @@ def page_of(name: str, sheet: pd.DataFrame, own: Fingerprint, curves: pd.DataFra
     """The page of a mill with made-up spectra."""
     spectra, read_off = made_spectra(descriptors())
     whole = with_rows(sheet, sheet_rows(read_off, own))
-    return figures.plot_sheet(
+    return mill_sheet.plot_sheet(
         picture_mill(mill(name)), whole, descriptors(), curves, of_sheet(spectra, whole), of_sheet(read_off, whole)
     )
 
@@ -357,7 +358,7 @@ def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
         low, high = picture.strip_limits_mm
         assert (look.outline_mm >= low).all()
         assert (look.outline_mm <= high).all()
-    for figure in (figures.plot_geometry(picture), figures.plot_motion(picture)):
+    for figure in (mill_pictures.plot_geometry(picture), mill_pictures.plot_motion(picture)):
         labels = [text for axis in figure.axes for text in (axis.get_xlabel(), axis.get_ylabel()) if text]
         assert labels
         assert all(text.endswith("[mm]") for text in labels)

@@ -5,13 +5,18 @@ gap are one collision; a collision below a peak force or a time in contact is th
 lifetimes. The rule is stated with every number.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
 from millprint.columns import names_of
 from millprint.config.counting import CountingRule
 from millprint.dem.layout import COLLISION
-from millprint.dem.recording import Table
+
+if TYPE_CHECKING:
+    # Its module holds kernels, which a reader of finished runs does not need.
+    from millprint.dem.recording import Table
 
 # What a collision has in the column of all its tangential work: the work less the damping share.
 SLIDING = "sliding_J"
@@ -20,7 +25,7 @@ VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(
 COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
 
 
-def collision_table(contacts: Table) -> pd.DataFrame:
+def collision_table(contacts: "Table") -> pd.DataFrame:
     """The contacts that were open in the window, a row each, in COLLISION_NAMES.
 
     first: ball; second: ball, or -1 - feature of the wall. start_s counts from the start of the mill and may lie

@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from millprint.config.sweep import ball_count
 from millprint.errors import SimulationError
@@ -234,6 +233,9 @@ def _place_sizes(
             # Balls of one size have one distance to keep.
             for radius in np.unique(radii):
                 reach = (radius + diameter / 2) * (1 + GAP)
+                # A third of what a simulation imports, and balls of one size need none of it.
+                from scipy.spatial import cKDTree
+
                 sites = sites[cKDTree(points[radii == radius]).query(sites, distance_upper_bound=reach)[0] >= reach]
             if len(sites) >= count:
                 break

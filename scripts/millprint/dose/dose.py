@@ -5,12 +5,15 @@ All of the dissipated energy counts, as if every collision caught powder: no mod
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.model import Fingerprint
 from millprint.tables import CASE, Number, Text, read_measured, refuse_rows
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.model import Fingerprint
 
 # The doses, and the time that they are compared with: title and unit.
 NORMAL, TANGENTIAL, TOTAL = "normal_kJ_g", "tangential_kJ_g", "total_kJ_g"
@@ -65,7 +68,7 @@ def regime_doses(
     return pd.concat([joined[[CASE, "bpr", "molar_ratio", TIME]], found, joined[[YIELD]]], axis=1)
 
 
-def own_doses(path: str | Path, fingerprints: Mapping[str, Fingerprint]) -> pd.DataFrame:
+def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd.DataFrame:
     """Doses of a user's runs: columns case, mill, powder_mass_g, time_h, fill_ratio, speed_rpm, ball_diameter_mm.
 
     Adds the doses, power_W, and `outside`, what lies outside the simulated ranges; yield_percent is kept. Raises

@@ -1,7 +1,7 @@
 """Which spectra a figure shows, and what is read off those of the condition of a fingerprint sheet."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,9 @@ from millprint.dose.spectra import BOTH, CHANNELS
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.descriptors import CHARGE, NOTHING, ONE_SIZE
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
-from millprint.fingerprint.model import Fingerprint
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.model import Fingerprint
 
 SECTION = "spectra"
 # Numbers of a sheet, a column of the table of what is read off each, and how the sheet calls it.
@@ -53,7 +55,7 @@ def shown(
     return table[table["fill_ratio"].isin(fill_ratios or [])]
 
 
-def sheet_rows(summary: pd.DataFrame, fingerprint: Fingerprint) -> pd.DataFrame:
+def sheet_rows(summary: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:
     """Rows of a sheet, with its columns: what is read off the spectra of the simulated condition nearest to its own.
 
     summary: of `spectra.tabulate_spectra` of the mill's sweep. Nearest is in the logarithm of the fill ratio, at the

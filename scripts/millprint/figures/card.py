@@ -11,7 +11,8 @@ from millprint.card.latex import TITLES, settings_of
 from millprint.card.model import Ends, MillingCard, Quantity, Spectrum
 from millprint.card.numbers import between, in_words, prefix_of, three
 from millprint.figures.heat import BODY_NAMES
-from millprint.figures.mills import SHEET_IN, draw_views
+from millprint.figures.mill_pictures import draw_views
+from millprint.figures.mill_sheet import SHEET_IN
 from millprint.figures.spectra import PAIRS
 from millprint.figures.style import COLOURS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, SCATTER

@@ -15,6 +15,8 @@ from millprint.errors import ConfigError
 from millprint.files import read_format, read_json
 from millprint.fingerprint.columns import MEASURED
 
+# Coefficients of walls, stored where they are not those of ball on ball.
+WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
 # The format of a fingerprint file, and the usual name of such files.
 FORMAT = "millprint fingerprint 1"
 WHERE = "one is written as fingerprint_CONTACT.json"

@@ -1,6 +1,6 @@
 """The fingerprint sheet of a mill as a table: the mill, descriptors, exponents, and range of validity."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import pandas as pd
 
@@ -9,7 +9,11 @@ from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.model import WALL, Fingerprint, Prediction
+from millprint.fingerprint.inputs import WALL
+
+if TYPE_CHECKING:
+    # Its processes bring scikit-learn, a second to import, and the figures of a sheet only read tables.
+    from millprint.fingerprint.model import Fingerprint, Prediction
 
 
 class Row(NamedTuple):
@@ -35,7 +39,7 @@ RANGES = {
 }
 
 
-def sheet_condition(fingerprint: Fingerprint) -> tuple[Condition[float], str]:
+def sheet_condition(fingerprint: "Fingerprint") -> tuple[Condition[float], str]:
     """The condition that a sheet describes, and its charge: slowest speed of the largest balls, middle fill ratio."""
     speed, diameter, charge = min(fingerprint.settings, key=lambda setting: (-setting[1], setting[0]))
     low, high = fingerprint.fill_range
@@ -55,7 +59,7 @@ def shown_speed(mill: MillConfig, speed_hz: float) -> str:
 
 
 def tabulate_sheet(
-    mill: MillConfig, fingerprint: Fingerprint, collapse: pd.DataFrame, zones: pd.DataFrame, closure: float
+    mill: MillConfig, fingerprint: "Fingerprint", collapse: pd.DataFrame, zones: pd.DataFrame, closure: float
 ) -> pd.DataFrame:
     """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents and collapse, zones, validity.
 
@@ -111,7 +115,7 @@ def by_columns(origin: str) -> list[str]:
     return [f"by_{origin}_{end}" for end in ENDS]
 
 
-def _with_intervals(sheet: pd.DataFrame, fingerprint: Fingerprint, prediction: Prediction) -> pd.DataFrame:
+def _with_intervals(sheet: pd.DataFrame, fingerprint: "Fingerprint", prediction: "Prediction") -> pd.DataFrame:
     """The sheet with `by_columns` of every origin, empty where it is not known, and the section `intervals`."""
     bands = [getattr(prediction, name) for name in DESCRIBED]
     places = sheet.index[sheet["section"] == "descriptors"]

@@ -18,14 +18,12 @@ from millprint.fingerprint.bands import FURTHER, Band, Factors, Interval, checke
 from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
-from millprint.fingerprint.inputs import FORMAT, read_content
+from millprint.fingerprint.inputs import FORMAT, WALL, read_content
 from millprint.fingerprint.processes import Predictor, Process, kinds_of, logarithms, varied_components
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
-# Coefficients of walls, stored where they are not those of ball on ball.
-WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
 SETTING = ["ball_diameter_m", "speed_hz"]
 
 

@@ -2,13 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import torch
 from tqdm import tqdm
 
 from millprint.config.surrogate import EdgeConfig
 from millprint.surrogate.rollout import RollOut
+
+if TYPE_CHECKING:
+    # A second to import, and jobs that only name a surrogate need no torch.
+    import torch
 
 
 class Run(Protocol):
@@ -54,6 +57,6 @@ class Setting:
     run: str | Path
     edges: EdgeConfig
     snap_back_m: float | None
-    device: torch.device
+    device: "torch.device"
     until_s: float
     member: int = 0
