@@ -101,7 +101,8 @@ class Evidence:
 
         names: what in the file is used; function: what computes the value from it.
         """
-        self.sources.append(Source(path, names, "", "tabulate_claims", function))
+        own_name = f"{function.__module__}.{function.__qualname__}"
+        self.sources.append(Source(path, names, "", "tabulate_claims", own_name))
 
 
 @dataclass(frozen=True)
