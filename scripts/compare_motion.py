@@ -14,7 +14,7 @@ from millprint.view.beside import movie_beside
 MOMENTS = (0.0, 0.1, 0.4, 1.0)
 
 
-def main(path: str, run: str, svg: str, png: str, animations: list[str], settings: MovieConfig) -> None:
+def main(path: str, run: str, svg: str, png: str, tsv: str, animations: list[str], settings: MovieConfig) -> None:
     rollout = RollOut.read(path)
     interval_s = rollout.time_s[1] - rollout.time_s[0]
     last = min(len(rollout.time_s) - 1, round(settings.length_s / interval_s))
@@ -28,16 +28,18 @@ def main(path: str, run: str, svg: str, png: str, animations: list[str], setting
         settings.frames_per_second,
     )
     moments = np.unique(np.rint(np.array(MOMENTS) * (len(movie.frames) - 1)).astype(int)).tolist()
-    save(plot_motion(movie, moments), svg, png)
+    save(plot_motion(movie, moments), svg, png, tsv=tsv)
     save_animation(movie, *animations)
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "draw the balls of the surrogates") as log:
         files = (*(snakemake.input[name] for name in ("rollouts", "runs")),)
-        drawings = (*(snakemake.output[name] for name in ("stills", "pngs", "gifs")),)
+        drawings = (*(snakemake.output[name] for name in ("stills", "pngs", "tsvs", "gifs")),)
         movies = iter(snakemake.output.movies)
-        for (variant, test), rollout, run, svg, png, gif in zip(snakemake.params.moved, *files, *drawings, strict=True):
+        for (variant, test), rollout, run, svg, png, tsv, gif in zip(
+            snakemake.params.moved, *files, *drawings, strict=True
+        ):
             animations = [gif, next(movies)] if test == snakemake.params.trained else [gif]
-            main(rollout, run, svg, png, animations, MovieConfig(**snakemake.params.settings))
+            main(rollout, run, svg, png, tsv, animations, MovieConfig(**snakemake.params.settings))
             log.info("drawn: %s, %s", variant, test)

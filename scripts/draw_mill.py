@@ -7,10 +7,12 @@ from millprint.job import job
 from millprint.view.mill_picture import picture_mill
 
 
-def main(mill: MillConfig, geometry_svg: str, geometry_png: str, motion_svg: str, motion_png: str) -> None:
+def main(mill: MillConfig, paths: list[str]) -> None:
+    """paths: SVG and PNG of the geometry, then of the motion, then the points of both as TSV."""
+    geometry_svg, geometry_png, motion_svg, motion_png, geometry_tsv, motion_tsv = paths
     picture = picture_mill(mill)
-    save(plot_geometry(picture), geometry_svg, geometry_png)
-    save(plot_motion(picture), motion_svg, motion_png)
+    save(plot_geometry(picture), geometry_svg, geometry_png, tsv=geometry_tsv)
+    save(plot_motion(picture), motion_svg, motion_png, tsv=motion_tsv)
 
 
 if "snakemake" in globals():
@@ -18,4 +20,4 @@ if "snakemake" in globals():
     with job(snakemake.log[0], f"draw {', '.join(mill['name'] for mill in mills)}"):
         for number, mill in enumerate(mills):
             # All geometries come first in the output, then all motions.
-            main(MillConfig(**mill), *paths[number :: len(mills)])
+            main(MillConfig(**mill), paths[number :: len(mills)])

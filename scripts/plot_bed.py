@@ -13,4 +13,4 @@ if "snakemake" in globals():
     with job(snakemake.log[0], f"plot the bed of set-up {name}"):
         balls = slab_of_bed(Path(snakemake.input.run), given.diameter_m)
         figure = plot_bed(balls, given.radius_m, given.diameter_m, setup_named(name).title)
-        save(figure, snakemake.output.svg, snakemake.output.png)
+        save(figure, snakemake.output.svg, snakemake.output.png, tsv=snakemake.output.tsv)

@@ -62,11 +62,11 @@ def draw_scaling(inputs, output, mill: str, contacts: list[str]) -> None:
     save(plot_exponents(exponents[own].dropna(subset="exponent")), output.exponents_svg, output.exponents_png)
 
 
-def draw_maps(runs: dict[float, str], svg: str, png: str) -> None:
+def draw_maps(runs: dict[float, str], svg: str, png: str, tsv: str) -> None:
     """Draw one row of maps for each run, by its fill ratio."""
     if not runs:
         raise ConfigError("fingerprint.maps: no simulation of the sweeps has this ball diameter, speed and fill ratio")
-    save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), svg, png)
+    save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), svg, png, tsv=tsv)
 
 
 if "snakemake" in globals():
@@ -75,5 +75,6 @@ if "snakemake" in globals():
         draw_cycles(*files, own.mill, own.contacts, own.cycle_fill_ratio)
         draw_master_curves(*files, own.mill, own.contacts)
         draw_scaling(*files, own.mill, own.contacts)
-        for runs, svg, png in zip(own.maps, snakemake.output.maps_svgs, snakemake.output.maps_pngs, strict=True):
-            draw_maps(runs, svg, png)
+        made = snakemake.output
+        for runs, *paths in zip(own.maps, made.maps_svgs, made.maps_pngs, made.maps_tsvs, strict=True):
+            draw_maps(runs, *paths)

@@ -40,7 +40,7 @@ def draw_data(
         scene.section("y", float(np.mean(scene.bounds_m[:, 1]))),
         scene.section("z", float(height[0] + scene.ball_radius_m)),
     ]
-    save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"])
+    save(plot_distance_slices(slices), outputs["slices_svg"], outputs["slices_png"], tsv=outputs["slices_tsv"])
     threshold_m = edges.wall_threshold_m
     contacts = plot_wall_contacts(table, threshold_m, covered_share(table, threshold_m))
     save(contacts, outputs["contacts_svg"], outputs["contacts_png"])

@@ -20,7 +20,7 @@ def main(studies: str, yields: str, outputs: dict[str, str]) -> None:
     missing = missingness_table(frame)
     write_table(missing, outputs["missingness"])
     write_table(literature_checks(frame, reported), outputs["checks"])
-    save(literature(frame, reported), outputs["svg"], outputs["png"])
+    save(literature(frame, reported), outputs["svg"], outputs["png"], tsv=outputs["tsv"])
     save(missingness(missing), outputs["missingness_svg"], outputs["missingness_png"])
 
 

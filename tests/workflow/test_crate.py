@@ -54,7 +54,7 @@ def test_the_validator_finds_what_is_missing(smoke_project, tmp_path):
 
 def test_every_result_and_every_table_of_the_configuration_is_in_it(smoke_project, crate):
     results = {unquote(entity["@id"]) for entity in crate["#run"]["result"]}
-    assert {"report/claims.tsv", "report/summary.html", "fingerprint/descriptors.tsv"} <= results
+    assert {"report/claims.tsv", "report/gallery.html", "fingerprint/descriptors.tsv"} <= results
     assert sum(path.endswith("summary.json") for path in results) > 10
     read = {entity["@id"] for entity in crate["#run"]["object"]}
     assert {"report/run.yaml", "crate/config/smoke.yaml", "crate/config/mills/emax.yaml"} <= read

@@ -4,6 +4,7 @@ import importlib
 import json
 import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,15 +13,18 @@ from markupsafe import escape
 
 from millprint.claims.verdicts import VERDICTS, in_short
 from millprint.files import read_json, read_table
+from millprint.machine import commit
+from millprint.provenance.lineage import read_jobs
 from millprint.report.catalogue import TABLES
+from millprint.report.figures import data_of
 from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
 from tests.workflow.conftest import run_snakemake
 
-PAGES = ["summary", "claims", "runtimes", "explorer", *(f"tables_{chapter}" for chapter in TABLES)]
+PAGES = ["summary", "claims", "runtimes", "explorer", "gallery", *(f"tables_{chapter}" for chapter in TABLES)]
 
 # The validation is a target of its own, and so is its page.
 ELSEWHERE = {"tables_Validation": "validation/tables.html"}
-CHECKED_BY_AXE = ("summary", "claims", "runtimes", "explorer")
+CHECKED_BY_AXE = ("summary", "claims", "runtimes", "explorer", "gallery")
 
 
 @pytest.fixture(scope="module")
@@ -193,6 +197,23 @@ def test_every_erratum_that_a_smoke_run_can_show_is_listed(report):
         name = source.split(",")[0]
         found = list(report.parent.glob(name)) or list(report.parents[1].glob(name))
         assert found, f"{source} is not among the results"
+
+
+def test_the_gallery_has_every_figure_of_the_report_with_the_tables_that_its_rule_read_or_wrote(report, monkeypatch):
+    monkeypatch.chdir(report.parents[1])
+    text, jobs = (report / "gallery.html").read_text(), read_jobs()
+    shown = re.findall(r'<a class="picture" href="\.\./(.*?)">', text)
+    summary = (report / "report.html").read_text()
+    drawn = {Path(path).name for path in shown}
+    assert len(shown) > 60 and {"mill.png", "motion_animated.png", "claims_by_chapter.svg"} <= drawn
+    assert {Path(path).name for path in re.findall(r'"results/([^"]*\.svg)": \{', summary)} <= drawn
+    for path in shown:
+        own = jobs[f"results/{path}"]
+        for table in data_of(path).tables:
+            assert f'href="../{table}"' in text and (report.parent / table).is_file()
+            name = f"results/{table}"
+            assert name in own.inputs or jobs[name].rule == own.rule, f"{path} is not drawn from {table}"
+    assert f"at commit <code>{commit()}</code>" in text or "at commit <code>unknown</code>" in text
 
 
 def test_the_table_of_runtimes_has_every_benchmark(report):

@@ -110,9 +110,9 @@ def test_the_quick_validation_judges_impacts_and_a_tumbling_mill(smoke_project):
 def test_a_second_run_has_nothing_to_do(smoke_project):
     # Other tests may have run further mills, which the explorer takes in.
     further = run_snakemake(smoke_project, *SMOKE)
-    assert set(jobs_of(further.stdout)) <= {"build_explorer", "write_crate", "all", "everything"}, further.stdout[
-        -3000:
-    ]
+    assert set(jobs_of(further.stdout)) <= {"build_explorer", "build_gallery", "write_crate", "all", "everything"}, (
+        further.stdout[-3000:]
+    )
     again = run_snakemake(smoke_project, *SMOKE)
     assert "Nothing to be done" in again.stdout
 
@@ -129,7 +129,9 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     yield_rules = rules_of("yields_*.smk")
     assert rules & yield_rules
     # It compares claims with our results, as the report does.
-    report_rules = rules_of("report.smk") | rules_of("provenance.smk") | {"tabulate_contact_intervals"}
+    report_rules = (
+        rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"tabulate_contact_intervals"}
+    )
     assert rules <= yield_rules | report_rules | {"all", "everything"}
 
 
@@ -157,5 +159,5 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
 )
 def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):
     plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", change).stdout
-    always = rules_of("report.smk") | rules_of("provenance.smk") | {"all", "everything"}
+    always = rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"all", "everything"}
     assert set(jobs_of(plan)) - always == rerun, plan[-3000:]

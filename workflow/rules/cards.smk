@@ -18,6 +18,7 @@ rule write_card:
         ),
         png=f"{CARD}/card.png",
         pdf=f"{CARD}/card.pdf",
+        tsv=f"{CARD}/card.tsv",
         methods=f"{CARD}/methods.txt",
         table=f"{CARD}/table.tex",
         references=f"{CARD}/references.bib",

@@ -95,6 +95,7 @@ rule tabulate_literature:
             labels={"figure": "Yields in the literature (Fig. 1.4)"},
         ),
         png=f"{DOE}/literature.png",
+        tsv=f"{DOE}/literature.tsv",
         missingness_svg=report(
             f"{DOE}/missingness.svg",
             caption="../report/missingness.rst",

@@ -177,6 +177,7 @@ rule plot_fingerprint:
             for contact in CONFIG.contacts
         ],
         maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
+        maps_tsvs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.tsv", contact=CONFIG.contacts),
     log:
         f"{LOGS}/fingerprint/plot_fingerprint.log",
     localrule: True

@@ -40,6 +40,8 @@ rule draw_mill:
             labels={"mill": "{mill}", "figure": "one turn"},
         ),
         motion_png=f"{MILL}/motion.png",
+        geometry_tsv=f"{MILL}/geometry.tsv",
+        motion_tsv=f"{MILL}/motion.tsv",
     log:
         f"{LOGS}/mills/{{mill}}_draw.log",
     wildcard_constraints:
@@ -81,6 +83,8 @@ if DRAWN_TOGETHER:
                 for name in DRAWN_TOGETHER
             ],
             motion_png=[f"{RESULTS}/mills/{name}/motion.png" for name in DRAWN_TOGETHER],
+            geometry_tsv=[f"{RESULTS}/mills/{name}/geometry.tsv" for name in DRAWN_TOGETHER],
+            motion_tsv=[f"{RESULTS}/mills/{name}/motion.tsv" for name in DRAWN_TOGETHER],
         log:
             f"{LOGS}/mills/draw.log",
         params:

@@ -34,7 +34,7 @@ rule record_run:
 
 rule write_crate:
     input:
-        targets=RUN_OUTPUTS,
+        targets=[*RUN_OUTPUTS, *rules.build_gallery.output],
         configuration=rules.record_run.output.run,
     output:
         crate=report(

@@ -35,6 +35,7 @@ rule plot_surrogates:
             labels={"figure": "signed distance (Fig. 6.3)"},
         ),
         slices_png=f"{SURROGATE}/signed_distance.png",
+        slices_tsv=f"{SURROGATE}/signed_distance.tsv",
         contacts_svg=report(
             f"{SURROGATE}/wall_contacts.svg",
             caption="../report/surrogate_wall_contacts.rst",
@@ -95,6 +96,7 @@ rule compare_motion:
             for variant, test in MOVED
         ],
         pngs=[f"{SURROGATE}/{variant}/{test}/motion.png" for variant, test in MOVED],
+        tsvs=[f"{SURROGATE}/{variant}/{test}/motion.tsv" for variant, test in MOVED],
         gifs=[f"{SURROGATE}/{variant}/{test}/motion.gif" for variant, test in MOVED],
         # Snakemake's report shows a PNG, even an animated one, but offers a GIF only as a download. One animation of each
         # variant keeps the report small enough for mail.

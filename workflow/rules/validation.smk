@@ -73,6 +73,7 @@ rule plot_bed:
             labels={"figure": "{setup}", "shows": "the flowing bed, by speed"},
         ),
         png=f"{VALIDATION}/{{setup}}/bed.png",
+        tsv=f"{VALIDATION}/{{setup}}/bed.tsv",
     log:
         f"{LOGS}/validation/plot_bed_{{setup}}.log",
     localrule: True

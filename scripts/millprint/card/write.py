@@ -23,6 +23,7 @@ class CardFiles(NamedTuple):
     svg: str = "card.svg"
     png: str = "card.png"
     pdf: str = "card.pdf"
+    tsv: str = "card.tsv"
     methods: str = "methods.txt"
     table: str = "table.tex"
     references: str = "references.bib"
@@ -38,7 +39,8 @@ def write_card(card: MillingCard, mill: MillConfig, folder: str | Path) -> None:
     from millprint.figures.style import save
 
     folder = Path(folder)
-    save(plot_card(card, picture_mill(mill)), folder / FILES.svg, folder / FILES.png, folder / FILES.pdf)
+    page = (folder / name for name in (FILES.svg, FILES.png, FILES.pdf, FILES.tsv))
+    save(plot_card(card, picture_mill(mill)), *page)
     for name, text in (
         (FILES.methods, card.methods + "\n"),
         (FILES.table, latex_table(card)),

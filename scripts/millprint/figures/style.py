@@ -18,7 +18,8 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.rcsetup import cycler
 from matplotlib.typing import LineStyleType
 
-from millprint.files import whole_file
+from millprint.figures.drawn import drawn
+from millprint.files import whole_file, write_table
 
 
 class LineLook(TypedDict, total=False):
@@ -73,13 +74,20 @@ def legend_below(figure: Figure | SubFigure, axes: Iterable[Axes], columns: int,
     figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns, **look)
 
 
-def save(figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None) -> None:
-    """Write a figure as SVG, PNG and optionally PDF, all without a date, and close it."""
+def save(
+    figure: Figure, svg: str | Path, png: str | Path, pdf: str | Path | None = None, tsv: str | Path | None = None
+) -> None:
+    """Write a figure as SVG, PNG and optionally PDF, all without a date, and close it.
+
+    tsv: for a figure without a table of its own, where the points that it shows are written.
+    """
     # The layout is computed once, not for each file: it takes longer than the drawing. Figure.savefig would still
     # go through the whole figure for it, so the canvases are asked themselves.
     if engine := figure.get_layout_engine():
         engine.execute(figure)
         figure.set_layout_engine("none")
+    if tsv:
+        write_table(drawn(figure), tsv, digits=6)
     if pdf:
         with whole_file(pdf) as partial:
             figure.savefig(partial, metadata={"CreationDate": None})

@@ -1,0 +1,83 @@
+"""The points that a figure shows, as a table: for figures that are not drawn from a table of their own."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import Collection, EllipseCollection, PathCollection, QuadMesh
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+# panel: number of the axes, from 1; kind: what is drawn; label: its name in the legend; part: number of the line or
+# outline, from 1 in each panel; x and y: in the units of the axes; value: what its colour shows, if that is a number.
+DRAWN_COLUMNS = ["panel", "kind", "label", "part", "x", "y", "value"]
+
+
+def drawn(figure: Figure) -> pd.DataFrame:
+    """Every point of every line, outline, mark and map of a figure, in the order in which they were drawn."""
+    rows = []
+    for panel, axes in enumerate(figure.axes, start=1):
+        # A colour bar explains the values; it shows none of its own.
+        if hasattr(axes, "_colorbar"):
+            continue
+        for part, (artist, points, values) in enumerate(_parts(axes), start=1):
+            table = pd.DataFrame(points, columns=["x", "y"]).assign(
+                panel=panel, kind=_kind(artist), label=_label(artist), part=part, value=values
+            )
+            rows.append(table)
+    return pd.concat(rows, ignore_index=True)[DRAWN_COLUMNS] if rows else pd.DataFrame(columns=DRAWN_COLUMNS)
+
+
+def _kind(artist: Artist) -> str:
+    return type(artist).__name__
+
+
+def _label(artist: Artist) -> str:
+    """The name in the legend; matplotlib's own names of artists without one begin with an underscore."""
+    name = str(artist.get_label())
+    return "" if name.startswith("_") else name
+
+
+def _parts(axes: Axes) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]]:
+    """Each artist in units of the axes, the points of one of its parts [n, 2], and a value for each point."""
+    for line in axes.lines:
+        # Lines over the whole width or height of the axes are guides, not data.
+        if line.get_transform() == axes.transData:
+            yield line, np.asarray(line.get_xydata(), dtype=float), np.nan
+    for image in axes.images:
+        yield image, *_of_image(image)
+    for collection in axes.collections:
+        yield from _of_collection(collection)
+    for patch in axes.patches:
+        path = patch.get_path().transformed(patch.get_patch_transform())
+        yield patch, path.vertices, np.nan
+
+
+def _of_image(image: AxesImage) -> tuple[np.ndarray, np.ndarray]:
+    """The centre of every pixel, and its value."""
+    values = np.ma.filled(np.ma.asarray(image.get_array(), dtype=float), np.nan)
+    left, right, bottom, top = image.get_extent()
+    rows, columns = values.shape[:2]
+    x = left + (np.arange(columns) + 0.5) * (right - left) / columns
+    y = bottom + (np.arange(rows) + 0.5) * (top - bottom) / rows
+    if image.origin == "upper":
+        y = y[::-1]
+    across, along = np.meshgrid(x, y)
+    return np.column_stack([across.ravel(), along.ravel()]), values.ravel()
+
+
+def _of_collection(collection: Collection) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]]:
+    """Marks have a point each, meshes one for each cell, everything else the points of its outlines."""
+    array = collection.get_array()
+    values = np.nan if array is None else np.ma.filled(np.ma.asarray(array, dtype=float), np.nan).ravel()
+    if isinstance(collection, QuadMesh):
+        corners = np.asarray(collection.get_coordinates(), dtype=float)
+        centres = (corners[:-1, :-1] + corners[1:, :-1] + corners[:-1, 1:] + corners[1:, 1:]) / 4
+        yield collection, centres.reshape(-1, 2), values
+    elif isinstance(collection, EllipseCollection | PathCollection):
+        yield collection, np.ma.filled(np.ma.asarray(collection.get_offsets(), dtype=float), np.nan), values
+    else:
+        for number, path in enumerate(collection.get_paths()):
+            yield collection, path.vertices, values if isinstance(values, float) else values[number % len(values)]

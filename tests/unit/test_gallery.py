@@ -1,0 +1,151 @@
+"""The gallery: every figure with its caption, its tables and its origin; and the points of figures without a table."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from matplotlib import pyplot as plt
+from matplotlib.collections import EllipseCollection, LineCollection
+from PIL import Image
+
+from millprint.errors import ConfigError
+from millprint.figures.drawn import DRAWN_COLUMNS, drawn
+from millprint.figures.style import save
+from millprint.files import read_table
+from millprint.provenance.lineage import Job
+from millprint.report.figures import REGISTRY, data_of
+from millprint.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
+from tests.conftest import ROOT
+
+CONFIG = {"name": "made", "results": "results"}
+# The folders that variables of the rules name.
+FOLDERS = {
+    "CALIBRATION": "calibration",
+    "CARD": "cards/c",
+    "CASE": "dem/m/c/s",
+    "CONVERGENCE": "convergence",
+    "DOE": "doe",
+    "DOSE": "dose",
+    "FINGERPRINT_FIGURES": "fingerprint/figures",
+    "HEAT": "dose/heat/m",
+    "MILL": "mills/m",
+    "PARTITION_FIGURES": "partition/figures",
+    "SCALE_UP": "scale_up",
+    "STUDY": "convergence/m",
+    "SURROGATE": "surrogate",
+    "UNCERTAINTY": "uncertainty/m",
+    "VALIDATION": "validation",
+    "YIELD_FIGURES": "yield/figures",
+}
+
+
+def test_a_figure_has_the_tables_of_its_own_contact_set_and_no_other():
+    found = data_of("fingerprint/figures/master_curves_steel.svg")
+    assert found.words == {"contact": "steel"}
+    assert "fingerprint/means_steel.tsv" in found.tables and "fingerprint/descriptors.tsv" in found.tables
+    # The pattern of one figure alone comes before that of many.
+    assert data_of("convergence/timestep.svg").tables == ("convergence/timestep.tsv",)
+    assert data_of("mills/wear.svg").tables == ("mills/wear.tsv",)
+    with pytest.raises(ConfigError, match=r"^doe/new.svg: no table is named"):
+        data_of("doe/new.svg")
+
+
+def test_every_entry_has_tables_or_says_why_it_has_none():
+    for entry in yaml.safe_load(REGISTRY.read_text()):
+        assert bool(entry.get("data")) != bool(entry.get("none")), entry
+        assert all(table.endswith(".tsv") for table in entry.get("data", [])), entry
+
+
+def test_every_figure_that_the_rules_report_is_in_the_registry():
+    """Also those of targets that the smoke run leaves out. Variables of rules become plain words."""
+    text = "\n".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    found = re.findall(r'report\(\s*f"\{(\w+)\}/(.*?\.(?:svg|png))"', text)
+    assert len(found) > 50
+    for folder, rest in found:
+        path = rest if folder == "RESULTS" else f"{FOLDERS[folder]}/{rest}"
+        names = ["loss", "error_growth", "dissipation", "distributions"] if rest == "{variant}/{name}.svg" else ["x"]
+        for name in names:
+            data_of(re.sub(r"\{+[^{}]+\}+", "x", path.replace("{name}", name)))
+
+
+def test_a_caption_knows_the_configuration_and_the_words_of_its_path():
+    text = 'Curves of *{{ snakemake.config["name"] }}* in ``{{ snakemake.wildcards.contact }}.tsv`` & more. The rest.'
+    caption = render_caption(text, CONFIG, {"contact": "steel"})
+    assert "<em>made</em>" in caption and "steel.tsv" in caption and "&amp; more" in caption
+    assert first_sentence(caption) == "Curves of made in steel.tsv & more."
+
+
+def test_a_caption_reads_no_files_and_brings_no_markup_of_its_own():
+    caption = render_caption(".. include:: /etc/passwd\n\n.. raw:: html\n\n   <script>x</script>\n\nText.", CONFIG, {})
+    assert "root:" not in caption and "<script" not in caption and "Text." in caption
+
+
+def made_figure(folder: Path) -> None:
+    figure, axis = plt.subplots()
+    axis.plot([0, 1], [1, 2], label="measured")
+    save(figure, folder / "doe/residuals.svg", folder / "doe/residuals.png")
+
+
+def test_a_figure_is_shown_with_data_and_origin(tmp_path):
+    made_figure(tmp_path)
+    listed = Listed("doe/residuals.svg", "Chapter 2", {"figure": "2.1", "shows": "residuals"}, "Residuals <b>. More.")
+    job = Job("plot_doe", ("a.tsv", "a.tsv", *(f"b{n}.tsv" for n in range(20))), 0.0, 1.0)
+    with pytest.raises(ConfigError, match=r"residuals.tsv: the table of doe/residuals.svg is missing"):
+        show(listed, tmp_path, job, CONFIG)
+    (tmp_path / "doe/residuals.tsv").write_text("x\n1\n")
+    shown = show(listed, tmp_path, job, CONFIG)
+    assert shown.tables == (("../doe/residuals.tsv", "doe/residuals.tsv"),)
+    assert shown.inputs[:2] == ("a.tsv", "b0.tsv") and len(shown.inputs) + shown.more == 21
+    page = gallery_page("made", [("Chapter 2", shown)], "abc123")
+    assert '<a href="../doe/residuals.tsv">' in page and "plot_doe" in page and "abc123" in page
+    assert '<img src="data:image/png;base64,' in page and 'alt="Residuals &lt;b&gt;."' in page
+    assert "http" not in re.sub("http-equiv", "", page) and "<b>." not in page
+
+
+def test_a_thumbnail_is_small_on_white_and_of_an_animation_the_first_frame(tmp_path):
+    frames = [Image.new("RGBA", (1600, 400), colour) for colour in ("#ff000000", "#0000ffff")]
+    frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
+    data, width, height = thumbnail(tmp_path / "a.png")
+    assert (width, height) == (640, 160) and data.startswith("data:image/png;base64,") and len(data) < 2000
+    (tmp_path / "b.png").write_bytes(b"no picture")
+    with pytest.raises(ConfigError, match="not a picture"):
+        thumbnail(tmp_path / "b.png")
+
+
+def test_the_points_of_lines_marks_outlines_maps_and_images_are_tabulated(tmp_path):
+    figure, (left, right) = plt.subplots(1, 2)
+    left.plot([0, 1, 2], [5, 6, 7], label="line")
+    left.axhline(3)
+    left.scatter([1, 2], [3, 4], c=[0.5, 0.7], label="marks")
+    left.add_collection(LineCollection([[(0, 0), (1, 1)], [(2, 2), (3, 3)]]))
+    discs = EllipseCollection([1], [1], [0], offsets=[(8, 9)], offset_transform=left.transData, array=np.array([4.0]))
+    left.add_collection(discs)
+    image = right.imshow([[1.0, 2.0], [3.0, 4.0]], origin="lower", extent=(0, 2, 10, 12))
+    figure.colorbar(image, ax=right)
+    mesh = right.pcolormesh([0, 1, 2], [0, 1], [[7.0, 8.0]])
+    assert mesh.get_array().size == 2
+    save(figure, tmp_path / "a.svg", tmp_path / "a.png", tsv=tmp_path / "a.tsv")
+    table = read_table(tmp_path / "a.tsv", text=["kind"])
+    assert list(table) == DRAWN_COLUMNS and set(table["panel"]) == {1, 2}
+
+    def points(kind: str) -> list[tuple[float, ...]]:
+        return [tuple(row) for row in table.loc[table["kind"] == kind, ["x", "y", "value"]].fillna(-1).to_numpy()]
+
+    assert points("Line2D") == [(0, 5, -1), (1, 6, -1), (2, 7, -1)]
+    assert points("PathCollection") == [(1, 3, 0.5), (2, 4, 0.7)]
+    assert points("LineCollection") == [(0, 0, -1), (1, 1, -1), (2, 2, -1), (3, 3, -1)]
+    assert points("EllipseCollection") == [(8, 9, 4)]
+    assert points("AxesImage") == [(0.5, 10.5, 1), (1.5, 10.5, 2), (0.5, 11.5, 3), (1.5, 11.5, 4)]
+    assert points("QuadMesh") == [(0.5, 0.5, 7), (1.5, 0.5, 8)]
+    assert set(table.loc[table["kind"] == "Line2D", "label"]) == {"line"}
+
+
+def test_a_figure_without_points_has_an_empty_table():
+    figure, axis = plt.subplots()
+    axis.axis("off")
+    assert drawn(figure).empty and list(drawn(figure)) == DRAWN_COLUMNS
+    assert isinstance(drawn(figure), pd.DataFrame)
+    plt.close(figure)
