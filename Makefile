@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: install thesis smoke validation verify crate docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: plan install thesis smoke validation verify crate docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
@@ -30,6 +30,11 @@ thesis: $(VENV)/installed
 smoke: $(VENV)/installed
 	$(VERIFY) $(SMOKE_RESULTS) -- --cores $(CORES) $(SMOKE)
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS))
+
+# What a run would do, how long it takes and what it needs, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
+# ARGS are arguments of Snakemake.
+plan: $(VENV)/installed
+	@PATH=$(BIN):$$PATH $(BIN)/python scripts/plan_run.py --cores $(CORES) $(ARGS) -- $(TARGETS)
 
 # What others measured, and a report of it alone.
 validation: $(VENV)/installed

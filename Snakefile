@@ -9,3 +9,5 @@ rule everything:
     input:
         rules.all.input,
     localrule: True
+    message:
+        "Everything is complete"

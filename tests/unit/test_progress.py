@@ -92,7 +92,7 @@ def test_progress_without_a_name_is_that_of_the_job(clock, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "words"), [(0.4, "0 s"), (59.6, "1 min 0 s"), (200, "3 min 20 s"), (7500, "2 h 5 min")]
+    ("seconds", "words"), [(0.4, "0 s"), (59.6, "1 min 0 s"), (200, "3 min 20 s"), (700, "11 min"), (7500, "2 h 5 min")]
 )
 def test_times_are_in_words(seconds, words):
     assert duration(seconds) == words

@@ -143,7 +143,7 @@ def test_the_tumbling_mill_of_the_handbook_would_run(project):
     done = run_snakemake(project, *targets, "-n", "--config", "mill=tumbler", f"mills={mills}")
     assert done.returncode == 0, done.stdout[-4000:]
     assert [size["name"] for size in sizes] == ["graded"]
-    simulated = set(re.findall(r"DEM (tumbler\w*)/\w+/(\w+?)_", done.stdout))
+    simulated = set(re.findall(r"Simulating (tumbler\w*)/\w+/(\w+?)_", done.stdout))
     assert simulated == {("tumbler", "graded"), ("tumbler_large", "graded")}
     assert jobs_of(done.stdout)["explore_mill"] == 1
 

@@ -69,7 +69,7 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
         "study_settings": 1,
     }
     for change in ("_s0", "_s1", *(f"{each}, every seed" for each in ("_y0.615", "_y6.15", "_facets24", "_facets96"))):
-        assert f"DEM mine/calibrated/d10_f0.15_n300{change}" in plan
+        assert f"Simulating mine/calibrated/d10_f0.15_n300{change}" in plan
     assert len(set(re.findall(r"d10_f0.15_n300_dt\S+_s0", plan))) == 2
     assert "results/convergence/mine/verdict.txt" in plan
 

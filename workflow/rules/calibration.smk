@@ -116,3 +116,5 @@ rule calibration:
     input:
         CALIBRATION_OUTPUTS,
     localrule: True
+    message:
+        "The calibration is complete"

@@ -74,3 +74,5 @@ rule cards:
         CARD_OUTPUTS,
         rules.match_cards.output if CARD_EXPERIMENTS and CONFIG.cards.match else [],
     localrule: True
+    message:
+        "The milling cards are complete"

@@ -52,6 +52,8 @@ rule chapter2:
     input:
         DOE_OUTPUTS,
     localrule: True
+    message:
+        "Chapter 2 is complete"
 
 
 rule chapter3:
@@ -62,21 +64,29 @@ rule chapter3:
         CONVERGENCE_OUTPUTS,
         VIEW_OUTPUTS,
     localrule: True
+    message:
+        "Chapter 3 is complete"
 
 
 rule chapter4:
     input:
         PARTITION_OUTPUTS,
     localrule: True
+    message:
+        "Chapter 4 is complete"
 
 
 rule chapter5:
     input:
         YIELD_OUTPUTS,
     localrule: True
+    message:
+        "Chapter 5 is complete"
 
 
 rule chapter6:
     input:
         SURROGATE_OUTPUTS,
     localrule: True
+    message:
+        "Chapter 6 is complete"

@@ -13,7 +13,7 @@ rule compile_kernels:
         f"{BENCHMARKS}/compile_kernels/compile_kernels.tsv"
     priority: 1
     message:
-        "Compiling the DEM kernels"
+        "Compiling the DEM kernels, once for this machine: a minute or two"
     script:
         "../../scripts/compile_kernels.py"
 
@@ -42,7 +42,7 @@ rule run_dem_case:
         settings=settings("dem"),
         library=library("run_dem_case.py"),
     message:
-        "DEM {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
+        "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:
         "../../scripts/run_dem_case.py"
 
@@ -85,7 +85,7 @@ for seeds, conditions in SEED_RULES.items():
             settings=settings("dem"),
             library=library("run_dem_case.py"),
         message:
-            "DEM {wildcards.condition}, every seed"
+            "Simulating {wildcards.condition}, every seed"
         script:
             "../../scripts/run_dem_case.py"
 

@@ -12,3 +12,5 @@ rule dose:
     input:
         DOSE_OUTPUTS if CHAPTERS else MILL_SPECTRA,
     localrule: True
+    message:
+        "Energy spectra and dose are complete"

@@ -50,3 +50,5 @@ rule explorer:
     input:
         rules.explore_mill.output.html.format(mill=CONFIG.mill),
     localrule: True
+    message:
+        "The explorer is complete"

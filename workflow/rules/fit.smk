@@ -99,5 +99,7 @@ if FIT_MILL:
         input:
             rules.fit_jar.output,
         localrule: True
+        message:
+            "The fit of the jar is complete"
 
     FIT_OUTPUTS += [*rules.measure_fit_sensitivity.output, *rules.tabulate_fit.output]

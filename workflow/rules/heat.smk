@@ -45,3 +45,5 @@ rule heat:
     input:
         HEAT_OUTPUTS,
     localrule: True
+    message:
+        "The heat balances are complete"

@@ -34,6 +34,8 @@ except ModuleNotFoundError as error:
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
 from millprint.dem.seeds import make_again
+from millprint.ending.failure import failure_lines
+from millprint.ending.success import success_lines
 from millprint.errors import ConfigError
 from millprint.input_check import check_once
 from millprint.liveness import announce, end_with_run, hold, outlive_run

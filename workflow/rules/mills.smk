@@ -219,6 +219,8 @@ rule fingerprint:
     input:
         FINGERPRINTED,
     localrule: True
+    message:
+        "The fingerprint is complete"
 
 
 # The coefficient of wear comes from the simulations of the thesis, which the target `mills` does not start.
@@ -234,6 +236,8 @@ rule mills:
         BOX_OUTPUTS,
         MILL_WEAR,
     localrule: True
+    message:
+        "The mills of the box are complete"
 
 
 if CONFIG.mills.match is not None:
@@ -259,6 +263,8 @@ if CONFIG.mills.match is not None:
         input:
             rules.match_mills.output,
         localrule: True
+        message:
+            "The match is complete"
 
 
 if CONFIG.mills.scale_up is not None:
@@ -295,3 +301,5 @@ if CONFIG.mills.scale_up is not None:
         input:
             rules.plan_scale_up.output,
         localrule: True
+        message:
+            "The plan of the large mill is complete"

@@ -39,3 +39,5 @@ rule convergence:
         CONVERGENCE_OUTPUTS if CHAPTERS else [],
         [output.format(mill=CONFIG.mill) for output in rules.study_settings.output],
     localrule: True
+    message:
+        "The study of the settings is complete"

@@ -55,3 +55,5 @@ rule ablations:
         rules.tabulate_ablations.output,
         rules.plot_ablations.output,
     localrule: True
+    message:
+        "The ablations are complete"

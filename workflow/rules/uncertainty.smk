@@ -115,3 +115,5 @@ rule uncertainty:
     input:
         uncertainty_of([CONFIG.mill]),
     localrule: True
+    message:
+        "The analysis of uncertainty is complete"

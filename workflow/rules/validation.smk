@@ -149,3 +149,5 @@ rule validation:
     input:
         VALIDATION_OUTPUTS,
     localrule: True
+    message:
+        "The validation is complete"

@@ -15,8 +15,12 @@ def plot_history(history: pd.DataFrame) -> Figure:
     figure, axes = plt.subplots(figsize=(COLUMN_WIDTH_IN, 2.8))
     for number, (case, rows) in enumerate(table.groupby("case", sort=False)):
         at = [places[row.date, row.commit, row.processor] for row in rows.itertuples()]
-        look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
-        axes.errorbar(at, rows["ratio"], yerr=rows["ratio"] * rows["spread"], capsize=2, label=str(case), **look)
+        colour, marker, error = (
+            COLOURS[number % len(COLOURS)],
+            MARKERS[number % len(MARKERS)],
+            rows["ratio"] * rows["spread"],
+        )
+        axes.errorbar(at, rows["ratio"], yerr=error, capsize=2, label=str(case), color=colour, marker=marker)
     axes.axhline(1, color="#808080", linewidth=0.6)
     # A commit with its changes is one that others do not have.
     names = [f"{run.date}\n{run.commit[:7]}{'+' if ' ' in run.commit else ''}" for run in runs.itertuples()]

@@ -52,12 +52,12 @@ def _parts(axes: Axes) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]
         yield from _of_collection(collection)
     for patch in axes.patches:
         path = patch.get_path().transformed(patch.get_patch_transform())
-        yield patch, path.vertices, np.nan
+        yield patch, np.asarray(path.vertices, dtype=float), np.nan
 
 
 def _of_image(image: AxesImage) -> tuple[np.ndarray, np.ndarray]:
     """The centre of every pixel, and its value."""
-    values = np.ma.filled(np.ma.asarray(image.get_array(), dtype=float), np.nan)
+    values: np.ndarray = np.ma.filled(np.ma.asarray(image.get_array(), dtype=float), np.nan)
     left, right, bottom, top = image.get_extent()
     rows, columns = values.shape[:2]
     x = left + (np.arange(columns) + 0.5) * (right - left) / columns
@@ -71,7 +71,9 @@ def _of_image(image: AxesImage) -> tuple[np.ndarray, np.ndarray]:
 def _of_collection(collection: Collection) -> Iterator[tuple[Artist, np.ndarray, np.ndarray | float]]:
     """Marks have a point each, meshes one for each cell, everything else the points of its outlines."""
     array = collection.get_array()
-    values = np.nan if array is None else np.ma.filled(np.ma.asarray(array, dtype=float), np.nan).ravel()
+    values: np.ndarray | float = (
+        np.nan if array is None else np.ma.filled(np.ma.asarray(array, dtype=float), np.nan).ravel()
+    )
     if isinstance(collection, QuadMesh):
         corners = np.asarray(collection.get_coordinates(), dtype=float)
         centres = (corners[:-1, :-1] + corners[1:, :-1] + corners[:-1, 1:] + corners[1:, 1:]) / 4
@@ -80,4 +82,8 @@ def _of_collection(collection: Collection) -> Iterator[tuple[Artist, np.ndarray,
         yield collection, np.ma.filled(np.ma.asarray(collection.get_offsets(), dtype=float), np.nan), values
     else:
         for number, path in enumerate(collection.get_paths()):
-            yield collection, path.vertices, values if isinstance(values, float) else values[number % len(values)]
+            yield (
+                collection,
+                np.asarray(path.vertices, dtype=float),
+                values if isinstance(values, float) else values[number % len(values)],
+            )

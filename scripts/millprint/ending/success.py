@@ -1,0 +1,55 @@
+"""Three lines at the end of a run for each of its targets. The Snakefile imports this, so no heavy imports here."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import yaml
+
+TARGETS = Path(__file__).with_name("targets.yaml")
+# After more targets than these, the lines would be no summary.
+SHOWN = 4
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What a target has made, the file to look at first and what it shows, and what to do next."""
+
+    made: str
+    look: str
+    shows: str
+    next: str
+
+    def lines(self, values: Mapping[str, str]) -> list[str]:
+        """The three lines, with names of folders and mill in place of their keys."""
+        return [
+            f"made:  {self.made}".format(**values),
+            f"look:  {self.look}: {self.shows}".format(**values),
+            f"next:  {self.next}".format(**values),
+        ]
+
+
+@cache
+def endings() -> dict[str, Ending]:
+    """Every target with its texts."""
+    return {name: Ending(**texts) for name, texts in yaml.safe_load(TARGETS.read_text()).items()}
+
+
+def success_lines(targets: Iterable[str], chapters: bool, values: Mapping[str, str]) -> list[str]:
+    """The lines for the targets of a run that has made all of them.
+
+    targets: names of rules or files; without any, and for `everything`, those of the whole run: of the chapters or, in
+    a run without them, of a fingerprint. values: results, mill and contact. Names that are neither a target nor a
+    file, such as those of a workflow that uses this one as a module, are left out.
+    """
+    whole = "all" if chapters else "fingerprint"
+    named = [whole if name in ("all", "everything") else name for name in targets] or [whole]
+    known = list(dict.fromkeys(name for name in named if name in endings()))
+    lines = [line for name in known[:SHOWN] for line in ["", *endings()[name].lines(values)]]
+    files = [name for name in named if name not in endings() and Path(name).exists()]
+    if files:
+        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        lines += ["", f"made:  {files[0]}{more}", f"look:  {values['results']}/logs has the log of every job"]
+        lines += ["next:  python scripts/plan_run.py says what the whole run would make, and how long it takes"]
+    return lines

@@ -1,0 +1,100 @@
+"""What a run says at its end: of each target, and of jobs that failed."""
+
+import re
+
+import pytest
+
+from millprint.ending.failure import advice, failure_lines, failures_of
+from millprint.ending.success import endings, success_lines
+from tests.conftest import ROOT
+
+VALUES = {"results": "results", "mill": "emax", "contact": "calibrated"}
+RULE = re.compile(r"^( *)(?:rule|checkpoint) (\w+):\n((?:\1 +.*\n|\n)*)", re.MULTILINE)
+
+# The log of Snakemake after a job that failed, one that was killed, and a second try of the first.
+LOG = """
+[Mon Nov 23 02:01:18 2026]
+Error in rule permute_yields:
+    message: None
+    jobid: 339
+    input: results/yield/train.tsv, results/yield/test.tsv
+    output: results/yield/permutations.tsv, results/yield/permutation_test.tsv
+    log: {log} (check log file(s) for error details)
+RuleException:
+CalledProcessError in file "/home/x/workflow/rules/dem.smk", line 48:
+Command 'set -euo pipefail;  python3 /x/tmpqz7tnwkn.run_dem_case.py' died with <Signals.SIGKILL: 9>.
+[Mon Nov 23 02:01:18 2026]
+Error in rule run_dem_case:
+    message: None
+    jobid: 393
+    output: results/dem/a/b/c/run.h5, results/dem/a/b/c/summary.json
+    log: results/logs/dem/a/b/c.log (check log file(s) for error details)
+Error in rule permute_yields:
+    jobid: 339
+    output: results/yield/permutations.tsv, results/yield/permutation_test.tsv
+    log: {log} (check log file(s) for error details)
+"""
+
+
+def target_rules() -> set[str]:
+    """The rules that only collect files."""
+    files = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow/rules").glob("*.smk")]
+    rules = [(name, body) for file in files for _, name, body in RULE.findall(file.read_text())]
+    return {name for name, body in rules if "output:" not in body}
+
+
+def test_every_target_says_at_its_end_what_was_made_and_every_rule_says_what_it_does():
+    assert target_rules() - {"everything"} == set(endings())
+    for file in (ROOT / "workflow/rules").glob("*.smk"):
+        for _, name, body in RULE.findall(file.read_text()):
+            assert re.search(r'^ *message:\n *"[A-Z]', body, re.MULTILINE), f"{file.name}: {name}"
+
+
+def test_a_target_ends_with_three_lines_about_this_mill():
+    lines = success_lines(["fingerprint"], False, VALUES | {"mill": "mine", "results": "here"})
+    assert [line.split(":")[0] for line in lines] == ["", "made", "look", "next"]
+    assert "mine" in lines[1]
+    assert lines[2].startswith("look:  here/mills/mine/fingerprint.svg: ")
+
+
+def test_a_run_without_a_target_is_that_of_the_chapters_or_of_a_fingerprint():
+    for words in ([], ["all"], ["everything"], ["all", "everything"]):
+        assert success_lines(words, True, VALUES)[1] == f"made:  {endings()['all'].made}"
+        assert "fingerprint of mill emax" in success_lines(words, False, VALUES)[1]
+
+
+def test_files_are_named_and_names_of_another_workflow_are_left_out(tmp_path):
+    file = tmp_path / "a.tsv"
+    file.touch()
+    lines = success_lines([str(file), "mill_fingerprint"], True, VALUES)
+    assert lines[1] == f"made:  {file}"
+    assert len(lines) == 4
+    assert success_lines(["mill_fingerprint"], True, VALUES) == []
+
+
+def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path):
+    own, log = tmp_path / "permute.log", tmp_path / "snakemake.log"
+    own.write_text(
+        "2026-11-23 02:01:17 INFO permute yields: begin\n2026-11-23 02:01:18 ERROR a.tsv: row 3: yield = 130 %\n"
+    )
+    log.write_text(LOG.format(log=own))
+    assert [(each.rule, each.output) for each in failures_of(log.read_text())] == [
+        ("permute_yields", "results/yield/permutations.tsv"),
+        ("run_dem_case", "results/dem/a/b/c/run.h5"),
+    ]
+    lines = failure_lines(log)
+    assert lines[1].startswith("failed: 2 jobs")
+    assert f"    log: {own}: a.tsv: row 3: yield = 130 %" in lines
+    assert "    log: results/logs/dem/a/b/c.log" in lines
+    assert "memory" in lines[-1]
+
+
+def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
+    assert failure_lines(tmp_path / "none.log")[1].startswith("failed: 0 jobs")
+
+
+@pytest.mark.parametrize(
+    ("signals", "word"), [({"SIGTERM"}, "stopped"), ({"SIGKILL", "SIGTERM"}, "memory"), (set(), "mend")]
+)
+def test_what_to_try_depends_on_how_jobs_ended(signals, word):
+    assert word in advice(signals)

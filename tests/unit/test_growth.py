@@ -1,0 +1,70 @@
+"""What measures growth: the time of a command, runs of many simulations, fingerprints of many conditions."""
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.errors import MillprintError
+from millprint.figures.growth import draw_growth
+from millprint.files import read_table, write_table
+from millprint.fingerprint.cases import mill_cases
+from millprint.fingerprint.curves import CURVES
+from millprint.growth.measure import GROWTH_COLUMNS, measure_pages, row
+from millprint.growth.planning import write_plain, write_project
+from millprint.growth.spent import Spent, spent
+from millprint.growth.work import grown
+from tests.conftest import ROOT
+
+
+def test_a_command_takes_processor_time_and_memory_and_may_be_too_slow_or_fail(tmp_path):
+    busy = "import time; a = bytearray(200_000_000)\nwhile time.process_time() < 0.6: pass"
+    used = spent([sys.executable, "-c", f"{busy}\nprint('done')"], tmp_path, 100)
+    assert 0.5 < used.processor_s < 5
+    assert 200 < used.memory_mb < 400
+    assert used.said == "done\n"
+    assert spent([sys.executable, "-c", "import time; time.sleep(60)"], tmp_path, 0.3) is None
+    with pytest.raises(MillprintError, match="no such thing"):
+        spent([sys.executable, "-c", "raise SystemExit('no such thing')"], tmp_path, 100)
+
+
+@pytest.mark.parametrize("asked", [60, 300, 3000, 30000])
+def test_a_project_has_about_as_many_cases_as_asked_for(tmp_path, asked):
+    count = write_project(tmp_path / "whole", ROOT / "config/mills", asked)
+    mill = MillConfig(**yaml.safe_load((tmp_path / "whole/config/mills/grown.yaml").read_text()))
+    assert 0.7 * asked <= count <= 1.5 * asked
+    assert len(mill_cases(mill, MillsConfig(contact="calibrated"))) == count
+    write_plain(tmp_path / "plain", count)
+    assert f"range({count})" in (tmp_path / "plain/Snakefile").read_text()
+
+
+def test_made_conditions_begin_with_the_measured_ones_and_lie_near_them():
+    table = pd.DataFrame({"fill_ratio": [0.1, 0.2], **{name: [1.0, 2.0] for name in CURVES}})
+    more = grown(table, 50)
+    assert len(more) == 50
+    pd.testing.assert_frame_equal(more[:2], table)
+    assert np.abs(more["fill_ratio"] / np.tile([0.1, 0.2], 25) - 1).max() <= 0.03
+    assert more["fill_ratio"].nunique() == 50
+
+
+def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
+    page = tmp_path / "a.html"
+    page.write_text("x" * 2_000_000)
+    (unopened,) = measure_pages([page], None, 10)
+    assert unopened["size"] == pytest.approx(2.0)
+    assert unopened["note"] == "no browser here"
+    rows = [
+        unopened,
+        row("planning", "dry run", 300, Spent(10.0, 200.0, ""), unit="cases"),
+        row("planning", "dry run", 3000, None, unit="cases"),
+        row("simulation", "one thread", 24, Spent(10.0, 200.0, ""), unit="balls", value=40.0),
+    ]
+    write_table(pd.DataFrame(rows, columns=list(GROWTH_COLUMNS)), tmp_path / "growth.tsv")
+    table = read_table(tmp_path / "growth.tsv")
+    assert "limit" in table["note"].iloc[2]
+    draw_growth(table, tmp_path / "growth.svg", tmp_path / "growth.png")
+    assert "cost model" in (tmp_path / "growth.svg").read_text()

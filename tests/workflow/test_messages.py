@@ -1,0 +1,67 @@
+"""What people read at the end of a run, after a failure, and before a run."""
+
+import csv
+import io
+import subprocess
+import sys
+
+from millprint.ending.success import endings
+from tests.workflow.conftest import active_environment, ask_snakemake, run_snakemake
+from tests.workflow.test_reading import state_of
+
+SMOKE = ("--configfile", "config/smoke.yaml")
+TARGET = "results/doe/half_life.tsv"
+
+
+def test_the_file_to_look_at_first_is_one_that_the_target_makes(project):
+    """For every target of the thesis; those of a folder have files in it."""
+    done = ask_snakemake(project, "--summary", "--", *endings())
+    assert done.returncode == 0, done.stderr[-2000:]
+    table = done.stdout[done.stdout.index("output_file\t") :]
+    made = {row["output_file"] for row in csv.DictReader(io.StringIO(table), delimiter="\t")}
+    for name, ending in endings().items():
+        look = ending.look.format(results="results", mill="emax", contact="calibrated")
+        assert look in made or any(file.startswith(f"{look}/") for file in made), name
+
+
+def test_a_run_ends_with_what_was_made_and_a_failed_one_with_the_log_and_what_to_try(project):
+    script = project / "scripts/compute_wet_lab.py"
+    text = script.read_text()
+    fault = '        from millprint.errors import ConfigError\n        raise ConfigError("screening.tsv: no balls")\n'
+    script.write_text(text.replace("        main(\n", f"{fault}        main(\n"))
+    failed = run_snakemake(project, *SMOKE, "--", TARGET)
+    assert failed.returncode == 1
+    assert "failed: 1 job; " in failed.stdout
+    assert f"  compute_wet_lab for {TARGET}\n" in failed.stdout
+    assert "    log: results/logs/doe/compute_wet_lab.log: screening.tsv: no balls\n" in failed.stdout
+    assert "try:    mend what the log says" in failed.stdout
+    assert "made:  " not in failed.stdout
+    script.write_text(text)
+    done = run_snakemake(project, *SMOKE, "--", TARGET)
+    assert done.returncode == 0, done.stdout[-4000:]
+    assert f"made:  {TARGET}\n" in done.stdout
+    assert "failed:" not in done.stdout
+    assert "\r" not in done.stdout
+    # Where nothing was made, nothing is said about it.
+    assert "made:  " not in run_snakemake(project, *SMOKE, "--", TARGET).stdout
+
+
+def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
+    def plan(*arguments: str) -> subprocess.CompletedProcess:
+        command = [sys.executable, "scripts/plan_run.py", "--cores", "2", *SMOKE, *arguments]
+        return subprocess.run(
+            command, cwd=project, env=active_environment(), capture_output=True, text=True, timeout=300
+        )  # fmt: skip
+
+    before = state_of(project)
+    done = plan("--", "chapter3", TARGET)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.startswith(f"Plan of chapter3, {TARGET} in results/\n")
+    for words in ("mills         emax", "simulations (DEM)", "each by itself", "\ntime ", "\nmemory ", "\ndisk "):
+        assert words in done.stdout
+    assert f"To run it: snakemake --cores 2 {' '.join(SMOKE)} -- chapter3 {TARGET}" in done.stdout
+    unknown = plan("chapter9")
+    assert unknown.returncode == 1
+    assert "chapter9" in unknown.stderr
+    assert "Traceback" not in unknown.stderr
+    assert state_of(project) == before
