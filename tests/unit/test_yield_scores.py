@@ -9,8 +9,9 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.predict.averaging import AveragedModel, Candidate, fit_member, library
 from millprint.predict.distributions import MixtureYields, NormalYields
-from millprint.predict.estimators import LeastSquares, QuickForest, fit_quietly, gaussian_process
+from millprint.predict.estimators import LeastSquares, fit_quietly, gaussian_process
 from millprint.predict.features import Standardisation, engineer
+from millprint.predict.forests import QuickForest
 from millprint.predict.held_out import LEFT_OUT, NESTED, outer_folds
 from millprint.predict.library_trials import (
     closed_form_r2,
