@@ -291,6 +291,7 @@ def test_the_sentence_follows_the_test(apart, words):
     said = state(tables).set_index("about")["statement"]
     assert words in said["two best models"]
     assert "9.5 runs" in said["next experiments"] and "with 16 runs known" in said["next experiments"]
+    assert "chosen for learning -1.0 points (-3.0 to +1.0), which cannot" in said["next experiments"]
     # Without the process of several starts nothing is said of it.
     assert "starts" not in said.index
     several = {"model": "gpr_starts", "strategy": "two_step"}

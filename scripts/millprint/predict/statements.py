@@ -151,15 +151,15 @@ def _next_experiments(summary: pd.DataFrame, learning: pd.DataFrame) -> str:
     last = learning[learning["runs"] == learning["runs"].max()]
     taught = {name: _one(last, strategy=name) for name in (LEARNING, IMPROVEMENT, RULE, CHANCE)}
     against = "; ".join(
-        f"{title}: {taught[name]['less_than_chance_pp']:+.1f} points less ({taught[name]['less_lower']:+.1f} to "
-        f"{taught[name]['less_upper']:+.1f}), which {taught[name]['conclusion']}"
+        f"{title} {-taught[name]['less_than_chance_pp']:+.1f} points ({-taught[name]['less_upper']:+.1f} to "
+        f"{-taught[name]['less_lower']:+.1f}), which {taught[name]['conclusion']}"
         for name, title in ((LEARNING, "chosen for learning"), (IMPROVEMENT, "for the yield"), (RULE, "by the rule"))
     )
     return (
         f"To the best run: the rule of most balls and longest time takes {runs[RULE]['mean_runs']:.1f} runs, expected "
         f"improvement {runs[IMPROVEMENT]['mean_runs']:.1f}, random choice {runs[CHANCE]['mean_runs']:.1f}; the rule "
         f"{runs[RULE]['conclusion']}. Error of runs that could not be chosen, with {last['runs'].iloc[0]:g} "
-        f"runs known: {taught[CHANCE]['error_pp']:.1f} points after random choice; {against}."
+        f"runs known: {taught[CHANCE]['error_pp']:.1f} points after random choice. Against it: {against}."
     )
 
 
