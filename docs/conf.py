@@ -52,6 +52,7 @@ html_theme = "furo"
 html_title = "millprint"
 html_static_path = ["static"]
 html_css_files = ["pages.css"]
+html_js_files = ["pages.js"]
 html_copy_source = False
 html_show_copyright = False
 # `$` of a terminal and `>>>` of Python are not copied.
