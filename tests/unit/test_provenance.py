@@ -175,6 +175,14 @@ def test_a_job_without_an_end_is_named(run):
         check_finished(Path("results"))
 
 
+def test_the_log_of_a_job_of_several_cases_ends_when_all_are_done(run):
+    write("results/logs/dem/sweeps_1.log", "done: emax/one\ndone: emax/two\n")
+    check_finished(Path("results"))
+    write("results/logs/dem/sweeps_1.log", "done: emax/one\nfailed: emax/two\n")
+    with pytest.raises(ConfigError, match=r"sweeps_1\.log: this job did not finish"):
+        check_finished(Path("results"))
+
+
 def test_everything_that_jobs_made_is_a_target_where_none_is_given(run):
     assert set(targets_of(Path("results"), read_jobs(), "plot_runs")) == set(JOBS) - {TARGETS[0]}
 

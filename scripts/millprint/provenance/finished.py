@@ -14,14 +14,20 @@ from millprint.provenance.write import AGAIN, CONFIGURATION, read_configuration
 PROJECT = Path(__file__).parents[3]
 # How millprint.job ends the log of a job.
 DONE = re.compile(r": done in [\d.]+ s$", re.MULTILINE)
+# The log of a job of several simulations has a line for each; each has a log of its own besides.
+ALL_DONE = re.compile(r"(done: .+\n)+")
 
 
 def check_finished(folder: Path) -> None:
     """Raise ConfigError with a line for each job whose log has no end: it failed, was killed or is still running."""
     logs = sorted((folder / "logs").rglob("*.log"))
-    open_ends = [path for path in logs if not DONE.search(path.read_text(errors="replace"))]
+    open_ends = [path for path in logs if not _is_finished(path.read_text(errors="replace"))]
     if open_ends:
         raise ConfigError("\n".join(f"{path}: this job did not finish; {AGAIN} until it has" for path in open_ends))
+
+
+def _is_finished(text: str) -> bool:
+    return bool(DONE.search(text) or ALL_DONE.fullmatch(text))
 
 
 def targets_of(folder: Path, jobs: Mapping[str, Job], own_rule: str) -> list[str]:
