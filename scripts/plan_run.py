@@ -36,8 +36,6 @@ from millprint.plan.jobs import PlannedJob, planned_case
 from millprint.plan.text import plan_text
 
 QUIET = {Quietness.RULES, Quietness.PROGRESS, Quietness.HOST, Quietness.REASON}
-# What the rules of the DEM give to their script.
-SIMULATION = {"cases", "logs", "mill", "contact", "settings"}
 
 
 def read_plan(words: list[str]) -> tuple[list[PlannedJob], dict[str, int], dict, int] | None:
@@ -100,7 +98,10 @@ def translate(job: Any, dag: Any, places: dict, names: dict) -> PlannedJob:
     log = Path(job.log[0]) if job.log else None
     outputs = tuple(Path(str(file)) for file in job.output)
     benchmark = Path(str(job.benchmark)) if job.benchmark else None
-    own = benchmark.relative_to(names["BENCHMARKS"]).with_suffix("").parts[1:] if benchmark else (job.rule.name,)
+    if benchmark:
+        own = benchmark.relative_to(names["BENCHMARKS"]).with_suffix("").parts[1:]
+    else:
+        own = log.relative_to(names["LOGS"]).with_suffix("").parts[1:] if log else (job.rule.name,)
     return PlannedJob(
         rule=job.rule.name,
         stage=log.relative_to(names["LOGS"]).parts[0] if log else "",
@@ -112,17 +113,21 @@ def translate(job: Any, dag: Any, places: dict, names: dict) -> PlannedJob:
         benchmark=benchmark,
         log=log,
         outputs=outputs,
-        cases=simulations_of(job) if set(job.params.keys()) >= SIMULATION else (),
+        cases=simulations_of(job),
     )
 
 
 def simulations_of(job: Any) -> tuple:
-    """The cases of a job of the DEM, which its rule gives to its script as plain values."""
-    given = job.params
-    dem, mill, contact = DemConfig(**given.settings), MillConfig(**given.mill), ContactConfig(**given.contact)
+    """The cases of a job of the DEM, which its rule gives to its script as plain values; none of any other job."""
+    given = job.params.get("given")
+    if not isinstance(given, dict) or "cases" not in given:
+        return ()
+    dem = DemConfig(**job.params.settings)
+    mills = {name: MillConfig(**plain) for name, plain in given["mills"].items()}
+    contacts = {name: ContactConfig(**plain) for name, plain in given["contacts"].items()}
     return tuple(
-        planned_case(Case(**plain), dem, mill, contact, Path(summary).exists())
-        for plain, summary in zip(given.cases, job.output.summary, strict=True)
+        planned_case(case, dem, mills[case.mill], contacts[case.contact], Path(summary).exists())
+        for case, summary in zip((Case(**plain) for plain in given["cases"]), job.output.summary, strict=True)
     )
 
 

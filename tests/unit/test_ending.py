@@ -82,7 +82,7 @@ def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path
         ("permute_yields", "results/yield/permutations.tsv"),
         ("run_dem_case", "results/dem/a/b/c/run.h5"),
     ]
-    lines = failure_lines(log)
+    lines = failure_lines([log])
     assert lines[1].startswith("failed: 2 jobs")
     assert f"    log: {own}: a.tsv: row 3: yield = 130 %" in lines
     assert "    log: results/logs/dem/a/b/c.log" in lines
@@ -90,7 +90,7 @@ def test_failed_jobs_are_listed_once_with_their_logs_and_the_last_error(tmp_path
 
 
 def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
-    assert failure_lines(tmp_path / "none.log")[1].startswith("failed: 0 jobs")
+    assert failure_lines([tmp_path / "none.log"])[1].startswith("failed: 0 jobs")
 
 
 @pytest.mark.parametrize(

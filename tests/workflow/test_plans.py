@@ -79,7 +79,7 @@ def test_a_case_that_is_asked_for_comes_with_its_job_and_with_nothing_else(proje
     content, case = smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json"
     short = planned(project, content, case)
     assert jobs_of(short) == {"compile_kernels": 1, "run_dem_sweeps_1": 1}
-    assert re.search(r"DEM sweeps_1: \d+ short cases", short) and "d10_f0.06_n600_s0/run.h5" in short
+    assert re.search(r"Simulating \d+ short cases together \(sweeps_1\)", short) and "d10_f0.06_n600_s0/run.h5" in short
     for sweep in content["sweeps"]:
         if sweep["name"] in ("surrogate", "movie"):
             sweep["window_s"] = 3.0

@@ -116,6 +116,6 @@ for name, batch in BATCHES.items():
             settings=settings("dem"),
             library=library("run_dem_case.py"),
         message:
-            f"DEM {name}: {len(batch)} short cases"
+            f"Simulating {len(batch)} short cases together ({name})"
         script:
             "../../scripts/run_dem_case.py"

@@ -28,3 +28,5 @@ rule gallery:
     input:
         rules.build_gallery.output,
     localrule: True
+    message:
+        "The gallery is complete"

@@ -66,3 +66,5 @@ rule crate:
     input:
         rules.write_crate.output,
     localrule: True
+    message:
+        "The record of the run is complete"

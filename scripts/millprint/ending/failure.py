@@ -1,6 +1,7 @@
 """What failed in a run, where its log is, and what to try. The Snakefile imports this, so no heavy imports here."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,12 +42,9 @@ def failures_of(text: str) -> list[Failure]:
     return list(found.values())
 
 
-def failure_lines(snakemake_log: str | Path) -> list[str]:
-    """The failed jobs of a run, and what to try; also if Snakemake's own log tells of none."""
-    try:
-        text = Path(snakemake_log).read_text(errors="replace")
-    except OSError:
-        text = ""
+def failure_lines(snakemake_logs: Sequence[str | Path]) -> list[str]:
+    """The failed jobs of a run, and what to try; also if Snakemake's own logs, the files of `log`, tell of none."""
+    text = "".join(Path(log).read_text(errors="replace") for log in snakemake_logs if Path(log).is_file())
     failures, killed = failures_of(text), {signal for _, signal in SCRIPT.findall(text)}
     lines = ["", f"failed: {len(failures)} {'job' if len(failures) == 1 else 'jobs'}; what was finished before is kept"]
     for each in failures[:SHOWN]:
@@ -54,7 +52,7 @@ def failure_lines(snakemake_log: str | Path) -> list[str]:
         if each.log:
             lines.append(f"    log: {each.log}{f': {each.reason}' if each.reason else ''}")
     if len(failures) > SHOWN:
-        lines.append(f"  and {len(failures) - SHOWN} more; all are in {snakemake_log}")
+        lines.append(f"  and {len(failures) - SHOWN} more; all are in {', '.join(map(str, snakemake_logs))}")
     return [*lines, f"try:    {advice(killed)}"]
 
 
