@@ -78,7 +78,9 @@ def read_plan(words: list[str]) -> tuple[list[PlannedJob], dict[str, int], dict,
             jobs = list(workflow.dag.jobs)
             places = {job: place for place, job in enumerate(jobs)}
             planned = [translate(job, workflow.dag, places, workflow.globals) for job in jobs]
-            targets = {target_name(job): places[job] for job in workflow.dag.targetjobs}
+            # Snakemake keeps them in no order; here they stand as they were given.
+            named = {target_name(job): places[job] for job in workflow.dag.targetjobs}
+            targets = dict(sorted(named.items(), key=lambda each: words.index(each[0]) if each[0] in words else -1))
             found = planned, targets, dict(workflow.globals["config"]), cores
         except Exception as error:
             api.print_exception(error)

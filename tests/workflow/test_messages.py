@@ -60,7 +60,7 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     for words in ("mills         emax", "simulations (DEM)", "each by itself", "\ntime ", "\nmemory ", "\ndisk "):
         assert words in done.stdout
     assert f"To run it: snakemake --cores 2 {' '.join(SMOKE)} -- chapter3 {TARGET}" in done.stdout
-    unknown = plan("chapter9")
+    unknown = plan("--", "chapter9")
     assert unknown.returncode == 1
     assert "chapter9" in unknown.stderr
     assert "Traceback" not in unknown.stderr
