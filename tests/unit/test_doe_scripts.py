@@ -111,7 +111,14 @@ def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(the
         for symbol in figure.panels[0]:
             assert settings().factor(symbol).label in text
         assert png.read_bytes().startswith(b"\x89PNG")
-    names = {"unreported": "u.tsv", "missingness": "m.tsv", "checks": "c.tsv", "svg": "l.svg", "png": "l.png"}
+    names = {
+        "unreported": "u.tsv",
+        "missingness": "m.tsv",
+        "checks": "c.tsv",
+        "svg": "l.svg",
+        "png": "l.png",
+        "tsv": "l.tsv",
+    }
     names |= {"missingness_svg": "m.svg", "missingness_png": "m.png"}
     tabulate_literature.main(
         str(ROOT / "config/data/literature.tsv"),

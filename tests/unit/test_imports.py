@@ -13,7 +13,7 @@ NEEDLESS = {
     "tabulate_descriptors": ["matplotlib", "numba", "scipy", "sklearn", "torch"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
     "plot_spectra": ["numba", "sklearn", "torch", "trimesh"],
-    "draw_mill": ["pandas", "sklearn", "statsmodels", "torch"],
+    "draw_mill": ["sklearn", "statsmodels", "torch"],
     "draw_sheet": ["sklearn", "statsmodels", "torch"],
     "tabulate_claims": ["torch", "trimesh"],
     "draw_claims": ["torch", "trimesh"],
