@@ -79,10 +79,11 @@ def test_a_case_that_is_asked_for_comes_with_its_job_and_with_nothing_else(proje
     content, case = smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json"
     short = planned(project, content, case)
     assert jobs_of(short) == {"compile_kernels": 1, "run_dem_sweeps_1": 1}
-    assert re.search(r"Simulating \d+ short cases together \(sweeps_1\)", short) and "d10_f0.06_n600_s0/run.h5" in short
+    shared = re.search(r"Simulating (\d+) short cases together \(sweeps_1\)", short)
+    assert shared and int(shared[1]) > 10
     for sweep in content["sweeps"]:
         if sweep["name"] in ("surrogate", "movie"):
-            sweep["window_s"] = 3.0
+            sweep["window_s"] = 20.0
     longer = planned(project, content, case)
     assert jobs_of(longer) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
 
