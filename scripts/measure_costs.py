@@ -1,11 +1,10 @@
 """Writes what the jobs of a finished run took, for the estimates of `make plan`, from its benchmarks and files.
 
-    python scripts/measure_costs.py NAME [TARGET ...] [ARGUMENTS OF SNAKEMAKE]
-
-NAME is the name of the run (key `name`), such as thesis; its rows in scripts/millprint/plan/measured.tsv are replaced.
+The rows of the run in scripts/millprint/plan/measured.tsv are replaced.
 Jobs that have not run are left out, and so are simulations, whose costs are calculated.
 """
 
+import argparse
 import csv
 import sys
 import time
@@ -33,8 +32,8 @@ def measured(job: PlannedJob, run: str) -> Row | None:
     return Row(run, job.rule, job.name, float(found[-1]) + 1.0, 300.0, size) if found else None
 
 
-def main(run: str, *words: str) -> int:
-    found = read_plan(list(words))
+def main(run: str, words: list[str]) -> int:
+    found = read_plan(words)
     if found is None:
         return 1
     rows = [row for job in found[0] if not job.cases and (row := measured(job, run))]
@@ -52,4 +51,10 @@ def main(run: str, *words: str) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", help="name of the run (key `name`), such as thesis")
+    parser.add_argument(
+        "words", nargs=argparse.REMAINDER, help="targets and arguments of Snakemake as in that run, such as --cores 2"
+    )
+    given = parser.parse_args()
+    sys.exit(main(given.run, given.words))

@@ -1,14 +1,12 @@
 """Writes time and memory of every rule into a cluster profile, from the benchmarks of a run.
 
-    python scripts/measure_resources.py [results/benchmarks] [profiles/slurm/config.yaml]
-
 The time is TIMES that of the longest job. The memory is MARGIN times that of the largest job, plus that of Snakemake.
 Rules that need no more than the default of the profile are left out. The rules of simulations set their own time and
 memory, and those of trainings their own time (workflow/rules/dem.smk, surrogate_training.smk).
 """
 
+import argparse
 import math
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -58,7 +56,7 @@ def resources_text(jobs: pd.DataFrame, source: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(benchmarks: str = "results/benchmarks", profile: str = "profiles/slurm/config.yaml") -> None:
+def main(benchmarks: str, profile: str) -> None:
     folder, path = Path(benchmarks), Path(profile)
     run = folder.parent / "report/run.yaml"
     name = run.read_text().split("name: ", 1)[1].split("\n", 1)[0] if run.is_file() else "a part of one"
@@ -69,5 +67,9 @@ def main(benchmarks: str = "results/benchmarks", profile: str = "profiles/slurm/
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("benchmarks", nargs="?", default="results/benchmarks", help="folder (default: %(default)s)")
+    parser.add_argument("profile", nargs="?", default="profiles/slurm/config.yaml", help="file (default: %(default)s)")
+    given = parser.parse_args()
     with stop_on_bad_input():
-        main(*sys.argv[1:])
+        main(given.benchmarks, given.profile)

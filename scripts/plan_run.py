@@ -2,8 +2,8 @@
 
     python scripts/plan_run.py [TARGET ...] [ARGUMENTS OF SNAKEMAKE]
 
-The arguments are those of your run, such as --cores 4 --configfile config/smoke.yaml. Nothing is changed. With several
-targets, each is also estimated by itself.
+The arguments are those of your run, such as --cores 4 --configfile config/smoke.yaml --config mill=planetary. Nothing
+is changed. With several targets, each is also estimated by itself.
 """
 
 import io

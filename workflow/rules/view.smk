@@ -46,4 +46,4 @@ rule animate_run:
         "../../scripts/animate_run.py"
 
 
-VIEW_OUTPUTS = [f"{RESULTS}/dem/{path}/mill.gif" for path in cases_of_sweep("movie")]
+VIEW_OUTPUTS = [f"{RESULTS}/dem/{path}/mill.{kind}" for path in cases_of_sweep("movie") for kind in ("gif", "png")]
