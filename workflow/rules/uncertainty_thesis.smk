@@ -6,9 +6,13 @@ if CONFIG.mill in CONFIG.uncertainty.mills:
 
     rule tabulate_contact_intervals:
         input:
-            # Figures decide nothing.
+            # Figures decide nothing, nor do the tables beside them.
             chapters=[
-                *(path for path in FINGERPRINT_OUTPUTS if path.endswith((".tsv", ".json"))),
+                *(
+                    path
+                    for path in FINGERPRINT_OUTPUTS
+                    if path.endswith((".tsv", ".json")) and "/figures/" not in path
+                ),
                 f"{RESULTS}/partition/table_4_2.tsv",
             ],
             fingerprint=f"{FINGERPRINT}/fingerprint_{CONFIG.mills.contact_set}.json",
