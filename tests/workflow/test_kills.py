@@ -223,7 +223,7 @@ def damage(path: Path, how: str) -> None:
 @pytest.mark.parametrize(
     ("file", "how", "rule"),
     [
-        (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_sweeps_1"),
+        (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_case"),
         ("results/surrogate/dataset.h5", "changed", "build_surrogate_dataset"),
         ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
     ],

@@ -74,18 +74,9 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     assert "results/convergence/mine/verdict.txt" in plan
 
 
-def test_a_case_that_is_asked_for_comes_with_its_job_and_with_nothing_else(project):
-    """A short one shares a job with other short ones; seeds that take longer share one with each other."""
-    content, case = smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json"
-    short = planned(project, content, case)
-    assert jobs_of(short) == {"compile_kernels": 1, "run_dem_sweeps_1": 1}
-    shared = re.search(r"Simulating (\d+) short cases together \(sweeps_1\)", short)
-    assert shared and int(shared[1]) > 10
-    for sweep in content["sweeps"]:
-        if sweep["name"] in ("surrogate", "movie"):
-            sweep["window_s"] = 20.0
-    longer = planned(project, content, case)
-    assert jobs_of(longer) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
+def test_one_seed_that_is_asked_for_comes_with_the_others_of_its_condition_and_with_nothing_else(project):
+    plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
+    assert jobs_of(plan) == {"compile_kernels": 1, "run_dem_seeds_0_1": 1}
 
 
 def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):

@@ -5,7 +5,6 @@ from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
-from millprint.dem.batches import short_batches
 from millprint.dem.resources import resources_of, resources_together
 from millprint.dem.seeds import seeds_together
 from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
@@ -202,22 +201,6 @@ def known_cases() -> list[dict]:
     return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *swept]
 
 
-def wanted_together() -> dict[str, dict]:
-    """Cases of which a whole run wants all, by a name: of the sweeps, each set-up, and the mills that it analyses.
-
-    Of the sweeps of other mills, somebody may want a part.
-    """
-    analysed = [name for name in CONFIG.uncertainty.mills if MILLS[name].sweep]
-    # A smoke test simulates the first case of each mill of the box.
-    first = [next(iter(cases_of_mill(name).items())) for name in BOX if MILLS[name].sweep and name not in analysed]
-    return {
-        "sweeps": CASES,
-        **SETUP_CASES,
-        **{f"sweep_of_{name}": cases_of_mill(name) for name in analysed},
-        "box": dict(first) if CONFIG.mills.first_case_only else {},
-    }
-
-
 def log_of(case) -> str:
     """The log of a case, also where several cases are one job."""
     return f"{LOGS}/dem/{case.path}.log"
@@ -253,13 +236,8 @@ with stop_on_bad_input():
     KNOWN_CASES = known_cases()
     # Names of the cases that need a cluster job of their own.
     LONG_CASES = sorted({case.name for cases in KNOWN_CASES for case in cases.values() if estimate(case).needs_own_job})
-    # Short cases that share a job.
-    BATCHES = short_batches(wanted_together(), estimate)
-    BATCHED = {case.path for cases in BATCHES.values() for case in cases}
     # Conditions whose seeds are one job, with their seeds.
-    TOGETHER = seeds_together(
-        [{path: case for path, case in cases.items() if path not in BATCHED} for cases in KNOWN_CASES], estimate
-    )
+    TOGETHER = seeds_together(KNOWN_CASES, estimate)
 
 # By their seeds, a pattern of the conditions whose seeds are one job.
 SEED_RULES = {
@@ -268,4 +246,4 @@ SEED_RULES = {
 }
 # A mill's name in the path of a case that is a job of its own.
 IN_SEED_RULES = [f"(?:{names})_s(?:{'|'.join(map(str, seeds))})" for seeds, names in SEED_RULES.items()]
-IN_OWN_JOB = f"(?!(?:{'|'.join([*IN_SEED_RULES, any_of(sorted(BATCHED))])})/)[a-z][a-z0-9_]*"
+IN_OWN_JOB = f"(?!(?:{'|'.join(IN_SEED_RULES)})/)[a-z][a-z0-9_]*" if IN_SEED_RULES else "[a-z][a-z0-9_]*"

@@ -88,34 +88,3 @@ for seeds, conditions in SEED_RULES.items():
             "Simulating {wildcards.condition}, every seed"
         script:
             "../../scripts/run_dem_case.py"
-
-
-# Short cases of several conditions; as with seeds, those that are finished stay as they are.
-for name, batch in BATCHES.items():
-
-    rule:
-        name:
-            f"run_dem_{name}"
-        input:
-            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-            sources=files_of(batch),
-        output:
-            run=[update(f"{RESULTS}/dem/{case.path}/run.h5") for case in batch],
-            summary=[update(f"{RESULTS}/dem/{case.path}/summary.json") for case in batch],
-        log:
-            f"{LOGS}/dem/{name}.log",
-        benchmark:
-            f"{BENCHMARKS}/run_dem_case/{name}.tsv"
-        group:
-            "simulations"
-        resources:
-            runtime=lambda wildcards, attempt, cases=batch: attempt * together(cases).runtime_min,
-            mem_mb=lambda wildcards, attempt, cases=batch: attempt * together(cases).memory_mb,
-        params:
-            given=simulated_from(batch),
-            settings=settings("dem"),
-            library=library("run_dem_case.py"),
-        message:
-            f"Simulating {len(batch)} short cases together ({name})"
-        script:
-            "../../scripts/run_dem_case.py"
