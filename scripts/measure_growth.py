@@ -15,7 +15,7 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
-from millprint.errors import ConfigError
+from millprint.errors import ConfigError, MillprintError
 from millprint.figures.growth import PANELS, draw_growth
 from millprint.files import read_table, write_table
 from millprint.growth.measure import (
@@ -80,5 +80,8 @@ def main(words: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    with stop_on_bad_input():
-        main(sys.argv[1:])
+    try:
+        with stop_on_bad_input():
+            main(sys.argv[1:])
+    except MillprintError as error:
+        sys.exit(f"error: {error}")

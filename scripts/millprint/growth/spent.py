@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,8 +31,7 @@ def spent(command: Sequence[str], folder: str | Path, limit_s: float) -> Spent |
 
     Raises MillprintError with its last words if it fails.
     """
-    output, errors = Path(folder) / "growth.out", Path(folder) / "growth.err"
-    with output.open("w") as out, errors.open("w") as err:
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         process = subprocess.Popen(command, cwd=folder, stdout=out, stderr=err)
         end, in_time, memory_mb = time.monotonic() + limit_s, True, 0.0
         while (ended := os.wait4(process.pid, os.WNOHANG))[0] == 0:
@@ -40,14 +40,16 @@ def spent(command: Sequence[str], folder: str | Path, limit_s: float) -> Spent |
                 in_time = False
                 process.kill()
             time.sleep(LOOK_S)
+        out.seek(0)
+        err.seek(0)
+        said, words = out.read(), err.read().strip().splitlines()
     _, status, used = ended
     process.returncode = os.waitstatus_to_exitcode(status)
     if not in_time:
         return None
     if process.returncode:
-        words = errors.read_text(errors="replace").strip().splitlines()
         raise MillprintError(f"{' '.join(command)}: {words[-1] if words else f'status {process.returncode}'}")
-    return Spent(used.ru_utime + used.ru_stime, memory_mb, output.read_text(errors="replace"))
+    return Spent(used.ru_utime + used.ru_stime, memory_mb, said)
 
 
 def _peak_mb(process: int) -> float:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.cases import ONE_STEP_S, Setup, count_steps
+from millprint.bench.cases import ONE_STEP_S, Setup, count_steps, settle
 from millprint.bench.large import large_setup, large_start
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
@@ -29,6 +29,8 @@ from millprint.fingerprint.model import Fingerprint
 
 # A ball-step is measured over so many of them, and at least over STEPS_MIN.
 BALL_STEPS, STEPS_MIN = 2e8, 300
+# The case of the bench whose fill ratio they have, and from how many balls on a run starts from a dense packing.
+COMPARED_WITH, PACKED_LOW = "191x5mm", 1000
 # The scatter of made conditions about the measured ones [-].
 JITTER, SCATTER = 0.03, 0.02
 
@@ -70,11 +72,14 @@ def ask(path: str, times: str) -> dict:
 def simulate(config_file: str, balls: str, threads: str) -> dict:
     """The cost of a step of the bench's mill with so many balls, scaled up or down at the same fill ratio."""
     config = check_model(read_yaml(config_file), BenchConfig, config_file)
-    config = config.model_copy(update={"large": config.large.model_copy(update={"balls": int(balls)})})
+    large = config.large.model_copy(update={"balls": int(balls), "compared_with": COMPARED_WITH})
+    config = config.model_copy(update={"large": large})
     mill = load_named(MILL_FOLDER, config.mill, MillConfig, "mill")
     contact = load_named(CONTACT_FOLDER, config.contact, ContactConfig, "contact set")
     setup = large_setup(config, mill, contact)
-    return timed(setup, large_start(setup), int(threads))
+    # Few balls do not fit into the lower part of a jar that is as small.
+    start = large_start(setup) if setup.balls >= PACKED_LOW else settle(setup, seed=0)
+    return timed(setup, start, int(threads))
 
 
 def timed(setup: Setup, start: np.ndarray, threads: int) -> dict:
