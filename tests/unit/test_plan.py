@@ -56,6 +56,10 @@ def test_a_simulation_has_its_balls_and_steps_and_takes_time_for_each():
     cost = simulation_cost([own, planned(1)])
     assert cost.processor_s == pytest.approx(JOB_START_S + CASE_START_S + 2 * 24e6 * BALL_STEP_S)
     assert simulation_cost([planned(snapshot_interval_s=1e-4)]).disk_mb > simulation_cost([own]).disk_mb
+    # A table of collisions that is too long is not written, and holds no more memory than the longest.
+    long, longer = planned(window_s=200.0), planned(window_s=400.0)
+    assert simulation_cost([long]).disk_mb == 0.0
+    assert simulation_cost([long]).memory_mb == simulation_cost([longer]).memory_mb < 600
 
 
 def test_a_job_that_makes_what_is_missing_leaves_its_other_cases():

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from statistics import mean, median
 
+from millprint.dem.resources import BALL_BYTES, COLLISION_BYTES, SNAPSHOT_COLUMNS
 from millprint.plan.jobs import PlannedCase, PlannedJob
 
 TABLE = Path(__file__).with_name("measured.tsv")
@@ -22,10 +23,10 @@ BALL_STEP_S = 55e-9
 CASES_MIN = 5
 # Processor time for Snakemake to start a job, and for a simulation to import and write [s].
 JOB_START_S, CASE_START_S = 2.0, 2.1
-# Resident memory of a simulation: of Python and compiled code, and of a ball [MB].
-CASE_MB, BALL_MB = 260, 0.16
+# Resident memory of a simulation: of Python and compiled code, and of a ball [MB]; the records come on top.
+CASE_MB, BALL_MB = 260, BALL_BYTES * 1e-6
 # run.h5: a collision of the table, a ball in a snapshot [bytes]; collisions of a ball in a second.
-COLLISION_BYTES, SNAPSHOT_BYTES, COLLISIONS_HZ = 37, 38, 900
+STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES, COLLISIONS_HZ = 37, 38, 900
 # Of a job that no run has measured: a figure or a table.
 UNKNOWN_S, UNKNOWN_MB, UNKNOWN_DISK_MB = 4.0, 300.0, 0.1
 
@@ -88,16 +89,30 @@ def simulation_cost(cases: Sequence[PlannedCase], ball_step_s: float = BALL_STEP
     seconds = sum(each.balls * each.steps * ball_step_s for each in cases)
     return Cost(
         processor_s=JOB_START_S + CASE_START_S + seconds,
-        memory_mb=CASE_MB + BALL_MB * max((each.balls for each in cases), default=0),
+        memory_mb=CASE_MB + max(map(held_mb, cases), default=0.0),
         disk_mb=sum(map(run_size_mb, cases)),
     )
 
 
+def recorded(planned: PlannedCase) -> tuple[float, float]:
+    """Rows of the table of collisions, and balls in snapshots; with more collisions than a table may have, no rows."""
+    case, balls = planned.case, planned.balls
+    collisions = balls * COLLISIONS_HZ * case.window_s
+    snapshots = case.window_s / case.snapshot_interval_s if case.snapshot_interval_s else 0.0
+    return (collisions if collisions <= planned.rows_max else 0.0), balls * snapshots
+
+
+def held_mb(planned: PlannedCase) -> float:
+    """What a simulation holds in memory beside its code [MB]: balls, collisions up to the largest table, snapshots."""
+    rows = min(planned.balls * COLLISIONS_HZ * planned.case.window_s, planned.rows_max)
+    snapshots = recorded(planned)[1] * SNAPSHOT_COLUMNS * 8
+    return BALL_MB * planned.balls + (COLLISION_BYTES * rows + snapshots) * 1e-6
+
+
 def run_size_mb(planned: PlannedCase) -> float:
     """The size of the run.h5 of a simulation [MB]."""
-    case, balls = planned.case, planned.balls
-    snapshots = case.window_s / case.snapshot_interval_s if case.snapshot_interval_s else 0
-    return (SNAPSHOT_BYTES * snapshots + COLLISION_BYTES * COLLISIONS_HZ * case.window_s) * balls * 1e-6
+    collisions, snapshots = recorded(planned)
+    return (STORED_COLLISION_BYTES * collisions + STORED_SNAPSHOT_BYTES * snapshots) * 1e-6
 
 
 def other_cost(job: PlannedJob, run: str, rows: Sequence[Row]) -> Cost:

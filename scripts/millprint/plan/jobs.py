@@ -32,11 +32,12 @@ STAGES = {
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """A simulation: its case, balls and steps, and whether its result exists."""
+    """A simulation: its case, balls and steps, most rows of its table of collisions, and whether its result exists."""
 
     case: Case
     balls: int
     steps: int
+    rows_max: int
     exists: bool
 
     @property
@@ -89,7 +90,7 @@ def planned_case(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     simulated_s = case.settle_s + case.discard_s + case.window_s
     steps = simulated_s / requested_step(case, dem, rayleigh)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
-    return PlannedCase(case, balls, round(steps), exists)
+    return PlannedCase(case, balls, round(steps), dem.collision_rows_max, exists)
 
 
 def needed_for(jobs: Sequence[PlannedJob], last: int) -> set[int]:
