@@ -176,10 +176,10 @@ def test_a_job_without_an_end_is_named(run):
 
 
 def test_the_log_of_a_job_of_several_cases_ends_when_all_are_done(run):
-    write("results/logs/dem/sweeps_1.log", "done: emax/one\ndone: emax/two\n")
+    write("results/logs/dem/emax/d10_seeds.log", "done: emax/one\ndone: emax/two\n")
     check_finished(Path("results"))
-    write("results/logs/dem/sweeps_1.log", "done: emax/one\nfailed: emax/two\n")
-    with pytest.raises(ConfigError, match=r"sweeps_1\.log: this job did not finish"):
+    write("results/logs/dem/emax/d10_seeds.log", "done: emax/one\nfailed: emax/two\n")
+    with pytest.raises(ConfigError, match=r"d10_seeds\.log: this job did not finish"):
         check_finished(Path("results"))
 
 
