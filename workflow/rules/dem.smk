@@ -1,4 +1,4 @@
-"""Simulations: compile the kernels once, then run each case, or several short ones in a job."""
+"""Simulations: compile the kernels once, then run each case, or the short seeds of a condition in a job."""
 
 
 # It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation

@@ -16,7 +16,7 @@ class ProvenanceConfig(Section):
     """What the record of a run, `ro-crate-metadata.json`, says of the person who runs it. No result depends on it."""
 
     agent: Annotated[str, Field(max_length=200)] = ""
-    """name of the person who runs; empty for a record that names nobody"""
+    """name of the person who made the run; if it is empty, the record names nobody"""
     orcid: Annotated[str, Field(pattern=ORCID)] = ""
     """ORCID of that person, such as 0000-0002-1825-0097"""
     affiliation: Annotated[str, Field(max_length=200)] = ""
