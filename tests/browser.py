@@ -120,15 +120,20 @@ class Page:
         self._send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def open(self, file: Path) -> None:
-        """Open a file and wait until it is loaded."""
+        """Open a file and wait until it is loaded and drawn."""
         self.go(file.resolve().as_uri())
 
     def go(self, address: str) -> None:
-        """Open an address and wait until it is loaded; it must differ from the last one by more than what follows #."""
+        """Open an address, which must differ from the last in more than what follows #; wait until it is drawn."""
         self._loaded = False
         self._send("Page.navigate", url=address)
         while not self._loaded:
             self._note(self._receive())
+        self.draw()
+
+    def draw(self) -> None:
+        """Wait for two frames, so that what scripts have asked for is drawn."""
+        self.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));")
 
     def run(self, script: str):
         """Run `script`, the body of an async function; return its result. Raises AssertionError with its error."""
@@ -153,8 +158,7 @@ class Page:
 
     def picture(self, path: Path) -> Image.Image:
         """A picture of the window, also written to `path`."""
-        # Wait for two frames, so that the changes of a script are drawn.
-        self.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));")
+        self.draw()
         data = base64.b64decode(self._send("Page.captureScreenshot", format="png")["data"])
         path.write_bytes(data)
         return Image.open(BytesIO(data)).convert("RGB")

@@ -85,4 +85,4 @@ def test_further_targets_come_into_it_by_the_script(smoke_project, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert check_folder(smoke_project / "results")[1] == []
-    assert "Nothing to be done" in run_snakemake(smoke_project, *SMOKE, "write_crate").stdout
+    assert "Nothing to be done" in run_snakemake(smoke_project, "write_crate", *SMOKE).stdout
