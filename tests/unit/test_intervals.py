@@ -238,6 +238,24 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     assert table["interval_from"]["2.full_factorial"] == ""
 
 
+def test_an_interval_ends_where_the_quantity_does(tmp_path):
+    def correlations(lowest: float) -> pd.DataFrame:
+        tests = (("motion1", 0.999), ("motion2", lowest))
+        rows = [{"variant": "thesis", "test": test, "measure": "cumulative_pearson_r", "value": r} for test, r in tests]
+        rows += [{**row, "measure": "increments_5ms_r"} for row in rows]
+        return pd.DataFrame(rows).assign(dem_reference=0.9998)
+
+    path = "surrogate/thesis/metrics.tsv"
+    write_table(correlations(0.999), tmp_path / path)
+    # A roll-out that is not finite counts as no correlation: Student's interval of these three is wider than -1 to 1.
+    drawn = [{path: correlations(r)} for r in (0.999, 0.998, float("nan"))]
+    assert student([0.999, 0.998, 0.0])[1] > 1
+    intervals = tabulate_intervals(tmp_path, CLAIMS_TSV, [Repeated("trainings", drawn, over_repeats)])
+    row = intervals.set_index("id").loc["6.pearson"]
+    assert (row["lower"], row["upper"]) == pytest.approx((student([0.999, 0.998, 0.0])[0], 1.0))
+    assert Interval("no", "yes", "trainings").within((-1, 1)) == Interval("no", "yes", "trainings")
+
+
 def test_the_spread_stands_beside_the_first_training():
     metrics = pd.concat([measures(error).assign(variant=name) for name, error in (("thesis", 2.5), ("again", 23.1))])
     trainings = {"thesis": ["thesis", "again"]}

@@ -12,6 +12,7 @@ VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"
 # What an interval is over.
 SEEDS, TRAININGS = "seeds", "trainings"
+CORRELATIONS = -1.0, 1.0
 # Tables 6.1 and 6.3.
 SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
 
@@ -135,8 +136,9 @@ def correlation(evidence: Evidence) -> Finding:
         f"this measure is empty; increments over 5 ms correlate at {text}"
     )
     if not np.isfinite(own).all():
-        return Finding(0.0, f"a roll-out is not finite, so that nothing correlates; {explanation}")
-    return Finding(float(min(own)), explanation)
+        explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"
+        return Finding(0.0, explanation, limits=CORRELATIONS)
+    return Finding(float(min(own)), explanation, limits=CORRELATIONS)
 
 
 @claim("6.geometry")

@@ -1,5 +1,6 @@
 """The registry of the claims: code that finds a claim's value, and the rows of the results that decide it."""
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -24,6 +25,12 @@ class Interval:
     upper: float | str
     origin: str
 
+    def within(self, limits: tuple[float, float]) -> "Interval":
+        """The part of an interval of numbers that the quantity can take at all; words stay as they are."""
+        if isinstance(self.lower, str) or isinstance(self.upper, str):
+            return self
+        return replace(self, lower=max(self.lower, limits[0]), upper=min(self.upper, limits[1]))
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -34,6 +41,7 @@ class Finding:
     explanation: how it was computed, from how many runs, or why it was not run.
     erratum: a computed reason why the printed value cannot be right; the verdict is then `erratum`.
     sources: the rows of the results that decide the value.
+    limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
     """
 
     value: float | str | None
@@ -41,6 +49,7 @@ class Finding:
     erratum: str = ""
     sources: tuple[Source, ...] = ()
     interval: Interval | None = None
+    limits: tuple[float, float] = (-math.inf, math.inf)
 
 
 class NotRun(Exception):

@@ -111,6 +111,7 @@ def tabulate_intervals(
                     interval, repeats = one.between(finding.value, values, level), len(values)
                 break
             if interval is not None:
+                interval = interval.within(finding.limits)
                 ends = {"lower": interval.lower, "upper": interval.upper, "interval_from": interval.origin}
                 rows.append({"id": name, **ends, "repeats": repeats or ""})
             bar.update()
