@@ -16,6 +16,9 @@ def test_citation_and_licence_agree_with_the_project():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert citation["cff-version"] == "1.2.0" and {"message", "title", "authors"} <= set(citation)
     assert (citation["title"], citation["version"]) == (PROJECT["name"], PROJECT["version"])
+    latest = re.search(r"^## (\S+) \((\S+)\)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert latest and latest.groups() == (PROJECT["version"], str(citation["date-released"]))
+    assert f'tag="v{PROJECT["version"]}"' in (ROOT / "docs/how_to/module.md").read_text()
     assert citation["license"] == PROJECT["license"] == "MIT"
     authors = [author["name"] for author in PROJECT["authors"]]
     assert [author["name"] for author in citation["authors"]] == authors
