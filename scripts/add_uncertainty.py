@@ -33,7 +33,7 @@ def tabulate(tables, output, mill: MillConfig) -> None:
     # A table has fewer digits than the fingerprint: its first and last fill ratio may lie just outside.
     fills = np.clip(curves["fill_ratio"].to_numpy(dtype=float), *fingerprint.fill_range)
     write_table(fingerprint.further_curve(fingerprint.curve(fills)), output.curves)
-    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max())
+    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors)
     write_table(with_rows(sheet, sheet_rows(read_spectra(tables.spectra_summary), fingerprint)), output.sheet)
 
 

@@ -48,7 +48,7 @@ def main(
     spectra, read_off = tabulate_spectra(list(zip(records, runs, strict=True)), spectra_rules, spectra_settings)
     write_table(spectra, output.spectra)
     write_table(read_off, output.spectra_summary)
-    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors["closure"].max())
+    sheet = tabulate_sheet(mill, fingerprint, collapse, zones, descriptors)
     write_table(with_rows(sheet, sheet_rows(read_off, fingerprint)), output.sheet)
 
 

@@ -73,7 +73,9 @@ def check_before_running(
             check_ball_size(bodies[name][0].vessel, name, diameter, place)
     # The key of the step: the sweeps of the configuration are a list; that of a mill's own sweep is set for all mills.
     steps = {place: f"{place}.rayleigh_fraction" for place, _ in groups}
-    steps |= {place_of_sweep(config, name, source): f"{source}: mills.rayleigh_fraction" for name in swept}
+    own, factor = config.mills, config.mills.level.step
+    times = "" if factor == 1 else f" = {own.rayleigh_fraction:g}, times {factor:g} by mills.precision {own.precision}"
+    steps |= {place_of_sweep(config, name, source): f"{source}: mills.rayleigh_fraction{times}" for name in swept}
     steps[f"{source}: sweeps"] = f"{source}: sweeps: rayleigh_fraction"
     # The sweeps of the configuration first, where a user looks first.
     for place, group in sorted(groups, key=lambda pair: pair[0] != f"{source}: sweeps"):

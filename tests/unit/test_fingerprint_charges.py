@@ -123,7 +123,7 @@ def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95, 0.2)
     assert (collapse["collapse"] == UNKNOWN).all() == (len(speeds) == 1)
     assert collapse["d"].isna().all()
-    sheet = tabulate_sheet(mill, fingerprint, collapse, find_zones(fingerprint), 1e-4)
+    sheet = tabulate_sheet(mill, fingerprint, collapse, find_zones(fingerprint), table)
     said = sheet[sheet["section"].isin(["mill", "condition"])].set_index("quantity")["text"]
     balls = int(sheet.set_index("quantity")["value"]["balls"])
     assert said["charge"] == THREE.in_words(balls)

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 from types import SimpleNamespace
+from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,8 @@ from millprint.config.dose import SpectraConfig
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
+from millprint.config.mill_sweep import PRECISIONS, MillsConfig, MillSweepConfig, PrecisionName
+from millprint.config.uncertainty import UncertaintyConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
@@ -22,7 +24,16 @@ from millprint.figures import mill_pictures, mill_sheet
 from millprint.figures import mills as figures
 from millprint.files import read_table, write_json
 from millprint.fingerprint.bands import checked_factors
-from millprint.fingerprint.cases import RUN_WAY, enlarged, large_case, mill_cases, settings_of, sweep_of
+from millprint.fingerprint.cases import (
+    RUN_WAY,
+    durations_of,
+    enlarged,
+    large_case,
+    mill_cases,
+    settings_of,
+    sweep_of,
+)
+from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, by_columns, sheet_condition, tabulate_sheet
@@ -32,6 +43,7 @@ from millprint.fingerprint.zones import find_zones
 from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel, check_volume
+from millprint.uncertainty.samples import varied_case
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.factor_samples import factors_of
@@ -80,7 +92,7 @@ def test_a_mill_of_the_box_clears_its_inserts(name):
 
 
 def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(settings):
-    cases = mill_cases(mill("mixer"), settings)
+    cases = mill_cases(mill("mixer"), settings.model_copy(update={"precision": "standard"}))
     conditions = {(case.ball_diameter_mm, case.speed_rpm) for case in cases}
     assert conditions == {(10, 18 * 60), (10, 27 * 60), (7, 18 * 60)}
     assert len(cases) == 3 * 4
@@ -89,6 +101,57 @@ def test_the_cases_of_a_sweep_are_a_cross_of_speeds_and_sizes_at_every_fill(sett
         turns = case.window_s * case.speed_rpm / 60
         assert turns == pytest.approx(round(turns))
         assert case.window_s >= 0.8
+
+
+def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_condition(settings):
+    given = {"speeds_rpm": [60, 90], "ball_diameters_mm": [10], "fill_ratios": [0.1, 0.2, 0.3], "seeds": [1]}
+    own = mill("drum", sweep=MillSweepConfig(**given, discard_turns=1, window_turns=4))
+    levels = {name: settings.model_copy(update={"precision": name}) for name in PRECISIONS}
+    assert set(get_args(PrecisionName)) == set(PRECISIONS)
+    cases = {name: mill_cases(own, level) for name, level in levels.items()}
+    first = {name: found[0] for name, found in cases.items()}
+    steps = {name: case.rayleigh_fraction for name, case in first.items()}
+    assert steps == pytest.approx({"quick": 2.5 * 0.024, "standard": 0.024, "fine": 0.024})
+    assert {name: case.window_s for name, case in first.items()} == {"quick": 2.0, "standard": 4.0, "fine": 8.0}
+    seeds = {name: sorted({case.seed for case in found}) for name, found in cases.items()}
+    assert seeds == {"quick": [1], "standard": [1], "fine": [0, 1, 2]}
+    quick, *others = ([case.path for case in found if case.seed == 1] for found in cases.values())
+    assert all(other == quick for other in others)
+    assert all(case.discard_s == 60 / case.speed_rpm for found in cases.values() for case in found)
+
+
+def test_a_quick_window_has_one_turn_at_least_and_three_where_the_sweep_does_not_say():
+    assert durations_of(60, None, 1, 0.5)["window_s"] == 1.0
+    assert durations_of(60, None, 0.5 + 0.5, 2)["window_s"] == 2.0
+    assert durations_of(300, None, None, 0.5)["window_s"] == pytest.approx(3 * 0.2)
+    assert durations_of(1200, None, None, 0.5)["window_s"] == pytest.approx(0.4)
+
+
+def test_the_intervals_by_contact_parameters_do_not_depend_on_the_precision(settings):
+    levels = [settings.model_copy(update={"precision": name}) for name in PRECISIONS]
+    first, *others = (varied_case(mill("spex"), level, UncertaintyConfig()) for level in levels)
+    assert all(other == first for other in others)
+
+
+def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_sweep():
+    table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
+
+    def said(own: pd.DataFrame) -> pd.DataFrame:
+        sheet = tabulate_sheet(mill("spex"), Fingerprint.fit(own, 65e-6, 0.95), table, find_zones(fingerprint()), own)
+        return sheet[sheet["section"] == "precision"].set_index("quantity")
+
+    plain, scattered = descriptors(), descriptors().assign(window_s=0.4)
+    rng = np.random.default_rng(0)
+    for name in CURVES:
+        scattered[name] *= np.exp(0.1 * rng.normal(size=len(scattered)))
+    exact, rough = said(plain), said(scattered)
+    assert tuple(rough.loc["recorded time of a simulation", ["lower", "upper"]]) == (0.4, 0.4)
+    assert (exact.loc["simulations of a condition", ["lower", "upper"]] == 1).all()
+    # A scatter of 10 % is in the interval, where a sweep without scatter has a narrow one.
+    for title in ("normal power", "tangential power", "collisions"):
+        assert rough.at[title, "value"] > 10
+        assert rough.at[title, "value"] > 2 * exact.at[title, "value"]
+    assert "mills.precision" in rough.at["for more", "text"]
 
 
 def test_a_sweep_may_say_its_turns():
@@ -240,10 +303,10 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
 
 def test_the_sheet_has_every_part_and_only_its_own_columns():
     table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
-    sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), 1e-4)
+    sheet = tabulate_sheet(mill("spex"), fingerprint(), table, find_zones(fingerprint()), descriptors())
     assert list(sheet.columns) == SHEET
     assert list(dict.fromkeys(sheet["section"])) == [
-        *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity"),
+        *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity", "precision"),
     ]
     described = sheet[sheet["section"] == "descriptors"]
     assert ((described["lower"] < described["value"]) & (described["value"] < described["upper"])).all()
@@ -259,7 +322,7 @@ def analysed() -> Fingerprint:
 
 def sheet_of(own: Fingerprint) -> pd.DataFrame:
     table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
-    return tabulate_sheet(mill("spex"), own, table, find_zones(own), 1e-4)
+    return tabulate_sheet(mill("spex"), own, table, find_zones(own), descriptors())
 
 
 def page_of(name: str, sheet: pd.DataFrame, own: Fingerprint, curves: pd.DataFrame):
@@ -366,7 +429,7 @@ def test_a_picture_shows_the_mill_its_inserts_and_a_turn(name):
 
 def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables():
     table = tabulate_mill_collapse(descriptors(), 0.95, 0.2)
-    sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), 1e-4)
+    sheet = tabulate_sheet(mill("attritor"), fingerprint(), table, find_zones(fingerprint()), descriptors())
     curves = fingerprint().curve(np.geomspace(0.04, 0.4, 20))
     page = page_of("attritor", sheet, fingerprint(), curves)
     assert page.get_size_inches() == pytest.approx([8.27, 11.69])

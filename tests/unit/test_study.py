@@ -46,7 +46,7 @@ def mill_named(name: str) -> MillConfig:
 
 
 CALIBRATED = load_named(str(ROOT / "config/contacts"), "calibrated", ContactConfig, "contact set")
-MILLS = MillsConfig(contact="calibrated")
+MILLS = MillsConfig(contact="calibrated", precision="standard")
 
 
 def made_run(seed: int, noise: float, drift: float = 0.0) -> dict:

@@ -108,6 +108,13 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("mills", "rayleigh_fraction"), 0.9, ["config.yaml: mills.rayleigh_fraction = 0.9: at most dem."]),
         (
             CONFIG,
+            ("mills",),
+            {"precision": "quick", "rayleigh_fraction": 0.1},
+            ["config.yaml: mills.rayleigh_fraction = 0.1, times 2.5 by mills.precision quick = 0.25: at most dem."],
+        ),
+        (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
+        (
+            CONFIG,
             ("validation",),
             {"setups": ["bead_drum"], "bead_drum": {"window_s": 1e7}},
             ["config.yaml: validation.bead_drum: case", "days on one core"],

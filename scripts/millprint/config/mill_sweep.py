@@ -1,6 +1,6 @@
 """The conditions of the fingerprint of a mill: its own `sweep`, and the settings of all mills (`mills`)."""
 
-from typing import Annotated
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -11,6 +11,29 @@ from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Se
 Turns = Annotated[float, Field(ge=1, le=10_000)]
 Several = Annotated[list[Positive], Field(min_length=1, max_length=12)]
 Speeds = Annotated[list[PositiveSpeed], Field(min_length=1, max_length=12)]
+
+
+PrecisionName = Literal["quick", "standard", "fine"]
+
+
+class Precision(NamedTuple):
+    """How exactly the sweep of a mill is simulated, as factors on what its settings say.
+
+    step: on mills.rayleigh_fraction; recorded: on the recorded time; seeds: on the number of starting positions.
+    """
+
+    step: float
+    recorded: float
+    seeds: int
+
+
+# With steps of 2.5 times 0.024 of the Rayleigh time, descriptors stay within the scatter of seeds, and the energy
+# balance within half of dem.closure_max (docs/how_to/speed.md).
+PRECISIONS: dict[PrecisionName, Precision] = {
+    "quick": Precision(step=2.5, recorded=0.5, seeds=1),
+    "standard": Precision(step=1.0, recorded=1.0, seeds=1),
+    "fine": Precision(step=1.0, recorded=2.0, seeds=3),
+}
 
 
 class MillSweepConfig(Section):
@@ -33,7 +56,7 @@ class MillSweepConfig(Section):
     discard_turns: Turns | None = None
     """revolutions of the mill before the averages begin; by default at least 0.25 s [-]"""
     window_turns: Turns | None = None
-    """recorded revolutions of the mill; by default at least 3, and 0.8 s [-]"""
+    """recorded revolutions of the mill at precision `standard`; by default at least 3, and 0.8 s [-]"""
 
     @model_validator(mode="after")
     def _one_list_of_speeds(self) -> "MillSweepConfig":
@@ -110,8 +133,12 @@ class MillsConfig(Section):
     """mills of the target `mills`"""
     contact: Name | None = None
     """contact set of their balls: a file in config/contacts; the first of `contacts` if left out"""
+    precision: PrecisionName = "quick"
+    """how exactly the sweeps are simulated: `quick` takes steps of 2.5 times `rayleigh_fraction` and records half the
+    time of `standard`; `fine` records twice that time, with three times as many seeds
+    """
     rayleigh_fraction: Fraction = 0.024
-    """step over each case's own Rayleigh time; 0.024 is 2e-6 s for 5 mm balls [-]"""
+    """step over each case's own Rayleigh time at precision `standard`; 0.024 is 2e-6 s for 5 mm balls [-]"""
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
     first_case_only: bool = False
@@ -122,6 +149,11 @@ class MillsConfig(Section):
     """conditions of one mill that come nearest to one of another; none if left out"""
     scale_up: ScaleUpConfig | None = None
     """a large mill; none if left out"""
+
+    @property
+    def level(self) -> Precision:
+        """The factors of the precision."""
+        return PRECISIONS[self.precision]
 
     @property
     def contact_set(self) -> str:

@@ -21,7 +21,7 @@ from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import PANELS
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.mill_sheet import by_columns
+from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
 from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].
@@ -86,7 +86,22 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     right += ["", "holds from - to"]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
         right.append(f"  {row.quantity}: {_number(row.lower)} to {_number(row.upper)}{_unit(row.unit)}")
+    right += ["", *_precision_lines(sheet[sheet["section"] == "precision"].set_index("quantity"))]
     return "\n".join(left), "\n".join(right)
+
+
+def _precision_lines(said: pd.DataFrame) -> list[str]:
+    """What a condition was given, the intervals that follow, and which key narrows them."""
+    recorded, seeds = (
+        " to ".join(dict.fromkeys(_number(said.at[name, end]) for end in ("lower", "upper")))
+        for name in (RECORDED, SIMULATED)
+    )
+    widths = ", ".join(f"{title} {_number(said.at[title, 'value'])} %" for title in STATED.values())
+    return [
+        f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
+        f"  half intervals between conditions: {widths}",
+        f"  for more: {said.at['for more', 'text']}",
+    ]
 
 
 def _has_intervals(sheet: pd.DataFrame) -> bool:

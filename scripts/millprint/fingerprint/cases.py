@@ -5,7 +5,7 @@ The Snakefile asks for them, so nothing that takes long is imported here.
 
 import math
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, count, islice, product
 
 from millprint.config.mill import InsertConfig, MillConfig
 from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
@@ -108,25 +108,43 @@ def settings_of(sweep: MillSweepConfig) -> list[tuple[float | BallMixture, float
     return [*((sizes[0], speed) for speed in speeds), *((size, speeds[0]) for size in sizes[1:])]
 
 
-def durations_of(speed_rpm: float, discard_turns: float | None, window_turns: float | None) -> dict[str, float]:
-    """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given."""
+def durations_of(
+    speed_rpm: float, discard_turns: float | None, window_turns: float | None, recorded: float = 1.0
+) -> dict[str, float]:
+    """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
+
+    recorded: factor on the recorded time, which has FEWEST_TURNS at least where it is not given, and else one turn.
+    """
     turn_s = 60 / speed_rpm
     discard = discard_turns or math.ceil(DISCARD_S / turn_s)
-    window = window_turns or max(FEWEST_TURNS, math.ceil(WINDOW_S / turn_s))
+    if window_turns:
+        window = max(min(1.0, window_turns), recorded * window_turns)
+    else:
+        window = max(FEWEST_TURNS, math.ceil(recorded * WINDOW_S / turn_s))
     return {"discard_s": discard * turn_s, "window_s": window * turn_s}
 
 
+def seeds_of(sweep: MillSweepConfig, factor: int) -> list[int]:
+    """The seeds of a sweep, and so many times as many with the smallest ones that it does not have."""
+    further = (seed for seed in count() if seed not in sweep.seeds)
+    return list(islice(chain(sweep.seeds, further), factor * len(sweep.seeds)))
+
+
 def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
-    """The cases of a mill's sweep, ball size and speed by fill ratio and seed; raises ConfigError as `sweep_of`."""
-    sweep = sweep_of(mill)
+    """The cases of a mill's sweep at the precision of `settings`, ball size and speed by fill ratio and seed.
+
+    Raises ConfigError as `sweep_of`.
+    """
+    sweep, level = sweep_of(mill), settings.level
+    fraction, seeds = level.step * settings.rayleigh_fraction, seeds_of(sweep, level.seeds)
     cases = []
     for size, speed in settings_of(sweep):
-        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns)
-        for fill, seed in product(sweep.fill_ratios, sweep.seeds):
+        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
+        for fill, seed in product(sweep.fill_ratios, seeds):
             cases.append(
                 Case(
                     mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
-                    speed_rpm=speed, seed=seed, rayleigh_fraction=settings.rayleigh_fraction,
+                    speed_rpm=speed, seed=seed, rayleigh_fraction=fraction,
                     settle_s=settings.settle_s, **durations,
                 )
             )  # fmt: skip

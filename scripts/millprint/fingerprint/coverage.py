@@ -34,7 +34,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
             if len(groups) < 2:
                 continue
             left = np.concatenate(groups)
-            means, deviations = np.hstack([process.leave_out(group) for group in groups])
+            means, deviations = process.leave_out(groups)
             errors = process.logs[left] - means
             held = np.abs(errors) <= width * deviations
             lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
@@ -54,6 +54,18 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows)
+
+
+def half_widths(fingerprint: Fingerprint) -> dict[str, float]:
+    """Half of the interval of a condition between the simulated ones, over its value [-], for each quantity.
+
+    The median over the simulated conditions, each predicted from the others, at the fingerprint's own probability.
+    """
+    found = {}
+    for quantity, process in fingerprint.processes.items():
+        _, deviations = process.leave_out(grouped(process.inputs, LEFT_OUT["condition"]))
+        found[quantity] = float(np.expm1(fingerprint.width * np.median(deviations)))
+    return found
 
 
 def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:

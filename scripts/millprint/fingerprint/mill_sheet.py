@@ -9,6 +9,7 @@ from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.inputs import WALL
 
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ class Row(NamedTuple):
 
 SHEET = list(Row._fields)
 DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W")
+# The section `precision`: what a condition was given, and the intervals of some quantities of CURVES.
+RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
+STATED = {"Pn": "normal power", "Pt": "tangential power", "f": "collisions"}
+WIDTH = "half of the interval of a condition between the simulated ones"
+MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
     "speed_hz": ("speed", "rpm", 60.0),
@@ -59,12 +65,12 @@ def shown_speed(mill: MillConfig, speed_hz: float) -> str:
 
 
 def tabulate_sheet(
-    mill: MillConfig, fingerprint: "Fingerprint", collapse: pd.DataFrame, zones: pd.DataFrame, closure: float
+    mill: MillConfig, fingerprint: "Fingerprint", collapse: pd.DataFrame, zones: pd.DataFrame, descriptors: pd.DataFrame
 ) -> pd.DataFrame:
-    """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents and collapse, zones, validity.
+    """Rows of SHEET: the mill, descriptors of one condition with intervals, exponents, collapse, zones, what holds.
 
-    collapse: as of tabulate_mill_collapse; zones: as of find_zones; closure: the largest balance error [-]. A
-    fingerprint with further origins of intervals also has their columns, and a line that explains each.
+    collapse: as of tabulate_mill_collapse; zones: as of find_zones; descriptors: of the mill's sweep. A fingerprint
+    with further origins of intervals also has their columns, and a line that explains each.
     """
     about, (condition, charge) = fingerprint.about, sheet_condition(fingerprint)
     prediction, speed = fingerprint.predict(condition, charge=charge), condition.speed_hz
@@ -105,9 +111,25 @@ def tabulate_sheet(
         if name == "speed_hz" and mill.speed_unit == "hz":
             unit, factor = "Hz", 1.0
         rows.append(Row("validity", title, None, low * factor, high * factor, unit))
-    rows.append(Row("validity", "largest error of an energy balance", closure, unit="-"))
+    rows.append(Row("validity", "largest error of an energy balance", descriptors["closure"].max(), unit="-"))
+    rows += _precision_rows(fingerprint, as_built(descriptors))
     table = pd.DataFrame(rows, columns=SHEET)
     return _with_intervals(table, fingerprint, prediction) if fingerprint.further else table
+
+
+def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:
+    """What the sweep has spent on a condition, and how wide the intervals became that follow from it."""
+    # It needs scikit-learn, as the fingerprint does.
+    from millprint.fingerprint.coverage import half_widths
+
+    seeds, recorded = descriptors["seeds"], descriptors["window_s"]
+    rows = [
+        Row("precision", RECORDED, None, recorded.min(), recorded.max(), "s"),
+        Row("precision", SIMULATED, None, seeds.min(), seeds.max(), "-"),
+    ]
+    widths = half_widths(fingerprint)
+    rows += [Row("precision", title, 100 * widths[name], unit="%", text=WIDTH) for name, title in STATED.items()]
+    return [*rows, Row("precision", "for more", text=MORE)]
 
 
 def by_columns(origin: str) -> list[str]:

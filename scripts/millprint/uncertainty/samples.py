@@ -28,8 +28,11 @@ def contact_values(contact: ContactConfig) -> dict[str, float]:
 
 
 def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
-    """The case that is varied: the first ball size and the first speed of the mill's sweep."""
-    first = mill_cases(mill, settings)[0]
+    """The case that is varied: the first ball size and the first speed of the mill's sweep.
+
+    It has a step of its own, and the recorded time of precision `standard`: what is compared are its samples.
+    """
+    first = mill_cases(mill, settings.model_copy(update={"precision": "standard"}))[0]
     own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": uncertainty.closure_max}
     return first.model_copy(update=own)
 

@@ -1,0 +1,58 @@
+"""Processes of many conditions: what is left out is predicted as if it had never been known, from one inverse."""
+
+import numpy as np
+import pytest
+
+from millprint.fingerprint import processes
+from millprint.fingerprint.coverage import LEFT_OUT, grouped
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.processes import Process, logarithms, varied_components
+from tests.unit.synthetic_mill import VOLUME, descriptors
+
+
+@pytest.fixture(scope="module")
+def process() -> Process:
+    """Of conditions with scatter and errors of their own, and a stretch over 1."""
+    table, rng = descriptors(), np.random.default_rng(3)
+    logs = np.log(table["Pn"].to_numpy()) + 0.1 * rng.normal(size=len(table))
+    errors = rng.uniform(0.01, 0.1, len(table))
+    found = Process.fit(logarithms(table), logs, errors, varied_components(table))
+    return Process(**{**vars(found), "stretch": 1.3})
+
+
+@pytest.mark.parametrize("left_out", LEFT_OUT)
+def test_what_is_left_out_is_predicted_as_by_a_process_that_never_knew_it(process, left_out):
+    groups = grouped(process.inputs, LEFT_OUT[left_out])
+    means, deviations = process.leave_out(groups)
+    wanted = []
+    for group in groups:
+        kept = np.setdiff1d(np.arange(len(process.logs)), group)
+        rest = {name: getattr(process, name)[kept] for name in ("inputs", "logs", "errors")}
+        mean, deviation = Process(**{**vars(process), **rest}).predictor().predict(process.inputs[group])
+        wanted.append((mean, np.hypot(deviation, process.errors[group] * process.stretch)))
+    np.testing.assert_allclose(means, np.concatenate([mean for mean, _ in wanted]), atol=1e-6)
+    np.testing.assert_allclose(deviations, np.concatenate([deviation for _, deviation in wanted]), rtol=1e-5)
+
+
+def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(monkeypatch):
+    table = descriptors()
+    whole = Fingerprint.fit(table, VOLUME, 0.95)
+    sizes = []
+    likelihood = processes.GaussianProcessRegressor.log_marginal_likelihood
+
+    def counted(self, *given, **named):
+        sizes.append(len(self.X_train_))
+        return likelihood(self, *given, **named)
+
+    monkeypatch.setattr(processes.GaussianProcessRegressor, "log_marginal_likelihood", counted)
+    few = len(table) // 2
+    monkeypatch.setattr(processes, "LEARNT_FROM", few)
+    part = Fingerprint.fit(table, VOLUME, 0.95)
+    assert few in sizes
+    # Every condition is known to it, and its curves are those of all of them within the intervals.
+    assert all(len(own.logs) == len(table) for own in part.processes.values())
+    fills = np.geomspace(*whole.fill_range, 10)
+    curve, other = whole.curve(fills), part.curve(fills)
+    assert ((other["Pn"] > curve["Pn_lower"]) & (other["Pn"] < curve["Pn_upper"])).all()
+    again = Fingerprint.fit(table, VOLUME, 0.95)
+    assert again.processes["Pn"].theta.tolist() == part.processes["Pn"].theta.tolist()
