@@ -10,7 +10,7 @@ from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel
 
 
-class _Surface(NamedTuple):
+class Surface(NamedTuple):
     """Facets (f) and their sides (s); a side is a directed edge of a facet's outline."""
 
     normal: np.ndarray  # (f, 3) inward
@@ -25,7 +25,7 @@ class _Surface(NamedTuple):
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
 
 
-def _surface(vessel: Vessel) -> _Surface:
+def _surface(vessel: Vessel) -> Surface:
     first, rows = [0], []
     corner_sum: dict[tuple[int, ...], np.ndarray] = {}
     for facet in vessel.facets:
@@ -48,7 +48,7 @@ def _surface(vessel: Vessel) -> _Surface:
     *sides, keys = zip(*rows, strict=True)
     planes = zip(*((facet.normal, facet.offset, facet.axes) for facet in vessel.facets), strict=True)
     columns = (*planes, first, *sides, [corner_sum[key] for key in keys])
-    return _Surface(*map(np.array, columns))
+    return Surface(*map(np.array, columns))
 
 
 @inlined()
@@ -86,39 +86,43 @@ def _over_facet(surface, facet, point):
     return inside
 
 
+@inlined()
+def distance_at(surface, point):
+    """Signed distance of a point and its gradient; the nearest facet or side decides the sign."""
+    best = 1e300
+    away = (0.0, 0.0, 0.0)
+    sign = 1.0
+    for facet in range(surface.offset.size):
+        height = dot(row(surface.normal, facet), point) - surface.offset[facet]
+        if height * height >= best:
+            continue
+        if _over_facet(surface, facet, point):
+            best = height * height
+            normal = row(surface.normal, facet)
+            away = scale(height, normal)
+            sign = -1.0 if height >= 0 else 1.0
+            if height == 0.0:
+                away = normal
+                best = 0.0
+        else:
+            squared, offset, outward = _nearest_on_outline(surface, facet, point)
+            if squared < best:
+                best = squared
+                away = offset
+                sign = -1.0 if dot(offset, outward) > 0 else 1.0
+    size = np.sqrt(dot(away, away))
+    return sign * np.sqrt(best), (sign * away[0] / size, sign * away[1] / size, sign * away[2] / size)
+
+
 @array_maker()
 def _signed_distance(surface, points):
     count = points.shape[0]
     distance = np.empty(count)
     gradient = np.empty((count, 3))
-    facets = surface.offset.size
     for p in range(count):
-        point = row(points, p)
-        best = 1e300
-        away = (0.0, 0.0, 0.0)
-        sign = 1.0
-        for facet in range(facets):
-            height = dot(row(surface.normal, facet), point) - surface.offset[facet]
-            if height * height >= best:
-                continue
-            if _over_facet(surface, facet, point):
-                best = height * height
-                normal = row(surface.normal, facet)
-                away = scale(height, normal)
-                sign = -1.0 if height >= 0 else 1.0
-                if height == 0.0:
-                    away = normal
-                    best = 0.0
-            else:
-                squared, offset, outward = _nearest_on_outline(surface, facet, point)
-                if squared < best:
-                    best = squared
-                    away = offset
-                    sign = -1.0 if dot(offset, outward) > 0 else 1.0
-        size = np.sqrt(dot(away, away))
-        distance[p] = sign * np.sqrt(best)
+        distance[p], gradient_p = distance_at(surface, row(points, p))
         for c in range(3):
-            gradient[p, c] = sign * away[c] / size
+            gradient[p, c] = gradient_p[c]
     return distance, gradient
 
 
@@ -129,12 +133,12 @@ class SignedDistance:
     """
 
     def __init__(self, vessel: Vessel) -> None:
-        self._surface = _surface(vessel)
+        self.surface = _surface(vessel)
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances (...) [m] and their gradients (..., 3) [-] at points (..., 3) [m]."""
         points = np.asarray(points, dtype=float)
-        distance, gradient = _signed_distance(self._surface, np.ascontiguousarray(points.reshape(-1, 3)))
+        distance, gradient = _signed_distance(self.surface, np.ascontiguousarray(points.reshape(-1, 3)))
         return distance.reshape(points.shape[:-1]), gradient.reshape(points.shape)
 
 

@@ -39,7 +39,7 @@ def _train_graph(dataset: str, checkpoint: Path, settings: dict, device: torch.d
 
 
 def _open_graph(setting: Setting) -> Surrogate:
-    from millprint.surrogate.thesis.surrogate import open_graph_surrogate
+    from millprint.surrogate.thesis.compiled import open_graph_surrogate
 
     return open_graph_surrogate(setting)
 

@@ -70,14 +70,22 @@ def join(first: Tensor, second: Tensor, at_wall: Tensor, position: Tensor, ball:
     )
 
 
+def ball_reach(rule: EdgeConfig, radius: float) -> float:
+    """Distance of two centres up to which they get an edge [m].
+
+    `rule.ball_threshold_reading` says whether r_c bounds the gap between two surfaces or, as printed, the distance of
+    two centres, which 10 mm balls never meet at 1.5 mm.
+    """
+    return rule.ball_threshold_m + RADII_BETWEEN_CENTRES[rule.ball_threshold_reading] * radius
+
+
 def threshold_edges(position: Tensor, ball: Tensor, rule: EdgeConfig, radius: float) -> Edges:
     """Edges of a roll-out: phi >= phi_pw to the wall, and distance <= r_c between balls (step 6 of the recursion).
 
-    position (graphs, balls, 3), ball (graphs, balls, 7). `rule.ball_threshold_reading` says whether r_c bounds the
-    gap between two surfaces or, as printed, the distance of two centres, which 10 mm balls never meet at 1.5 mm.
+    position (graphs, balls, 3), ball (graphs, balls, 7).
     """
     graphs, balls, _ = position.shape
-    reach = rule.ball_threshold_m + RADII_BETWEEN_CENTRES[rule.ball_threshold_reading] * radius
+    reach = ball_reach(rule, radius)
     # All pairs: at the ball counts of a jar this is cheaper than a cell list.
     first, second = torch.triu_indices(balls, balls, offset=1, device=position.device)
     gap = position[:, second] - position[:, first]

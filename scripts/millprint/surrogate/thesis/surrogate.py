@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -12,13 +13,13 @@ from tqdm import tqdm
 from millprint.config.surrogate import EdgeConfig, Recipe
 from millprint.progress import progress
 from millprint.surrogate import measures
-from millprint.surrogate.protocol import Run, Setting
+from millprint.surrogate.protocol import Run
 from millprint.surrogate.rollout import RollOut
-from millprint.surrogate.scene import Scene, read_scene
+from millprint.surrogate.scene import Scene
 from millprint.surrogate.thesis.dataset import ball_features, featurise, on_device, wall_features
 from millprint.surrogate.thesis.graphs import Graphs, graphs_at, threshold_edges
-from millprint.surrogate.thesis.network import NormalisedNetwork, read_weights, target
-from millprint.surrogate.trajectory import Trajectory, read_trajectory
+from millprint.surrogate.thesis.network import NormalisedNetwork, target
+from millprint.surrogate.trajectory import Trajectory
 
 
 @dataclass
@@ -34,6 +35,22 @@ class State:
     velocity_m_s: np.ndarray
     ball: np.ndarray
     wall: np.ndarray
+
+
+class Sums(NamedTuple):
+    """What is added up over the steps of a batch: dissipated_J (batch,); crossed (batch, balls), the first step after
+    which a centre was outside, infinity if none; edges (2,), to walls and between balls, each counted once.
+    """
+
+    dissipated_J: np.ndarray
+    crossed: np.ndarray
+    edges: np.ndarray
+
+
+def no_sums(state: State) -> Sums:
+    """The sums before the first step."""
+    graphs, balls, _ = state.position_m.shape
+    return Sums(np.zeros(graphs), np.full((graphs, balls), np.inf), np.zeros(2))
 
 
 def euler_step(position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, dt: float) -> tuple:
@@ -141,6 +158,18 @@ class GraphSurrogate:
         wall_window = np.concatenate([state.wall[:, 1:], newest_wall], axis=1, dtype=np.float32)
         return State(time_s, position, velocity, ball, wall_window), dissipation, outside
 
+    def advance_many(self, state: State, steps: int) -> tuple[State, Sums]:
+        """The state some steps later, and what is added up over them."""
+        sums = no_sums(state)
+        with torch.inference_mode():
+            for step in range(1, steps + 1):
+                graphs = self.graphs(state)
+                sums.edges[:] += len(graphs.edges.wall), graphs.edges.pair.shape[1] // 2
+                state, energy, outside = self.advance(state, graphs)
+                sums.dissipated_J[:] += energy
+                np.minimum(sums.crossed, step, out=sums.crossed, where=outside)
+        return state, sums
+
     def run(self, state: State, steps: int, steps_per_frame: int, bar: tqdm | None = None) -> RollOut:
         """Advance `steps` steps and keep every `steps_per_frame`-th state."""
         frames = steps // steps_per_frame
@@ -149,18 +178,15 @@ class GraphSurrogate:
         dissipated = np.zeros((frames + 1, len(state.time_s)))
         crossed = np.full(state.position_m.shape[:2], np.inf)
         start_s, edges = state.time_s, np.zeros(2)
-        with torch.inference_mode(), np.errstate(invalid="ignore", over="ignore"):
-            for step in range(1, frames * steps_per_frame + 1):
-                graphs = self.graphs(state)
-                edges += len(graphs.edges.wall), graphs.edges.pair.shape[1] / 2
-                state, energy, outside = self.advance(state, graphs)
-                frame = -(-step // steps_per_frame)
-                dissipated[frame] += energy
-                np.minimum(crossed, step * self.step_s, out=crossed, where=outside)
-                if step % steps_per_frame == 0:
-                    kept[:, frame] = state.position_m, state.velocity_m_s
+        with np.errstate(invalid="ignore", over="ignore"):
+            for frame in range(1, frames + 1):
+                state, sums = self.advance_many(state, steps_per_frame)
+                kept[:, frame] = state.position_m, state.velocity_m_s
+                dissipated[frame] = sums.dissipated_J
+                edges += sums.edges
+                np.minimum(crossed, (frame - 1) * steps_per_frame + sums.crossed, out=crossed)
                 if bar is not None:
-                    bar.update()
+                    bar.update(steps_per_frame)
                 if not np.isfinite(state.position_m).any():
                     dissipated[frame + 1 :] = np.nan
                     break
@@ -170,18 +196,10 @@ class GraphSurrogate:
             position_m=kept[0],
             velocity_m_s=kept[1],
             dissipated_J=dissipated,
-            crossed_s=crossed,
+            crossed_s=crossed * self.step_s,
             start_s=start_s,
             mean_edges={"wall": float(per_graph[0]), "pair": float(per_graph[1])},
         )
-
-
-def open_graph_surrogate(setting: Setting) -> GraphSurrogate:
-    """The network of a weights file in the scene of a simulation. Raises ConfigError for a damaged file."""
-    model, recipe = read_weights(setting.weights, setting.device)
-    source, window = read_trajectory(setting.run, until_s=setting.until_s), recipe.graph.window
-    scene = read_scene(setting.run)
-    return GraphSurrogate(model, scene, source, window, setting.edges, setting.snap_back_m, setting.device)
 
 
 def single_steps(

@@ -1,0 +1,175 @@
+"""The compiled roll-out of the graph network against its steps in torch."""
+
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import yaml
+
+from millprint.config.surrogate import NetworkConfig
+from millprint.surrogate.checkpoint import write_tensors
+from millprint.surrogate.protocol import Setting
+from millprint.surrogate.scene import read_scene
+from millprint.surrogate.thesis.compiled import STEPPED_BY, CompiledSurrogate, open_graph_surrogate
+from millprint.surrogate.thesis.dataset import featurise
+from millprint.surrogate.thesis.forward import PIECE
+from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics, weights_content
+from millprint.surrogate.thesis.surrogate import GraphSurrogate
+from tests.unit.surrogate_samples import CONTACTS, circle, simulate, small_recipe, sphere_scene, write_run
+
+ROOT = Path(__file__).parents[2]
+CPU = torch.device("cpu")
+BALLS, WINDOW, SNAP_BACK_M = 8, 3, -0.0049
+STARTS = [0.004, 0.012, 0.018]
+# All balls of a graph joined: more edges in a batch than one piece holds.
+CROWD = CONTACTS.model_copy(update={"ball_threshold_m": 0.06, "wall_threshold_m": -0.02})
+
+
+@pytest.fixture(scope="module", params=["emax", "emax_post"])
+def world(request, tmp_path_factory):
+    """Scene and balls of a jar without and with a post, and their file; half of the balls are beyond its floor."""
+    path = tmp_path_factory.mktemp(request.param) / "run.h5"
+    files = f"mills/{request.param}.yaml", "contacts/calibrated.yaml"
+    mill, contact = (yaml.safe_load((ROOT / "config" / name).read_text()) for name in files)
+    config = {"mill": mill, "contact": contact, "case": {"ball_diameter_mm": 10, "speed_rpm": 300}}
+    run = simulate(200, BALLS)
+    write_run(run, path, config)
+    scene = read_scene(path)
+    wall = scene.wall_position(run.time_s)
+    low = np.array([0.0, 0.0, 0.005])
+    place = run.position_m - circle(run.time_s)[:, None] + wall[:, None] + low
+    run = replace(run, position_m=place, wall_position_m=wall)
+    write_run(run, path, config)
+    return scene, run, path
+
+
+def network(world, rounds: int, layers: int, width: int) -> tuple[NormalisedNetwork, object]:
+    """Random weights and, other than at the start of a training, random biases."""
+    scene, run, _ = world
+    size = NetworkConfig(width=width, mlp_layers=layers, interaction_layers=rounds)
+    recipe = small_recipe(window=WINDOW).model_copy(update={"network": size})
+    torch.manual_seed(rounds + 10 * layers + width)
+    statistics = feature_statistics([(featurise(run, scene), torch.arange(3, 190))], recipe.graph, CONTACTS)
+    model = NormalisedNetwork(recipe, statistics).eval()
+    for name, value in model.named_parameters():
+        if name.endswith("bias"):
+            torch.nn.init.normal_(value, std=0.3)
+    return model, recipe
+
+
+def both(world, model, edges=CONTACTS, snap_back_m=SNAP_BACK_M) -> tuple[CompiledSurrogate, GraphSurrogate]:
+    scene, run, _ = world
+    values = (model, scene, run, WINDOW, edges, snap_back_m, CPU)
+    return CompiledSurrogate(*values), GraphSurrogate(*values)
+
+
+def assert_same_step(compiled, torch_, state) -> None:
+    """Accelerations, dissipation and everything else after a step agree to a millionth of their size."""
+    (now, sums), (known, known_sums) = compiled.advance_many(state, 1), torch_.advance_many(state, 1)
+    step = torch_.step_s
+    found, expected = ((after.velocity_m_s - state.velocity_m_s) / step for after in (now, known))
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+    np.testing.assert_allclose(sums.dissipated_J, known_sums.dissipated_J, rtol=1e-5, atol=1e-6 * float(step))
+    np.testing.assert_array_equal(sums.edges, known_sums.edges)
+    np.testing.assert_array_equal(sums.crossed, known_sums.crossed)
+    np.testing.assert_array_equal(now.time_s, known.time_s)
+    np.testing.assert_allclose(now.position_m, known.position_m, rtol=1e-12)
+    for name in ("ball", "wall"):
+        np.testing.assert_allclose(getattr(now, name), getattr(known, name), rtol=1e-5, atol=1e-7)
+
+
+@pytest.mark.parametrize(("rounds", "layers", "width"), [*product((1, 2, 3), (2, 4), (16,)), (1, 3, 18), (2, 5, 6)])
+def test_every_depth_and_width_equals_torch(world, rounds, layers, width):
+    compiled, torch_ = both(world, network(world, rounds, layers, width)[0])
+    assert_same_step(compiled, torch_, torch_.first_state(STARTS))
+
+
+@pytest.mark.parametrize("snap_back_m", [None, SNAP_BACK_M])
+@pytest.mark.parametrize("edges", [CROWD, CONTACTS.model_copy(update={"ball_threshold_reading": "centre_distance"})])
+def test_every_rule_equals_torch(world, edges, snap_back_m):
+    compiled, torch_ = both(world, network(world, 2, 4, 16)[0], edges, snap_back_m)
+    state = torch_.first_state(STARTS)
+    assert_same_step(compiled, torch_, state)
+    joined = len(torch_.graphs(state).edges.pair[0])
+    assert joined > 2 * PIECE if edges is CROWD else joined == 0
+
+
+def test_a_graph_without_edges_equals_torch(world):
+    far = CONTACTS.model_copy(update={"ball_threshold_reading": "centre_distance", "wall_threshold_m": -1e-9})
+    compiled, torch_ = both(world, network(world, 1, 4, 16)[0], far)
+    state = torch_.first_state(STARTS)
+    state.ball[0, :, :, 3] = -0.01
+    assert not (torch_.graphs(state).edges.wall < BALLS).any()
+    assert_same_step(compiled, torch_, state)
+
+
+def test_a_short_roll_out_equals_torch(world):
+    compiled, torch_ = both(world, network(world, 1, 4, 16)[0])
+    found, known = (own.begin(STARTS)(20, 5) for own in (compiled, torch_))
+    np.testing.assert_allclose(found.position_m, known.position_m, atol=1e-7)
+    np.testing.assert_allclose(found.dissipated_J, known.dissipated_J, rtol=1e-4)
+    np.testing.assert_array_equal(found.crossed_s, known.crossed_s)
+    assert found.mean_edges == known.mean_edges and np.isfinite(found.crossed_s).any()
+
+
+def test_order_of_balls_does_not_matter(world):
+    compiled, _ = both(world, network(world, 2, 4, 16)[0])
+    state, order = compiled.first_state(STARTS), np.random.default_rng(0).permutation(BALLS)
+    other = replace(
+        state,
+        position_m=state.position_m[:, order],
+        velocity_m_s=state.velocity_m_s[:, order],
+        ball=state.ball[:, order],
+    )
+    (one, sums), (two, other_sums) = (compiled.advance_many(start, 1) for start in (state, other))
+    np.testing.assert_allclose(two.velocity_m_s, one.velocity_m_s[:, order], rtol=1e-5)
+    np.testing.assert_allclose(other_sums.dissipated_J, sums.dissipated_J, rtol=1e-5)
+
+
+def test_trajectories_of_a_batch_do_not_meet_and_the_first_state_stays(world):
+    compiled, _ = both(world, network(world, 2, 4, 16)[0])
+    state = compiled.first_state(STARTS)
+    before = state.position_m.copy(), state.ball.copy()
+    together = compiled.run(state, 10, 5)
+    np.testing.assert_array_equal(state.position_m, before[0])
+    np.testing.assert_array_equal(state.ball, before[1])
+    for number, start in enumerate(STARTS):
+        alone = compiled.run(compiled.first_state([start]), 10, 5)
+        np.testing.assert_allclose(together.position_m[:, number], alone.position_m[:, 0], atol=1e-8)
+
+
+def test_a_lost_ball_loses_no_other(world):
+    """A place that is not a number has no distance and no edges, and the ball counts as outside."""
+    compiled, torch_ = both(world, network(world, 1, 4, 16)[0])
+    state = torch_.first_state(STARTS)
+    state.position_m[1, 2] = np.nan
+    state.ball[1, 2] = np.nan
+    with np.errstate(invalid="ignore"):
+        (now, sums), (known, _) = compiled.advance_many(state, 1), torch_.advance_many(state, 1)
+    assert np.isnan(now.position_m[1, 2]).all() and np.isnan(now.velocity_m_s[1, 2]).all() and sums.crossed[1, 2] == 1
+    np.testing.assert_array_equal(np.isnan(now.ball), np.isnan(known.ball))
+    rest = np.isfinite(known.position_m)
+    np.testing.assert_allclose(now.position_m[rest], known.position_m[rest], rtol=1e-12)
+
+
+def test_what_the_kernel_does_not_know_raises(world):
+    model, _ = network(world, 1, 4, 16)
+    scene, run, _ = world
+    for other in ((lambda graphs: graphs, scene), (model, sphere_scene())):
+        own = CompiledSurrogate(*other, run, WINDOW, CONTACTS, None, CPU)
+        with pytest.raises(TypeError, match="the compiled step knows"):
+            own.advance_many(own.first_state(STARTS), 1)
+
+
+def test_a_processor_takes_compiled_steps(world, tmp_path):
+    model, recipe = network(world, 1, 4, 16)
+    write_tensors(tmp_path / "weights.pt", weights_content(model, recipe))
+    surrogate = open_graph_surrogate(Setting(tmp_path / "weights.pt", world[2], CONTACTS, None, CPU, 0.015))
+    assert type(surrogate) is CompiledSurrogate and set(STEPPED_BY) == {"cpu", "cuda"}
+    compiled, _ = both(world, model, snap_back_m=None)
+    np.testing.assert_allclose(
+        surrogate.begin([0.004])(4, 2).position_m, compiled.begin([0.004])(4, 2).position_m, atol=1e-6
+    )
