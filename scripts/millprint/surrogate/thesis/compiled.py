@@ -39,8 +39,10 @@ class CompiledSurrogate(GraphSurrogate):
 
     def batch(self, state: State) -> Batch:
         """A state for the kernel to write over; the state itself stays as it is."""
-        now = (state.position_m, state.velocity_m_s, state.ball, state.wall)
-        return Batch(*(np.array(values, order="C") for values in now), *no_sums(state))
+        position, velocity, ball, wall = (
+            np.array(values, order="C") for values in (state.position_m, state.velocity_m_s, state.ball, state.wall)
+        )
+        return Batch(position, velocity, ball, wall, *no_sums(state))
 
     def advance_many(self, state: State, steps: int) -> tuple[State, Sums]:
         """The state some steps later, and what is added up over them. Raises TypeError for a wall without facets."""
@@ -52,7 +54,8 @@ class CompiledSurrogate(GraphSurrogate):
         later = np.full((steps, graphs), self.step_s)
         times_s = np.cumsum(np.concatenate([state.time_s[None], later]), axis=0)[1:]
         batch = self.batch(state)
-        scratch = make_scratch(graphs, balls, *self.weights.node_first.shape)
+        panels, inputs, panel = self.weights.node_first.shape
+        scratch = make_scratch(graphs, balls, inputs, panels * panel)
         walls = np.ascontiguousarray(self.scene.wall_position(times_s))
         roll(self.weights, scratch, distance.surface, self.rules, batch, walls)
         after = State(times_s[-1], batch.position, batch.velocity, batch.ball, batch.wall)

@@ -14,9 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from millprint.surrogate.thesis.network import CHANNELS, NormalisedNetwork
-
-# Kernels take so many inputs of a layer at a time; widths are filled up with zeros.
-INPUTS_AT_ONCE = 4
+from millprint.surrogate.thesis.tiles import PANEL
 
 
 class Hidden(NamedTuple):
@@ -28,6 +26,8 @@ class Hidden(NamedTuple):
 
 class Folded(NamedTuple):
     """Weights with inputs first, (inputs, outputs), in single precision, and what the features are normalised with.
+
+    Outputs are packed in panels, see `packed`.
 
     `mean` and `deviation` (6, 7): a row for each kind of CHANNELS, in its order.
     """
@@ -115,8 +115,8 @@ def fold(model: NormalisedNetwork) -> Folded:
         "readout_last": readout.weights[-1],
         "readout_last_bias": readout.biases[-1],
     }
-    filled = {name: _filled(name, value) for name, value in arrays.items()}
-    return Folded(mean=_table(model, "mean"), deviation=_table(model, "std"), **filled)
+    arrays_in_panels = {name: packed(name, value) for name, value in arrays.items()}
+    return Folded(mean=_table(model, "mean"), deviation=_table(model, "std"), **arrays_in_panels)
 
 
 def _round(before: _Perceptron, edge: _Perceptron, message: _Perceptron, update: _Perceptron) -> dict[str, Any]:
@@ -146,13 +146,17 @@ def _stacked(values: list[Any]) -> Any:
     return np.stack(values)
 
 
-def _filled(name: str, value: Any) -> Any:
-    """In single precision, filled up with zeros: the last axis of a bias, and the last two of a weight."""
+def packed(name: str, value: Any) -> Any:
+    """In single precision, with zeros for outputs that fill up the last panel: (..., outputs) of a bias as it is, and
+    (..., inputs, outputs) of a weight as (..., panels, inputs, PANEL).
+    """
     if isinstance(value, Hidden):
-        return Hidden(*(_filled(field, part) for field, part in value._asdict().items()))
-    axes = 1 if name.endswith("bias") else 2
-    width = [(0, 0)] * (value.ndim - axes) + [(0, -size % INPUTS_AT_ONCE) for size in value.shape[-axes:]]
-    return np.pad(value, width).astype(np.float32)
+        return Hidden(*(packed(field, part) for field, part in value._asdict().items()))
+    filled = np.pad(value, [(0, 0)] * (value.ndim - 1) + [(0, -value.shape[-1] % PANEL)]).astype(np.float32)
+    if name.endswith("bias"):
+        return filled
+    panels = filled.reshape(*filled.shape[:-1], filled.shape[-1] // PANEL, PANEL)
+    return np.ascontiguousarray(panels.swapaxes(-3, -2))
 
 
 def _table(model: NormalisedNetwork, name: str) -> np.ndarray:

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.kernel import inner
-from millprint.surrogate.thesis.layers import ROWS, ZERO, add_product, begin, clear, rectify, through
+from millprint.surrogate.thesis.layers import ZERO, add_product, begin, clear, rectify, through
+from millprint.surrogate.thesis.tiles import PANEL, ROWS
 
 # Edges in a piece: their hidden values stay in the processor's second cache.
 PIECE = 64
@@ -38,12 +39,12 @@ class Scratch(NamedTuple):
     edge_sum: np.ndarray  # (piece, width)
     pooled: np.ndarray  # (graphs, width)
     pooled_sum: np.ndarray  # (graphs, width)
-    acceleration: np.ndarray  # (balls, 3) [m/s2]
-    dissipation: np.ndarray  # (graphs, 1) [J]
+    acceleration: np.ndarray  # (balls, PANEL) the first three [m/s2]
+    dissipation: np.ndarray  # (graphs, PANEL) the first [J]
 
 
 def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
-    """Scratch for graphs of so many balls each; inputs and width as the weights have them."""
+    """Scratch for graphs of so many balls each; inputs of a node, and width filled up to whole panels."""
     nodes, edges = graphs * (balls + 1), graphs * balls * (balls + 1)
 
     def rows(count: int, columns: int) -> np.ndarray:
@@ -56,13 +57,13 @@ def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
         features=rows(nodes, inputs),
         **{name: rows(nodes, width) for name in ("node", "node_sum", "to_target", "to_source", "received")},
         messages=np.zeros(nodes, dtype=np.int64),
-        vector=rows(PIECE, 4),
+        vector=rows(PIECE, 3),
         edge=rows(PIECE, width),
         edge_sum=rows(PIECE, width),
         pooled=rows(graphs, width),
         pooled_sum=rows(graphs, width),
-        acceleration=rows(graphs * balls, 4),
-        dissipation=rows(graphs, 4),
+        acceleration=rows(graphs * balls, PANEL),
+        dissipation=rows(graphs, PANEL),
     )
 
 
@@ -101,7 +102,10 @@ def join(scratch, position, ball, reach_squared, wall_threshold):
 
 @inner()
 def normalise(weights, scratch, ball, wall):
-    """The features of balls (graphs, balls, window, 7) and walls (graphs, window, 7), normalised, a row a node."""
+    """The features of balls (graphs, balls, window, 7) and walls (graphs, window, 7), normalised, a row a node.
+
+    Here and for edges in double precision, which costs nothing: a rounding at the start reaches everything after it.
+    """
     graphs, balls, window, channels = ball.shape
     features, mean, deviation = scratch.features, weights.mean, weights.deviation
     for g in range(graphs):
@@ -109,8 +113,8 @@ def normalise(weights, scratch, ball, wall):
             for c in range(channels):
                 at = t * channels + c
                 for b in range(balls):
-                    features[g * balls + b, at] = (ball[g, b, t, c] - mean[BALL, c]) / deviation[BALL, c]
-                features[graphs * balls + g, at] = (wall[g, t, c] - mean[WALL, c]) / deviation[WALL, c]
+                    features[g * balls + b, at] = (np.float64(ball[g, b, t, c]) - mean[BALL, c]) / deviation[BALL, c]
+                features[graphs * balls + g, at] = (np.float64(wall[g, t, c]) - mean[WALL, c]) / deviation[WALL, c]
 
 
 @inner()
@@ -123,12 +127,12 @@ def write_vectors(weights, scratch, ball, first, count):
         at = min(source, target)
         if max(source, target) < graphs * balls:
             for c in range(3):
-                length = place[source, c] - place[target, c]
+                length = np.float64(place[source, c]) - place[target, c]
                 vector[e, c] = (length - mean[PAIR, c]) / deviation[PAIR, c]
         else:
             newest = ball[at // balls, at % balls, window - 1]
-            size = np.sqrt(newest[4] * newest[4] + newest[5] * newest[5] + newest[6] * newest[6])
-            size = size if size > TINY else TINY
+            x, y, z = np.float64(newest[4]), np.float64(newest[5]), np.float64(newest[6])
+            size = max(np.sqrt(x * x + y * y + z * z), TINY)
             for c in range(3):
                 length = newest[3] * newest[4 + c] / size
                 vector[e, c] = (length - mean[WALL_EDGE, c]) / deviation[WALL_EDGE, c]
