@@ -12,7 +12,7 @@ import select
 import shutil
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
 from io import BytesIO
@@ -64,21 +64,15 @@ needs_browser = pytest.mark.skipif(
 )
 
 
-class Page:
-    """An open page. `requests`: the addresses that it requested; `errors`: the errors of its scripts."""
+class Browser:
+    """A browser without a window. Its pages share no storage and no cache."""
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
-        self._buffer, self._sent, self._session = b"", 0, None
-        self._loaded = False
-        self.requests: list[str] = []
-        self.errors: list[str] = []
-        target = self._send("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self._send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Network", "Log"):
-            self._send(f"{domain}.enable")
+        self._buffer, self._sent = b"", 0
 
-    def _receive(self) -> dict:
+    def receive(self) -> dict:
+        """The next message, an answer or an event."""
         end = time.monotonic() + TIMEOUT_S
         while b"\0" not in self._buffer:
             if not select.select([self._answers], [], [], max(0, end - time.monotonic()))[0]:
@@ -90,8 +84,50 @@ class Page:
         message, self._buffer = self._buffer.split(b"\0", 1)
         return json.loads(message)
 
+    def send(self, method: str, note: Callable[[dict], None], session: str | None = None, **parameters) -> dict:
+        """The result of a command; `note` gets every event that comes before it."""
+        self._sent += 1
+        message = {"id": self._sent, "method": method, "params": parameters}
+        if session:
+            message["sessionId"] = session
+        os.write(self._commands, json.dumps(message).encode() + b"\0")
+        while (answer := self.receive()).get("id") != self._sent:
+            note(answer)
+        if "error" in answer:
+            raise RuntimeError(f"{method}: {answer['error']['message']}")
+        return answer["result"]
+
+    @contextmanager
+    def page(self, width: int = DESKTOP, height: int = 900) -> Iterator["Page"]:
+        """A new page, empty and of that size [px]."""
+
+        def ignore(message: dict) -> None:
+            """Nothing is noted of other pages."""
+
+        context = self.send("Target.createBrowserContext", ignore)["browserContextId"]
+        target = self.send("Target.createTarget", ignore, url="about:blank", browserContextId=context)["targetId"]
+        session = self.send("Target.attachToTarget", ignore, targetId=target, flatten=True)["sessionId"]
+        page = Page(self, session)
+        page.resize(width, height)
+        yield page
+        self.send("Target.disposeBrowserContext", ignore, browserContextId=context)
+
+
+class Page:
+    """An open page. `requests`: the addresses that it requested; `errors`: the errors of its scripts."""
+
+    def __init__(self, browser: Browser, session: str) -> None:
+        self._browser, self._session = browser, session
+        self._loaded = False
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self._send(f"{domain}.enable")
+
     def _note(self, message: dict) -> None:
-        """Record an event of the page."""
+        """Record an event of the page, and none of other pages."""
+        if message.get("sessionId") != self._session:
+            return
         about = message.get("params", {})
         match message.get("method"):
             case "Page.loadEventFired":
@@ -104,16 +140,7 @@ class Page:
                 self.errors.append(about["entry"]["text"])
 
     def _send(self, method: str, **parameters) -> dict:
-        self._sent += 1
-        message = {"id": self._sent, "method": method, "params": parameters}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._commands, json.dumps(message).encode() + b"\0")
-        while (answer := self._receive()).get("id") != self._sent:
-            self._note(answer)
-        if "error" in answer:
-            raise RuntimeError(f"{method}: {answer['error']['message']}")
-        return answer["result"]
+        return self._browser.send(method, self._note, self._session, **parameters)
 
     def resize(self, width: int, height: int) -> None:
         """Set the size of the window [px]."""
@@ -128,7 +155,7 @@ class Page:
         self._loaded = False
         self._send("Page.navigate", url=address)
         while not self._loaded:
-            self._note(self._receive())
+            self._note(self._browser.receive())
         self.draw()
 
     def draw(self) -> None:
@@ -180,8 +207,8 @@ class Page:
 
 
 @contextmanager
-def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Iterator[Page]:
-    """An empty page in a new browser, which keeps its files in `folder`."""
+def open_browser(folder: Path) -> Iterator[Browser]:
+    """A new browser, which keeps its files in `folder`."""
     their_end, commands = os.pipe()
     answers, our_end = os.pipe()
     # The browser reads from descriptor 3 and writes to 4. Our ends are moved to 10 and above, so that the shell can use
@@ -197,11 +224,16 @@ def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Itera
     for end in (their_end, our_end, reads, writes):
         os.close(end)
     try:
-        page = Page(commands, answers)
-        page.resize(width, height)
-        yield page
+        yield Browser(commands, answers)
     finally:
         process.terminate()
         process.wait(timeout=30)
         os.close(commands)
         os.close(answers)
+
+
+@contextmanager
+def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Iterator[Page]:
+    """An empty page in a browser of its own, which keeps its files in `folder`."""
+    with open_browser(folder) as browser, browser.page(width, height) as page:
+        yield page

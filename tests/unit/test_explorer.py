@@ -22,7 +22,7 @@ from millprint.fingerprint.search import rank_conditions
 from millprint.predict.averaging import fit_averaged
 from millprint.predict.model_files import load_averaged, save_averaged, training_rows
 from millprint.predict.new_conditions import range_warnings, trained_ranges
-from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of
 from tests.unit.synthetic_mill import FILLS, VOLUME, overrides, summary
@@ -138,8 +138,8 @@ def _library(run: dict, state: dict) -> dict:
 
 
 @pytest.fixture
-def page(run, tmp_path):
-    with browser_page(tmp_path) as page:
+def page(run, browser):
+    with browser.page() as page:
         page.open(run["page"])
         yield page
         assert page.errors == []
@@ -270,12 +270,12 @@ def test_the_search_form_fills_its_table_and_sets_the_sliders(page):
 
 
 @needs_browser
-def test_nothing_is_fetched(page, tmp_path):
+def test_nothing_is_fetched(page, browser, tmp_path):
     page.run("await explorer.showSearch();")
     assert page.requests and page.outside_requests() == []
     # The same look at a page that does ask for something.
     (tmp_path / "asks.html").write_text("<img src='http://example.org/a.png'>")
-    with browser_page(tmp_path / "other") as other:
+    with browser.page() as other:
         other.open(tmp_path / "asks.html")
         assert other.outside_requests() == ["http://example.org/a.png"]
 

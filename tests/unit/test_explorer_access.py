@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.unit.explorer_pages import two_mills
 
 TAB, RIGHT, SPACE = ("Tab", 9), ("ArrowRight", 39), (" ", 32)
@@ -21,8 +21,8 @@ def built(tmp_path_factory) -> dict:
 
 
 @pytest.fixture
-def page(built, tmp_path):
-    with browser_page(tmp_path) as page:
+def page(built, browser):
+    with browser.page() as page:
         page.open(built["page"])
         yield page
         assert page.errors == []

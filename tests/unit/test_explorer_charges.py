@@ -11,7 +11,7 @@ from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inputs import charges_of
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions, simulated_request
-from tests.browser import browser_page, needs_browser
+from tests.browser import needs_browser
 from tests.unit.synthetic_mill import FILLS, VOLUME, summaries, summary
 
 THREE = BallMixture(name="three", sizes_mm=(12, 10, 6), numbers=(1, 1, 2))
@@ -47,8 +47,8 @@ def mills(tmp_path_factory) -> dict:
 
 
 @pytest.fixture
-def page(tmp_path):
-    with browser_page(tmp_path) as page:
+def page(browser):
+    with browser.page() as page:
         yield page
         assert page.errors == []
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.browser import browser_page, needs_browser
+from tests.browser import needs_browser
 from tests.unit.explorer_pages import two_mills
 
 WAIT = "await new Promise((done) => setTimeout(done, 500));"
@@ -29,16 +29,16 @@ def built(tmp_path_factory) -> dict:
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with browser_page(tmp_path_factory.mktemp("browser")) as page:
+def tab(browser):
+    with browser.page() as page:
         yield page
         assert page.errors == []
 
 
 @pytest.fixture
-def page(built, browser):
-    browser.open(built["page"])
-    return browser
+def page(built, tab):
+    tab.open(built["page"])
+    return tab
 
 
 def opened(page, built, fragment: str) -> dict:

@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlparse
 import pandas as pd
 import pytest
 
-from tests.browser import PHONE, browser_page, needs_browser
+from tests.browser import PHONE, needs_browser
 from tests.conftest import ROOT
 from tests.workflow.conftest import active_environment
 from tests.workflow.handbook import block_lines
@@ -164,8 +164,8 @@ def test_equations_are_mathml(tmp_path):
 
 @needs_browser
 @pytest.mark.parametrize("name", ["index", "first_hour", "how_to/card"])
-def test_page_is_accessible_and_needs_no_network(site, tmp_path, name):
-    with browser_page(tmp_path) as page:
+def test_page_is_accessible_and_needs_no_network(site, browser, name):
+    with browser.page() as page:
         page.open(site / f"{name}.html")
         assert page.accessibility_faults() == []
         page.resize(PHONE, 800)

@@ -17,7 +17,7 @@ from millprint.machine import commit
 from millprint.provenance.lineage import read_jobs
 from millprint.report.catalogue import TABLES
 from millprint.report.figures import data_of
-from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
+from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.workflow.conftest import run_snakemake
 
 PAGES = ["summary", "claims", "runtimes", "explorer", "gallery", *(f"tables_{chapter}" for chapter in TABLES)]
@@ -38,8 +38,8 @@ def page_path(report, name: str):
 
 
 @pytest.fixture
-def page(tmp_path):
-    with browser_page(tmp_path) as page:
+def page(browser):
+    with browser.page() as page:
         yield page
         assert page.errors == []
 
