@@ -9,11 +9,15 @@ from pathlib import Path
 
 import pytest
 import yaml
+from numba.core.caching import UserProvidedCacheLocator
 
+from millprint import kernel
 from millprint.config.checks import load_workflow
+from millprint.dem.compilation import compile_kernels
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT
+from tests.workflow import warm_snakemake
 
 CONFIG = "config/config.yaml"
 
@@ -46,23 +50,28 @@ def copy_project(folder: Path) -> Path:
     return folder
 
 
+def share_kernels(project: Path) -> None:
+    """Compile the kernels of this checkout, if that has not been done, and copy their machine code to a clone of it.
+
+    Numba names its folders after the path of the source, and checks by its content that the code is that of the source.
+    """
+    compile_kernels()
+    target = project / kernel.CACHE_ROOT.name / kernel.cache_folder().name
+    name_of = UserProvidedCacheLocator.get_suitable_cache_subpath
+    for folder in {file.parent for file in kernel.kernel_files()}:
+        own, its = (name_of(str(place / "any.py")) for place in (folder, project / folder.relative_to(ROOT)))
+        if (kernel.cache_folder() / own).is_dir():
+            shutil.copytree(kernel.cache_folder() / own, target / its, dirs_exist_ok=True)
+
+
 def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subprocess.CompletedProcess:
     """Run Snakemake on 2 cores in `project`, with both streams in `stdout`."""
-    return subprocess.run(
-        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
-        cwd=project,
-        env=active_environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=timeout,
-    )
+    return warm_snakemake.run(["--cores", "2", *arguments], project, active_environment(), timeout, one_stream=True)
 
 
 def ask_snakemake(folder: Path, *arguments: str, timeout: float = 180) -> subprocess.CompletedProcess:
     """Run Snakemake in `folder` with these arguments only, not even --cores; its two streams are kept apart."""
-    command = [sys.executable, "-m", "snakemake", *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=timeout)
+    return warm_snakemake.run([*arguments], folder, os.environ, timeout, one_stream=False)
 
 
 def error_lines(output: str) -> list[str]:
@@ -113,8 +122,9 @@ def refusal(project, monkeypatch):
 
 @pytest.fixture(scope="session")
 def smoke_project(tmp_path_factory) -> Path:
-    """A clean copy in which the smoke workflow has run from nothing."""
+    """A clean copy in which the smoke workflow has run from nothing but kernels."""
     folder = copy_project(tmp_path_factory.mktemp("smoke") / "millprint")
+    share_kernels(folder)
     done = run_snakemake(folder, "--configfile", "config/smoke.yaml", *REPORT, timeout=1200)
     assert done.returncode == 0, done.stdout[-6000:]
     return folder

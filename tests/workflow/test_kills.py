@@ -21,7 +21,7 @@ import psutil
 import pytest
 
 from millprint.files import read_json
-from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake
+from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake, share_kernels
 
 KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))
 SEED = int(os.environ.get("MILLPRINT_KILL_SEED", "0"))
@@ -92,6 +92,7 @@ def verify(
 def workplace(tmp_path_factory) -> tuple[Path, dict[str, str]]:
     """A project without results, and the digests of the results of an undisturbed run."""
     project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
+    share_kernels(project)
     done = run_snakemake(project, *ARGUMENTS, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     undisturbed = results_of(project)

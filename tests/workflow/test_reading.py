@@ -63,17 +63,18 @@ def disturbed(tmp_path_factory) -> Path:
     return project
 
 
+# What a dry run of everything reads, it reads for one target too.
 COMMANDS = {
     "dry run": ["-n", RESULT],
     "dry run of everything": ["-n"],
     "lint": ["--lint"],
     "rules": ["--list-rules"],
     "targets": ["--list-target-rules"],
-    "summary": ["--summary"],
-    "detailed summary": ["--detailed-summary"],
-    "dag": ["--dag"],
-    "rulegraph": ["--rulegraph"],
-    "filegraph": ["--filegraph"],
+    "summary": ["--summary", "--", REPORTED],
+    "detailed summary": ["--detailed-summary", "--", REPORTED],
+    "dag": ["--dag", "--", REPORTED],
+    "rulegraph": ["--rulegraph", "--", REPORTED],
+    "filegraph": ["--filegraph", "--", REPORTED],
     "deletion": ["--delete-all-output", "-n", RESULT],
     "report": ["--report", "report.html", REPORTED],
     "dry run on a cluster": ["-n", "--profile", "profiles/slurm", RESULT],
