@@ -15,6 +15,7 @@ NEEDLESS = {
     "plot_spectra": ["numba", "sklearn", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
     "draw_sheet": ["sklearn", "statsmodels", "torch"],
+    "draw_spectra": ["numba", "sklearn", "torch", "trimesh"],
     "tabulate_claims": ["torch", "trimesh"],
     "draw_claims": ["torch", "trimesh"],
 }

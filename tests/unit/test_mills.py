@@ -120,9 +120,10 @@ def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_
     assert all(case.discard_s == 60 / case.speed_rpm for found in cases.values() for case in found)
 
 
-def test_a_quick_window_has_one_turn_at_least_and_three_where_the_sweep_does_not_say():
+def test_a_quick_window_has_turns_for_a_standard_error_and_three_where_the_sweep_does_not_say():
     assert durations_of(60, None, 1, 0.5)["window_s"] == 1.0
-    assert durations_of(60, None, 0.5 + 0.5, 2)["window_s"] == 2.0
+    assert durations_of(60, None, 3, 0.5)["window_s"] == 2.0
+    assert durations_of(60, None, 1, 2)["window_s"] == 2.0
     assert durations_of(300, None, None, 0.5)["window_s"] == pytest.approx(3 * 0.2)
     assert durations_of(1200, None, None, 0.5)["window_s"] == pytest.approx(0.4)
 

@@ -3,7 +3,7 @@
 # Written by the jobs of the fingerprint.
 MILL_SPECTRA = [
     path.format(mill=CONFIG.mill)
-    for path in (*rules.describe_mill.output, *rules.draw_sheet.output)
+    for path in (*rules.describe_mill.output, *rules.draw_spectra.output)
     if path.startswith(f"{DOSE}/")
 ]
 

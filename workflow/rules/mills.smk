@@ -146,6 +146,25 @@ rule draw_sheet:
         ),
         png=f"{MILL}/fingerprint.png",
         pdf=f"{MILL}/fingerprint.pdf",
+    log:
+        f"{LOGS}/mills/{{mill}}_sheet.log",
+    localrule: True
+    params:
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        library=library("draw_sheet.py"),
+    message:
+        "Drawing the fingerprint of mill {wildcards.mill} on one page"
+    script:
+        "../../scripts/draw_sheet.py"
+
+
+# Beside the page, which takes as long.
+rule draw_spectra:
+    input:
+        sheet=rules.describe_mill.output.sheet,
+        spectra=rules.describe_mill.output.spectra,
+        spectra_summary=rules.describe_mill.output.spectra_summary,
+    output:
         spectra_svg=report(
             f"{DOSE}/{{mill}}/spectra.svg",
             caption="../report/spectra.rst",
@@ -161,16 +180,16 @@ rule draw_sheet:
         ),
         rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
     log:
-        f"{LOGS}/mills/{{mill}}_sheet.log",
+        f"{LOGS}/mills/{{mill}}_spectra.log",
     localrule: True
     params:
-        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        title=lambda wildcards: mill_named(wildcards.mill).title,
         rules=SPECTRA_RULES,
-        library=library("draw_sheet.py"),
+        library=library("draw_spectra.py"),
     message:
-        "Drawing the fingerprint of mill {wildcards.mill} on one page, and its energy spectra"
+        "Drawing the energy spectra of mill {wildcards.mill}"
     script:
-        "../../scripts/draw_sheet.py"
+        "../../scripts/draw_spectra.py"
 
 
 rule collect_mills:
@@ -204,14 +223,15 @@ BOX_OUTPUTS = (
     if CONFIG.mills.first_case_only
     else [
         *MILL_PICTURES,
-        *expand([*rules.draw_sheet.output, *rules.balance_heat.output], mill=BOX),
+        *expand([*rules.draw_sheet.output, *rules.draw_spectra.output, *rules.balance_heat.output], mill=BOX),
         *rules.collect_mills.output,
         f"{RESULTS}/mills/explorer.html",
     ]
 )
 FINGERPRINTED = [
     output.format(mill=CONFIG.mill)
-    for output in (*rules.draw_mill.output, *rules.describe_mill.output, *rules.draw_sheet.output)
+    for made in (rules.draw_mill, rules.describe_mill, rules.draw_sheet, rules.draw_spectra)
+    for output in made.output
 ]
 
 

@@ -73,6 +73,7 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         left.append(
             f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}){_unit(row.unit)}"
         )
+    left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
     right.append("exponents (interval; of the thesis)")
     for row in sheet[sheet["section"] == "exponents"].itertuples():
         supposed = row.text.removeprefix("the thesis has ")
@@ -85,23 +86,26 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
     right += ["", "holds from - to"]
     for row in sheet[(sheet["section"] == "validity") & sheet["lower"].notna()].itertuples():
-        right.append(f"  {row.quantity}: {_number(row.lower)} to {_number(row.upper)}{_unit(row.unit)}")
-    right += ["", *_precision_lines(sheet[sheet["section"] == "precision"].set_index("quantity"))]
+        right.append(f"  {row.quantity}: {_between(row.lower, row.upper)}{_unit(row.unit)}")
     return "\n".join(left), "\n".join(right)
 
 
-def _precision_lines(said: pd.DataFrame) -> list[str]:
+def _between(lower: float, upper: float) -> str:
+    """A range, or the one number that it is."""
+    return " to ".join(dict.fromkeys((_number(lower), _number(upper))))
+
+
+def _precision_lines(section: pd.DataFrame) -> list[str]:
     """What a condition was given, the intervals that follow, and which key narrows them."""
-    recorded, seeds = (
-        " to ".join(dict.fromkeys(_number(said.at[name, end]) for end in ("lower", "upper")))
-        for name in (RECORDED, SIMULATED)
-    )
+    said = section.set_index("quantity")
+    recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
     widths = ", ".join(f"{title} {_number(said.at[title, 'value'])} %" for title in STATED.values())
-    return [
+    lines = [
         f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
-        f"  half intervals between conditions: {widths}",
-        f"  for more: {said.at['for more', 'text']}",
+        f"a condition between the simulated ones is known to within: {widths}",
+        f"for more: {said.at['for more', 'text']}",
     ]
+    return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]
 
 
 def _has_intervals(sheet: pd.DataFrame) -> bool:

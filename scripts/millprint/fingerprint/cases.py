@@ -16,6 +16,8 @@ from millprint.config.workflow import WorkflowConfig
 
 # Defaults of a sweep: at least this many turns, and at least this time [s].
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
+# Turns from which a standard error of the powers can be told.
+TURNS_WITH_ERROR = 2
 
 
 @dataclass(frozen=True)
@@ -113,12 +115,13 @@ def durations_of(
 ) -> dict[str, float]:
     """Time before the averages begin and recorded time of a case [s], in whole turns where they are not given.
 
-    recorded: factor on the recorded time, which has FEWEST_TURNS at least where it is not given, and else one turn.
+    recorded: factor on the recorded time. It is not shortened to less than TURNS_WITH_ERROR, and has FEWEST_TURNS at
+    least where it is not given.
     """
     turn_s = 60 / speed_rpm
     discard = discard_turns or math.ceil(DISCARD_S / turn_s)
     if window_turns:
-        window = max(min(1.0, window_turns), recorded * window_turns)
+        window = max(min(TURNS_WITH_ERROR, window_turns), recorded * window_turns)
     else:
         window = max(FEWEST_TURNS, math.ceil(recorded * WINDOW_S / turn_s))
     return {"discard_s": discard * turn_s, "window_s": window * turn_s}

@@ -7,7 +7,6 @@ from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
 from millprint.fingerprint.curves import FEWEST_FILLS
-from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.published import read_published
 from millprint.fingerprint.regimes import read_regimes
 
@@ -119,6 +118,9 @@ def _target_faults(chapters: ChapterSections, source: str) -> Iterator[str]:
     for target in chapters.inverse.targets:
         try:
             if target.like:
+                # Its processes bring scikit-learn, a second to import, and few targets name another fingerprint.
+                from millprint.fingerprint.model import Fingerprint
+
                 Fingerprint.read(target.like.fingerprint).balls(target.like.ball_diameter_mm)
         except ConfigError as error:
             yield f"{source}: fingerprint.inverse.targets.{target.name}.like: {error}"
