@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: plan install thesis smoke validation verify crate docs test test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: plan install thesis smoke validation verify crate docs test kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
@@ -55,10 +55,14 @@ crate: $(VENV)/installed
 	$(BIN)/python scripts/write_crate.py $(RESULTS)
 
 # Both parts run in parallel, since each uses only one core for long. The tests of bad input run with those of the library,
-# so that both parts take about the same time.
+# so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
 BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py)
-test: $(VENV)/installed lint
+test: $(VENV)/installed
+	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
+
+kernels: $(VENV)/installed
+	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
 test-library: $(VENV)/installed
 	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics $(BAD_INPUT)

@@ -18,7 +18,6 @@ import traceback
 from collections import Counter
 from contextlib import chdir
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 
 import yaml
@@ -35,10 +34,10 @@ import millprint.dem.preflight as cases  # noqa: E402
 import millprint.preflight as preflight  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
-from millprint.config.mill import MillConfig  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
 from millprint.errors import ConfigError, SimulationError  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
+from tests.remembered import remembered_bodies, remembered_swing  # noqa: E402
 
 SECONDS = 20.0
 MEMORY_BYTES = 3 << 30
@@ -111,14 +110,7 @@ def make_project(folder: Path) -> Path:
     return folder
 
 
-@cache
-def _bodies_of(mill_json: str, volume_tolerance: float):
-    # The JSON of a mill does not contain the tolerance.
-    mill = MillConfig.model_validate_json(mill_json).model_copy(update={"volume_tolerance": volume_tolerance})
-    return _checked_bodies({mill.name: mill})[mill.name]
-
-
-_checked_bodies, _check_tables, _make_swing = preflight.checked_bodies, preflight.check_tables, calibration.make_swing
+_check_tables = preflight.check_tables
 _capacity, _pack_mixture = cases.capacity, cases.pack_mixture
 
 
@@ -143,27 +135,14 @@ def remember_shapes() -> None:
             raise known[key][1]
         return known[key][1]
 
-    def make_swing(mill, contact, fraction, diameter, settings):
-        key = (mill.model_dump_json(), contact.model_dump_json(), fraction, diameter, settings.model_dump_json())
-        if key not in known:
-            try:
-                known[key] = _make_swing(mill, contact, fraction, diameter, settings)
-            except ConfigError as error:
-                known[key] = error
-        if isinstance(known[key], ConfigError):
-            raise known[key]
-        return known[key]
-
     def check_tables(config, source):
         key = (config.model_dump_json(), *(table.read_bytes() for table in sorted(Path("config/data").iterdir())))
         if key not in known:
             _check_tables(config, source)
             known[key] = True
 
-    calibration.make_swing, preflight.check_tables = make_swing, check_tables
-    preflight.checked_bodies = lambda mills: {
-        name: _bodies_of(mill.model_dump_json(), mill.volume_tolerance) for name, mill in mills.items()
-    }
+    calibration.make_swing, preflight.check_tables = remembered_swing, check_tables
+    preflight.checked_bodies = remembered_bodies
     cases.capacity, cases.pack_mixture = capacity, pack_mixture
 
 

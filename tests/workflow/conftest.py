@@ -17,6 +17,7 @@ from millprint.dem.compilation import compile_kernels
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT
+from tests.remembered import remembered_bodies, remembered_swing
 from tests.workflow import warm_snakemake
 
 CONFIG = "config/config.yaml"
@@ -109,6 +110,8 @@ def project(tmp_path: Path) -> Path:
 def refusal(project, monkeypatch):
     """A function that checks the project and returns the one line that refuses it; no line or several are a failure."""
     monkeypatch.chdir(project)
+    monkeypatch.setattr("millprint.preflight.checked_bodies", remembered_bodies)
+    monkeypatch.setattr("millprint.calibration.preflight.make_swing", remembered_swing)
 
     def read_line() -> str:
         with pytest.raises(ConfigError) as caught:
