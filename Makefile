@@ -54,9 +54,9 @@ verify: $(VENV)/installed
 crate: $(VENV)/installed
 	$(BIN)/python scripts/write_crate.py $(RESULTS)
 
-# Both parts run in parallel, since each uses only one core for long. The tests of bad input run with those of the library,
-# so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
-BAD_INPUT := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py)
+# Both parts run in parallel, since each uses only one core for long. The tests of bad input and of kills run with those of
+# the library, so that both parts take about the same time. The kernels are compiled before, so that not both parts do it.
+WITH_LIBRARY := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py test_fuzz.py test_kills.py)
 test: $(VENV)/installed
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
@@ -65,10 +65,10 @@ kernels: $(VENV)/installed
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
 test-library: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics $(BAD_INPUT)
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/unit tests/physics $(WITH_LIBRARY)
 
 test-workflow: $(VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(BAD_INPUT))
+	PATH=$(BIN):$$PATH $(BIN)/pytest tests/workflow $(addprefix --ignore=,$(WITH_LIBRARY))
 
 # COUNT damaged files, and KILLS kills; `make test` has 200 damaged files and 20 kills.
 fuzz: $(VENV)/installed

@@ -97,7 +97,12 @@ def _status_of(child: int, timeout: float) -> int | None:
     """The exit status of a process; None if it was ended, with all that it had started, after `timeout` seconds."""
     signal.signal(signal.SIGALRM, lambda *_: os.killpg(child, signal.SIGKILL))
     signal.setitimer(signal.ITIMER_REAL, timeout)
-    _, status = os.waitpid(child, 0)
+    try:
+        _, status = os.waitpid(child, 0)
+    except KeyboardInterrupt:
+        # The keyboard reaches this process, but not the session of the fork.
+        os.killpg(child, signal.SIGKILL)
+        raise
     late = not signal.getitimer(signal.ITIMER_REAL)[0]
     signal.setitimer(signal.ITIMER_REAL, 0)
     return None if late else os.waitstatus_to_exitcode(status)
