@@ -1,5 +1,6 @@
 """The jar as facets: closed, of the right volume, with edges of the right kind."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import Facet, Vessel, build_vessel
-from millprint.mill.walls import beyond_side, build_walls
+from millprint.mill.walls import beyond_side, build_walls, fill_cells
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))
@@ -136,3 +137,15 @@ class Path2D:
             turn = np.diff(angle, append=angle[0])
             total += ((turn + np.pi) % (2 * np.pi) - np.pi).sum()
         return abs(total) > np.pi
+
+
+@pytest.mark.parametrize("name", ["emax", "emax_post"])
+def test_the_cells_list_what_they_would_if_no_feature_were_passed_over(vessels, name):
+    radius, margin, pitch = 2.5e-3, 3e-4, 4e-3
+    walls = build_walls([vessels[name]], radius, margin, 4e-4, pitch)
+    first, features = walls.cell_first.copy(), len(walls.body)
+    reach = margin + pitch * math.sqrt(3) / 2
+    found, sure = fill_cells(walls, radius, reach, np.zeros((features, 3)), np.full(features, np.inf))
+    assert np.array_equal(first, walls.cell_first)
+    assert np.array_equal(walls.cell_feature, found) and np.array_equal(walls.cell_sure, sure)
+    assert len(found) > features

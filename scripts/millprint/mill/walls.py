@@ -137,6 +137,16 @@ def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
     return surface
 
 
+def _spheres(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (f + e + c, 3) and radii (f + e + c,) of spheres that hold every feature [m]."""
+    outlines = [np.concatenate(facet.loops) for body in bodies for facet in body.facets]
+    outlines += [np.array([edge.start, edge.end]) for body in bodies for edge in body.convex_edges]
+    outlines += [np.array([corner.point]) for body in bodies for corner in body.corners]
+    middles = np.array([(outline.min(axis=0) + outline.max(axis=0)) / 2 for outline in outlines])
+    ways = [outline - middle for outline, middle in zip(outlines, middles, strict=True)]
+    return middles, np.array([np.linalg.norm(way, axis=1).max() for way in ways])
+
+
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
     """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
@@ -169,7 +179,10 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
         cell_sure=np.empty(0, dtype=np.uint8),
     )
     # Nothing of a cell is farther from its middle than half its diagonal.
-    features, sure = fill_cells(walls, radius, margin + pitch * math.sqrt(3) / 2)
+    reach = margin + pitch * math.sqrt(3) / 2
+    middles, sizes = _spheres(bodies)
+    sizes[: len(facets)] += walls.facet_reach
+    features, sure = fill_cells(walls, radius, reach, middles, (1 + 1e-9) * (sizes + radius + 2 * reach))
     return walls._replace(cell_feature=features, cell_sure=sure)
 
 
@@ -333,8 +346,11 @@ def cell_of(walls, body, point):
 
 
 @array_maker()
-def fill_cells(walls, radius, margin):
-    """List for every cell the features near its middle; fills walls.cell_first; returns features and sureness."""
+def fill_cells(walls, radius, margin, middles, limits):
+    """List for every cell the features near its middle; fills walls.cell_first; returns features and sureness.
+
+    middles, limits: of spheres outside of which nothing is near a feature (features, 3), (features,) [m].
+    """
     pitch = walls.grid_pitch
     found = np.empty((1024, 2), dtype=np.int64)
     count = 0
@@ -346,6 +362,9 @@ def fill_cells(walls, radius, margin):
             half = (place[0] + 0.5, place[1] + 0.5, place[2] + 0.5)
             middle = add_scaled(row(walls.grid_origin, body), pitch, half)
             for feature in features:
+                away = subtract(middle, row(middles, feature))
+                if dot(away, away) > limits[feature] * limits[feature]:
+                    continue
                 closeness = near(walls, feature, middle, radius, margin)
                 if closeness:
                     if count == len(found):
