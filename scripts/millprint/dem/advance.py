@@ -1,7 +1,9 @@
 """The step loop: lists brought up to date, forces, records, kick and drift."""
 
 from millprint.dem.layout import COUNTER, STATUS
+from millprint.dem.near import look, measure_strides
 from millprint.dem.neighbours import check_lists
+from millprint.dem.profile import PROFILE, lap, ticks
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
 from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.threads import apply_forces_in_threads, move_in_threads
@@ -11,19 +13,26 @@ from millprint.mill.motion import write_poses
 
 
 @inlined()
-def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, profile):
     """Pose the bodies and bring the lists up to date; whether the step may be taken: no trouble, and room to write."""
     write_poses(clock.motions, time)
     if counters[COUNTER.check_in] <= 0:
         check_lists(balls, candidates, contacts, laws, walls, clock, counters)
         if counters[COUNTER.status] != STATUS.running:
             return False
+        measure_strides(balls, candidates, clock)
+        counters[COUNTER.look_in] = 0
+    lap(profile, PROFILE.lists)
+    if counters[COUNTER.look_in] <= 0:
+        look(balls, candidates, clock, counters)
+        lap(profile, PROFILE.look)
     return room_left(candidates, counters, table, recorder)
 
 
 @kernel()
 def advance(
-    balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares, trace
+    balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step,
+    shares, trace, profile,
 ):  # fmt: skip
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
@@ -31,18 +40,24 @@ def advance(
     may go on. Time is the step's number times the step; the mill starts at step 0.
 
     shares: threads.Shares, one row for each thread, or None for the loop without threads; trace: trace.Trace of the
-    contacts to follow, or None. Numba compiles one loop for each combination of types, and leaves out what is None.
+    contacts to follow, or None; profile: of profile.make_profile, for the ticks of the loop without threads, or None.
+    Numba compiles one loop for each combination of types, and leaves out what is None.
     """
     # The same numbers as rows of one line each, which make fast loops.
     rate, rate_now, load = balls.rate.reshape(-1), balls.rate_now.reshape(-1), balls.load.reshape(-1)
+    # Between two calls, balls and contacts may have been changed.
+    measure_strides(balls, candidates, clock)
+    counters[COUNTER.look_in] = 0
+    if profile is not None:
+        profile[PROFILE.last] = ticks()
     while counters[COUNTER.step] <= last_step and counters[COUNTER.status] == STATUS.running:
         time = counters[COUNTER.step] * clock.step
-        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
+        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, profile):
             break
         since = counters[COUNTER.step] - recorder.origin
         is_recorded = begin_record(contacts, totals, counters, recorder, since)
         if shares is None:
-            apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
+            apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, profile)
         else:
             apply_forces_in_threads(
                 balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares
@@ -53,10 +68,13 @@ def advance(
             count_occupancy(balls, clock, recorder)
         if trace is not None:
             follow(contacts, counters, trace, clock.step, (last_step - counters[COUNTER.step]) * clock.step)
+        lap(profile, PROFILE.records)
         if shares is None:
             kick(rate, rate_now, load, clock.gain, clock.fall)
             drift(balls.position, balls.rate, clock.step)
         else:
             move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
+        lap(profile, PROFILE.move)
         counters[COUNTER.step] += 1
         counters[COUNTER.check_in] -= 1
+        counters[COUNTER.look_in] -= 1

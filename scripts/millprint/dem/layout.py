@@ -184,6 +184,7 @@ class CounterColumns(NamedTuple):
 
     step: int  # number of the step that comes next
     check_in: int  # steps until the lists are checked again
+    look_in: int  # steps until the candidates that are near are listed again
     status: int  # see Statuses
     ball: int  # that a status is about
     partner: int  # that a status is about

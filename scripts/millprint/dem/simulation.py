@@ -85,6 +85,8 @@ class Simulation:
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
         self.threads = threads_of(case, dem)
         self.shares = self._make_shares()
+        # profile.make_profile, where somebody wants to know what the parts of a step cost.
+        self.profile: np.ndarray | None = None
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
         self.wall_clock_s = 0.0
@@ -240,7 +242,7 @@ class Simulation:
         with use_threads(self.threads) if self.threads > 1 else nullcontext():
             advance(
                 self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
-                self.counters, table, recorder, last_step, self.shares, None,
+                self.counters, table, recorder, last_step, self.shares, None, self.profile,
             )  # fmt: skip
 
     def _write_restart_if_due(self, recording: Recording) -> None:

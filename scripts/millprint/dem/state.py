@@ -47,7 +47,12 @@ class Candidates(NamedTuple):
     plane: np.ndarray  # (s, 4) of a facet; 0 for an edge or a corner, whose distance is not that simple
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
-    trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; -1 while open
+    trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open
+    near: np.ndarray  # (s + 1,) those that may come within reach before the next look (dem.near)
+    near_first: (
+        np.ndarray
+    )  # (bodies + 2,) features of body b are near[near_first[b]] to near[near_first[b + 1]], then pairs
+    stride: np.ndarray  # (bodies,) the farthest that a ball may go in a step, as seen from a body [m]
     found: np.ndarray  # (s + 1,) those that have come within reach in the present step
     anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
     cell_place: np.ndarray  # (n, 4) layout.CellColumns
@@ -111,6 +116,9 @@ def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidat
         sure=np.zeros(room, dtype=np.uint8),
         lane=np.full(room, -1, dtype=np.int64),
         trigger=np.zeros(room),
+        near=np.zeros(room + 1, dtype=np.uint32),
+        near_first=np.zeros(bodies + 2, dtype=np.uint64),
+        stride=np.zeros(bodies),
         found=np.zeros(room + 1, dtype=np.uint32),
         anchor=np.zeros((bodies, balls, 3)),
         cell_place=np.zeros((balls, width_of(CELL)), dtype=np.int64),

@@ -11,6 +11,7 @@ import numpy as np
 from millprint.dem.contact import evaluate
 from millprint.dem.lanes import get, get_vector, put_vector
 from millprint.dem.layout import COUNTER, LANE, LANES, LOAD, LOAD_WIDTH, RATE, TOTAL
+from millprint.dem.profile import PROFILE, lap
 from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
 from millprint.mill.pose import POSE
@@ -99,7 +100,7 @@ def blocks_in_use(counters):
 
 
 @inlined()
-def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table):
+def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, profile):
     """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
     first = np.uint64(block * LANES)
     width = width_in_use(counters, block)
@@ -109,10 +110,13 @@ def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, 
             continue
         if not gather(balls, candidates, contacts, walls, clock.motions, lane, block, m):
             close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table)
+    lap(profile, PROFILE.gather)
     evaluate(contacts.lanes, block, clock.step)
+    lap(profile, PROFILE.law)
     for m in range(width):
         if contacts.slot[first + m] >= 0:
             scatter(balls, contacts, walls, clock.motions, balls.load, clock.load, first + m, block, m)
+    lap(profile, PROFILE.scatter)
 
 
 @inlined()
@@ -130,12 +134,14 @@ def book_wall_work(clock, totals):
 
 
 @inlined()
-def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
+def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, profile):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
     open_contacts(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
+    lap(profile, PROFILE.candidates)
     for block in range(blocks_in_use(counters)):
-        resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
+        resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, profile)
     book_wall_work(clock, totals)
+    lap(profile, PROFILE.scatter)
 
 
 @inlined()

@@ -18,7 +18,7 @@ from millprint.dem import state
 from millprint.dem.contact import evaluate
 from millprint.dem.layout import LANES, LOAD_WIDTH, RATE_WIDTH, SHARE
 from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_in_use
-from millprint.dem.touching import find_pairs, open_pairs, open_walls, pairs_listed
+from millprint.dem.touching import find_pairs, near_pairs_listed, open_pairs, open_walls
 from millprint.kernel import inlined, inner, threaded
 
 # Numbers in a cache line of the processor: counts of two threads must not share one.
@@ -71,8 +71,10 @@ def chunk(whole, t, threads):
 @inner()
 def find_chunk(balls, candidates, shares, t):
     """Pairs of one chunk of the candidates that have come within reach."""
-    begin, end = chunk(np.int64(pairs_listed(candidates)), t, shares.counts.shape[0])
-    shares.counts[t, SHARE.found] = find_pairs(balls, candidates, np.uint64(begin), np.uint64(end), shares.found[t])
+    first, last = near_pairs_listed(candidates)
+    begin, end = chunk(np.int64(last - first), t, shares.counts.shape[0])
+    found = find_pairs(balls, candidates, first + np.uint64(begin), first + np.uint64(end), shares.found[t])
+    shares.counts[t, SHARE.found] = found
 
 
 @threaded()
@@ -158,8 +160,12 @@ def move_in_threads(balls, gain, fall, step, threads):
 @inner()
 def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
     """Open the contacts of all that have come within reach, in the order of the lists."""
+    count = 0
     for t in range(shares.counts.shape[0]):
-        open_pairs(balls, candidates, contacts, laws, counters, shares.found[t], shares.counts[t, SHARE.found], time)
+        for at in range(shares.counts[t, SHARE.found]):
+            candidates.found[count] = shares.found[t, at]
+            count += 1
+    open_pairs(balls, candidates, contacts, laws, counters, count, time)
     open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
 
 
@@ -169,7 +175,7 @@ def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, total
     for t in range(shares.counts.shape[0]):
         for at in range(shares.counts[t, SHARE.waiting]):
             block = shares.waiting[t, at]
-            resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table)
+            resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, None)
         for body in range(clock.load.shape[0]):
             for c in range(LOAD_WIDTH):
                 clock.load[body, c] += shares.body_load[t, body, c]

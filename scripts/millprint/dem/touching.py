@@ -33,6 +33,9 @@ from millprint.mill.walls import (
 # Farther than any contact [m].
 FAR = 1e300
 
+# The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.near).
+OPEN, UNLISTED = -1.0, -2.0
+
 
 @inlined()
 def listed(candidates):
@@ -57,7 +60,7 @@ def occupy(balls, candidates, contacts, laws, counters, k):
     i, j = candidates.ball[k], candidates.partner[k]
     contacts.ball[lane], contacts.partner[lane], contacts.slot[lane] = i, j, k
     candidates.lane[k] = lane
-    candidates.trigger[k] = -1.0
+    candidates.trigger[k] = OPEN
     a = balls.species[i]
     b = balls.species[max(j, 0)]
     difference = balls.radius[a] - balls.radius[b] if j >= 0 else 0.0
@@ -149,6 +152,10 @@ def close_contact(balls, candidates, contacts, laws, lane, time, totals, counter
     write_collision(contacts, lane, time, 1, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
     reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[SURFACE.rough, a, LAW.reach]
+    if candidates.trigger[k] == UNLISTED:
+        last = candidates.near_first.size - 1
+        candidates.near[candidates.near_first[last]] = k
+        candidates.near_first[last] += np.uint64(1)
     candidates.trigger[k] = reach * reach if j >= 0 else reach
     free_lane(candidates, contacts, lane, counters)
 
@@ -173,10 +180,18 @@ def pairs_listed(candidates):
 
 
 @inlined()
+def near_pairs_listed(candidates):
+    """Where the near pairs begin and end in the list of the near ones."""
+    bodies = candidates.near_first.size - 2
+    return candidates.near_first[bodies], candidates.near_first[bodies + 1]
+
+
+@inlined()
 def find_pairs(balls, candidates, begin, end, found):
-    """Write the closed candidates begin to end whose balls have come within reach to `found`; returns how many."""
+    """Write those of the near pairs begin to end that have come within reach to `found`; returns how many."""
     count = np.uint64(0)
-    for k in range(begin, end):
+    for at in range(begin, end):
+        k = candidates.near[at]
         i, j = candidates.ball[k], np.uint32(candidates.partner[k])
         away = subtract(row(balls.position, i), row(balls.position, j))
         # Always written but kept only if the count advances, so that there is no branch.
@@ -187,12 +202,12 @@ def find_pairs(balls, candidates, begin, end, found):
 
 @inlined()
 def find_walls(balls, candidates, motions):
-    """The same for balls and features of the walls; of edges and corners, all that are closed."""
+    """The same for balls and features of the walls; of edges and corners, all that are near and closed."""
     count = np.uint64(0)
-    last = candidates.first_wall.shape[1] - 1
     for body in range(candidates.first_wall.shape[0]):
         origin, turns = row(motions.pose, body), motions.turns[body]
-        for k in range(candidates.first_wall[body, 0], candidates.first_wall[body, last]):
+        for at in range(candidates.near_first[body], candidates.near_first[body + 1]):
+            k = candidates.near[at]
             point = subtract(row(balls.position, candidates.ball[k]), origin)
             if turns:
                 point = direction_to_body(motions, body, point)
@@ -225,10 +240,23 @@ def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, ti
 
 
 @inlined()
-def open_pairs(balls, candidates, contacts, laws, counters, found, count, time):
-    """Open the contacts of the first `count` pairs of balls in `found`."""
+def sort_found(found, count):
+    """Put the first `count` numbers into their order: a few, and mostly there already."""
+    for at in range(1, count):
+        number = found[at]
+        before = at
+        while before > 0 and found[before - 1] > number:
+            found[before] = found[before - 1]
+            before -= 1
+        found[before] = number
+
+
+@inner()
+def open_pairs(balls, candidates, contacts, laws, counters, count, time):
+    """Open the contacts of the first `count` pairs of balls in candidates.found, in the order of the lists."""
+    sort_found(candidates.found, count)
     for at in range(count):
-        open_pair(balls, candidates, contacts, laws, counters, found[at], time)
+        open_pair(balls, candidates, contacts, laws, counters, candidates.found[at], time)
 
 
 @inlined()
@@ -241,6 +269,8 @@ def open_walls(balls, candidates, contacts, laws, walls, motions, counters, time
 @inlined()
 def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, time):
     """Open the contacts of all that have come within reach."""
-    count = find_pairs(balls, candidates, np.uint64(0), pairs_listed(candidates), candidates.found)
-    open_pairs(balls, candidates, contacts, laws, counters, candidates.found, count, time)
+    first, last = near_pairs_listed(candidates)
+    count = np.int64(find_pairs(balls, candidates, first, last, candidates.found))
+    if count > 0:
+        open_pairs(balls, candidates, contacts, laws, counters, count, time)
     open_walls(balls, candidates, contacts, laws, walls, motions, counters, time)

@@ -123,7 +123,7 @@ def sample_step(dem, coarse_groups, coarse, followed, rows, at, fine_steps):
     begin_trace(contacts, counters, followed)
     advance(
         balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder,
-        counters[COUNTER.step] + fine_steps - 1, None, followed,
+        counters[COUNTER.step] + fine_steps - 1, None, followed, None,
     )  # fmt: skip
     for row in range(begin, at):
         done = followed.value[row - begin]

@@ -44,7 +44,7 @@ class Tracer(Simulation):
         """Advance until `step` is the next one; raises SimulationError."""
         table, recorder = make_table(0), silent_recorder()
         while self.counters[COUNTER.step] < step and self.counters[COUNTER.status] == STATUS.running:
-            advance(*self._groups, table, recorder, step - 1, None, None)
+            advance(*self._groups, table, recorder, step - 1, None, None, None)
             if self.counters[COUNTER.status] == STATUS.candidates_full:
                 self._lengthen_lists()
         if check:
