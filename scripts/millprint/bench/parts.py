@@ -19,9 +19,9 @@ def parts_of(setup: Setup, start: np.ndarray, driven_s: float) -> pd.DataFrame:
     """
     for seconds in (SHORT_S, driven_s):
         simulation = start_from(setup, start, seconds)
-        simulation.profile = make_profile()
+        simulation.profile = profile = make_profile()
         simulation.run(f"{setup.name}: parts of a step")
-    ticks = simulation.profile[: len(PARTS)]
+    ticks = profile[: len(PARTS)]
     share = ticks / ticks.sum()
     ns = simulation.processor_s / count_steps(simulation) / setup.balls * 1e9
     rows = {"case": setup.name, "balls": setup.balls, "part": PARTS, "share": share, "ns_per_ball_step": share * ns}
