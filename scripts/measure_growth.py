@@ -4,7 +4,7 @@
         [--balls 24 764 20000 200000] [--threads 1 2] [--pages results/report/explorer.html ...]
 
 Without a PART, all of planning, fingerprint, pages and simulation. It writes growth.tsv and a figure to --results;
-rows of parts that are not measured again stay. What takes longer than --limit seconds is given up.
+rows that are not measured again stay. What takes longer than --limit seconds is given up.
 """
 
 import argparse
@@ -64,18 +64,24 @@ def measured(options: argparse.Namespace, part: str) -> Iterator[dict]:
     raise ValueError(f"unknown part {part}")
 
 
+def _key(row: dict) -> tuple:
+    """What a row measures, so that a later run takes its place. A page has a new size whenever it changes."""
+    return (row["part"], row["what"], "" if row["part"] == "pages" else float(row["size"]))
+
+
 def main(words: list[str]) -> None:
     options = read_arguments(words)
     prepare_environment()
     parts, path = options.parts or list(PANELS), options.results / "growth.tsv"
     kept = read_table(path) if path.exists() else pd.DataFrame(columns=GROWTH_COLUMNS)
-    rows = kept[~kept["part"].isin(parts)].to_dict("records")
+    rows = {_key(row): row for row in kept.to_dict("records")}
     for part in parts:
         for row in measured(options, part):
-            rows.append(row)
+            rows[_key(row)] = row
             print(f"{part}, {row['what']}, {row['size']:g} {row['unit']}: {row['processor_s']} s", file=sys.stderr)
             # After each, since the last ones take longest.
-            write_table(pd.DataFrame(rows, columns=GROWTH_COLUMNS), path)
+            table = pd.DataFrame(list(rows.values()), columns=GROWTH_COLUMNS)
+            write_table(table.sort_values(["part", "what", "size"], kind="stable"), path)
     draw_growth(read_table(path), path.with_suffix(".svg"), path.with_suffix(".png"))
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 import yaml
 
+import measure_growth
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.errors import MillprintError
@@ -68,3 +69,17 @@ def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
     assert "limit" in table["note"].iloc[2]
     draw_growth(table, tmp_path / "growth.svg", tmp_path / "growth.png")
     assert "cost model" in (tmp_path / "growth.svg").read_text()
+
+
+def test_what_is_measured_again_takes_the_place_of_its_row_and_all_others_stay(tmp_path, monkeypatch):
+    measured = {"fingerprint": [("fit", 100, 3.0), ("fit", 300, 20.0)]}
+
+    def rows(options, part):
+        return (row(part, what, size, Spent(cost, 100.0, "")) for what, size, cost in measured[part])
+
+    monkeypatch.setattr(measure_growth, "measured", rows)
+    for fitted in (measured["fingerprint"], [("fit", 1000, 15.0), ("fit", 300, 21.0)]):
+        measured["fingerprint"] = fitted
+        measure_growth.main(["fingerprint", "--results", str(tmp_path)])
+    table = read_table(tmp_path / "growth.tsv")
+    assert dict(zip(table["size"], table["processor_s"], strict=True)) == {100: 3, 300: 21, 1000: 15}

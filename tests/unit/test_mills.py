@@ -35,7 +35,7 @@ from millprint.fingerprint.cases import (
 )
 from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import tabulate_descriptors
-from millprint.fingerprint.mill_collapse import VERDICTS, one_row_a_mill, tabulate_mill_collapse
+from millprint.fingerprint.mill_collapse import UNKNOWN, VERDICTS, one_row_a_mill, tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import SHEET, by_columns, sheet_condition, tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
@@ -309,6 +309,12 @@ def test_the_sheet_has_every_part_and_only_its_own_columns():
     assert list(dict.fromkeys(sheet["section"])) == [
         *("mill", "condition", "descriptors", "exponents", "collapse", "zones", "validity", "precision"),
     ]
+    verdicts = {"by the thesis's exponents": "collapses by", VERDICTS[2]: "does not collapse by powers of speed"}
+    for verdict, words in {**verdicts, UNKNOWN: "unknown: "}.items():
+        own = tabulate_sheet(
+            mill("spex"), fingerprint(), table.assign(collapse=verdict), find_zones(fingerprint()), descriptors()
+        )
+        assert own["text"].str.startswith(words).any(), verdict
     described = sheet[sheet["section"] == "descriptors"]
     assert ((described["lower"] < described["value"]) & (described["value"] < described["upper"])).all()
     assert "10 Hz" in sheet["text"].tolist()

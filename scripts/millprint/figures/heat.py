@@ -43,7 +43,8 @@ def plot_heat(temperatures: pd.DataFrame, limits: pd.DataFrame, comparison: pd.D
             fontsize=6, va="bottom", color="0.4",
         )  # fmt: skip
     left.set(xlabel="time [h]", ylabel="temperature [degC]")
-    left.set_title(f"{strongest['condition']}, {strongest['total_W']:.3g} W", fontsize=7, loc="right")
+    said = "{ball_diameter_mm:.3g} mm, fill {fill_ratio:g}, {speed_rpm:g} rpm: {total_W:.3g} W".format(**strongest)
+    left.set_title(said, fontsize=7, loc="right")
     right.set(
         xlabel="dissipated power [W]",
         ylabel="temperature after\nlong milling [degC]",

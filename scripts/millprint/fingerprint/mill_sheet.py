@@ -102,7 +102,7 @@ def tabulate_sheet(
             Row("collapse", f"{title}: spread before scaling", own.spread_before, unit="-"),
             Row("collapse", f"{title}: by the thesis's exponents", own.spread_thesis, unit="-"),
             Row("collapse", f"{title}: by its own exponents", own.spread_own, None, None, "-",
-                 f"collapses {own.collapse}"),
+                 _said(own.collapse)),
         ]  # fmt: skip
     for zone in zones.itertuples():
         rows.append(Row("zones", zone.zone.replace("_", " "), zone.value, zone.lower, zone.upper, "-"))
@@ -115,6 +115,13 @@ def tabulate_sheet(
     rows += _precision_rows(fingerprint, as_built(descriptors))
     table = pd.DataFrame(rows, columns=SHEET)
     return _with_intervals(table, fingerprint, prediction) if fingerprint.further else table
+
+
+def _said(verdict: str) -> str:
+    """A verdict of `mill_collapse` as a sentence; that nothing is known stands for itself."""
+    if verdict.startswith("not "):
+        return f"does not collapse {verdict.removeprefix('not ')}"
+    return verdict if verdict.startswith("unknown") else f"collapses {verdict}"
 
 
 def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> list[Row]:

@@ -41,7 +41,7 @@ NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
 IDLE = 1e5  # length of a variable that a component does not depend on
 # The likelihood of n conditions costs n^3 a trial. Of more than these, so many chosen at random give the parameters,
 # and all of them the predictions.
-LEARNT_FROM = 400
+LEARNT_FROM = 250
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
 APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
 
