@@ -153,6 +153,12 @@ def test_a_sheet_states_what_a_condition_was_given_and_the_intervals_of_its_own_
         assert rough.at[title, "value"] > 10
         assert rough.at[title, "value"] > 2 * exact.at[title, "value"]
     assert "mills.precision" in rough.at["for more", "text"]
+    # The interval that a prediction within the range has lies between the narrowest and the widest.
+    plain = Fingerprint.fit(scattered, 65e-6, 0.95)
+    condition, _ = sheet_condition(plain)
+    (row,) = plain.scaled(condition).to_dict("records")
+    assert rough.at["normal power", "lower"] <= 100 * (row["Pn_upper"] / row["Pn"] - 1)
+    assert 100 * (row["Pn_upper"] / row["Pn"] - 1) <= rough.at["normal power", "upper"]
 
 
 def test_a_sweep_may_say_its_turns():

@@ -99,10 +99,13 @@ def _precision_lines(section: pd.DataFrame) -> list[str]:
     """What a condition was given, the intervals that follow, and which key narrows them."""
     said = section.set_index("quantity")
     recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
-    widths = ", ".join(f"{title} {_number(said.at[title, 'value'])} %" for title in STATED.values())
+    columns = ["value", "lower", "upper"]
+    widths = ", ".join(
+        "{} {:.2g} % ({:.2g} to {:.2g})".format(name, *said.loc[name, columns]) for name in STATED.values()
+    )
     lines = [
         f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
-        f"a condition between the simulated ones is known to within: {widths}",
+        f"a condition within these ranges is known to within: {widths}",
         f"for more: {said.at['for more', 'text']}",
     ]
     return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]

@@ -16,6 +16,9 @@ LEFT_OUT = {
     "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
 }
 
+# Fill ratios at which the width of an interval is looked at.
+FILLS_WITHIN = 40
+
 
 def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     """Share of left-out values inside their interval, for each quantity and each way of leaving out.
@@ -56,15 +59,16 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def half_widths(fingerprint: Fingerprint) -> dict[str, float]:
-    """Half of the interval of a condition between the simulated ones, over its value [-], for each quantity.
+def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
+    """Half of the interval of a condition over its value [-], for each quantity: median, smallest, largest.
 
-    The median over the simulated conditions, each predicted from the others, at the fingerprint's own probability.
+    Over the range of fill ratios, at the simulated speeds and balls; the interval is that of `Fingerprint.scaled`.
     """
+    inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
     found = {}
-    for quantity, process in fingerprint.processes.items():
-        _, deviations = process.leave_out(grouped(process.inputs, LEFT_OUT["condition"]))
-        found[quantity] = float(np.expm1(fingerprint.width * np.median(deviations)))
+    for quantity, predictor in fingerprint.predictors.items():
+        _, deviations = predictor.predict(inputs)
+        found[quantity] = np.expm1(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0]))
     return found
 
 

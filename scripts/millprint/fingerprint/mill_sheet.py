@@ -34,7 +34,7 @@ DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", 
 # The section `precision`: what a condition was given, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
 STATED = {"Pn": "normal power", "Pt": "tangential power", "f": "collisions"}
-WIDTH = "half of the interval of a condition between the simulated ones"
+WIDTH = "half of the interval of a condition: the median, and from where it is known best to where it is known least"
 MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
@@ -135,7 +135,7 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
         Row("precision", SIMULATED, None, seeds.min(), seeds.max(), "-"),
     ]
     widths = half_widths(fingerprint)
-    rows += [Row("precision", title, 100 * widths[name], unit="%", text=WIDTH) for name, title in STATED.items()]
+    rows += [Row("precision", title, *(100 * widths[name]), unit="%", text=WIDTH) for name, title in STATED.items()]
     return [*rows, Row("precision", "for more", text=MORE)]
 
 
