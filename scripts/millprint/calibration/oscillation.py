@@ -83,11 +83,10 @@ def make_swing(
     across, heights = (vessel.vertices @ axes.T).T
     level = heights.min() + release.height_fraction * np.ptp(heights)
     begin = middle + (level - middle @ axes[1]) * axes[1]
-    distance = signed_distance(vessel)
 
     def clearance(way: float) -> float:
         """Gap between the ball and the wall at a distance across from the middle [m]."""
-        return float(-distance(begin + way * axes[0])[0]) - radius * (1 + START_GAP)
+        return float(-signed_distance(vessel)(begin + way * axes[0])[0]) - radius * (1 + START_GAP)
 
     if clearance(0.0) <= 0:
         raise ConfigError(
