@@ -83,7 +83,11 @@ def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
         # Side by side, so that bars can be told apart.
         heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
         value = own["powder_percent"]
-        ends = [value - own["seen_lower_powder_percent"], own["seen_upper_powder_percent"] - value]
+        # The coefficient may be that of the largest weighing, but for rounding.
+        ends = [
+            (value - own["seen_lower_powder_percent"]).clip(lower=0),
+            (own["seen_upper_powder_percent"] - value).clip(lower=0),
+        ]
         axis.errorbar(
             value, heights, xerr=ends, fmt="o", markersize=2.5, linewidth=0.8, color=COLOURS[place % len(COLOURS)]
         )
