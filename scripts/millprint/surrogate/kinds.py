@@ -1,7 +1,7 @@
 """The kinds of surrogates: how each is trained, opened and rolled out. What is not among KINDS is refused.
 
-The modules of a kind are imported where they are used: scikit-learn and compiled kernels take a while to import,
-and no job needs those of both kinds.
+The modules of a kind are imported where they are used: torch_geometric takes seconds to import, and the contact
+surrogate does without it.
 """
 
 from collections.abc import Callable

@@ -8,6 +8,8 @@ import numpy as np
 import torch
 from sklearn.preprocessing import StandardScaler
 from torch import Tensor, nn
+from torch_geometric.nn import MessagePassing
+from torch_geometric.utils import scatter
 
 from millprint.config.surrogate import EdgeConfig, GraphConfig, NetworkConfig, Recipe
 from millprint.surrogate.checkpoint import read_tensors
@@ -37,35 +39,26 @@ def mlp(inputs: int, width: int, outputs: int, layers: int) -> nn.Sequential:
         linear = nn.Linear(size, following)
         nn.init.kaiming_normal_(linear.weight, nonlinearity="relu")
         nn.init.zeros_(linear.bias)
-        # In place: no layer needs what a ReLU was given.
-        modules += [linear, nn.ReLU(inplace=True)]
+        modules += [linear, nn.ReLU()]
     return nn.Sequential(*modules[:-1])
 
 
-def mean_of_rows(rows: Tensor, group: Tensor, groups: int) -> Tensor:
-    """The mean (groups, width) of the rows (n, width) of each group; group (n,). Zero for a group without rows."""
-    total = rows.new_zeros(groups, rows.shape[1]).index_add(0, group, rows)
-    return total / torch.bincount(group, minlength=groups).clamp_min(1)[:, None]
-
-
-class InteractionLayer(nn.Module):
+class InteractionLayer(MessagePassing):
     """One round of message passing with mean aggregation (Eqs 6.24 to 6.26)."""
 
     def __init__(self, width: int, layers: int):
-        super().__init__()
+        super().__init__(aggr="mean")
         self.message_mlp = mlp(3 * width, width, width, layers)
         self.node_mlp = mlp(2 * width, width, width, layers)
 
-    def forward(self, node: Tensor, edge_index: Tensor, edge: Tensor, receivers: int) -> Tensor:
-        """node (n, width), edge_index (2, e) source and target, edge (e, width).
+    def forward(self, node: Tensor, edge_index: Tensor, edge: Tensor) -> Tensor:
+        """node (n, width), edge_index (2, e) source and target, edge (e, width); returns (n, width)."""
+        received = self.propagate(edge_index, node=node, edge=edge, size=(len(node), len(node)))
+        return self.node_mlp(torch.cat([node, received], dim=1))
 
-        Returns the new values (receivers, width) of the first nodes; no edge may lead to another one.
-        """
-        source, target = edge_index
-        into, out_of = node.index_select(0, target), node.index_select(0, source)
-        message = self.message_mlp(torch.cat([into, out_of, edge], dim=1))  # Eq. 6.24
-        received = mean_of_rows(message, target, receivers)
-        return self.node_mlp(torch.cat([node[:receivers], received], dim=1))
+    def message(self, node_i: Tensor, node_j: Tensor, edge: Tensor) -> Tensor:
+        """Message into node i from node j, Eq. 6.24."""
+        return self.message_mlp(torch.cat([node_i, node_j, edge], dim=1))
 
 
 class SignedDistanceNetwork(nn.Module):
@@ -96,17 +89,15 @@ class SignedDistanceNetwork(nn.Module):
         into_balls = torch.cat([edges.pair, torch.stack([wall, edges.wall])], dim=1)
         into_walls = torch.stack([edges.wall, wall])
         for layer in self.processor[:-1]:
-            edge = torch.cat([pair, at_wall, at_wall])
-            node = layer(node, torch.cat([into_balls, into_walls], dim=1), edge, len(node))
-        node = self.processor[-1](node, into_balls, torch.cat([pair, at_wall]), balls)
+            node = layer(node, torch.cat([into_balls, into_walls], dim=1), torch.cat([pair, at_wall, at_wall]))
+        node = self.processor[-1](node, into_balls, torch.cat([pair, at_wall]))[:balls]
         return self.decoder(node), self._dissipation(node, into_balls[1], graph_of_ball, graphs.count)
 
     def _dissipation(self, node: Tensor, touched: Tensor, graph_of_ball: Tensor, graphs: int) -> Tensor:
         """Mean of the balls with an edge, through the readout; a graph without any pools to zero."""
         has_edge = torch.zeros(len(node), dtype=torch.bool, device=node.device)
         has_edge[touched] = True
-        (chosen,) = torch.nonzero(has_edge, as_tuple=True)
-        pooled = mean_of_rows(node.index_select(0, chosen), graph_of_ball[chosen], graphs)
+        pooled = scatter(node[has_edge], graph_of_ball[has_edge], dim=0, dim_size=graphs, reduce="mean")
         return self.readout(pooled).squeeze(1)
 
 
