@@ -135,7 +135,9 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
         Row("precision", SIMULATED, None, seeds.min(), seeds.max(), "-"),
     ]
     widths = half_widths(fingerprint)
-    rows += [Row("precision", title, *(100 * widths[name]), unit="%", text=WIDTH) for name, title in STATED.items()]
+    for name, title in STATED.items():
+        median, smallest, largest = 100 * widths[name]
+        rows.append(Row("precision", title, median, smallest, largest, "%", WIDTH))
     return [*rows, Row("precision", "for more", text=MORE)]
 
 
