@@ -105,7 +105,12 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("dem", "occupancy_cell_m"), 1e-9, ["sweeps: case", "GB", "occupancy_cell_m"]),
         # The key of the step and of the cost is that of the section which asks for the simulation.
         (CONFIG, ("sweeps", 0, "rayleigh_fraction"), 0.9, ["config.yaml: sweeps: rayleigh_fraction = 0.9: at most"]),
-        (CONFIG, ("mills", "rayleigh_fraction"), 0.9, ["config.yaml: mills.rayleigh_fraction = 0.9: at most dem."]),
+        (
+            CONFIG,
+            ("mills", "rayleigh_fraction"),
+            0.9,
+            ["config.yaml: mills.rayleigh_fraction = 0.9, times 2.5 by mills.precision quick = 2.25: at most dem."],
+        ),
         (
             CONFIG,
             ("mills",),
