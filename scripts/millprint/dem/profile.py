@@ -1,4 +1,4 @@
-"""Where the time of a step goes: ticks of the processor's clock by part, compiled in only where somebody asks.
+"""Where the time of a step goes: ticks of the processor's clock by part, compiled in only when it is measured.
 
 `advance` with None in place of the array of ticks is compiled without any of this. Reading the clock takes about 10 ns
 and holds up what the processor would have done at the same time, so the parts add up to more than a step takes without

@@ -85,7 +85,7 @@ class Simulation:
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
         self.threads = threads_of(case, dem)
         self.shares = self._make_shares()
-        # profile.make_profile, where somebody wants to know what the parts of a step cost.
+        # An array of profile.make_profile, to measure what each part of a step costs; None otherwise.
         self.profile: np.ndarray | None = None
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
