@@ -15,7 +15,7 @@ from millprint.config.dose import ChargeConfig, WearConfig
 from millprint.doe.wet_lab import wear_table
 from millprint.dose import sliding, wear
 from millprint.errors import ConfigError
-from millprint.figures.dose import plot_wear
+from millprint.figures.dose import plot_mill_wear, plot_wear
 from millprint.files import write_json
 from tests.conftest import ROOT
 
@@ -251,6 +251,27 @@ def test_the_mills_of_the_box_have_a_prediction_each(tmp_path, materials, close_
     one, half = (table[table["mill"] == mill]["iron_percent"].to_numpy() for mill in ("emax", "other"))
     assert half == pytest.approx(one / 2)
     assert table["note"].str.contains("contact").all() and "other" in output.svg.read_text()
+
+
+def test_a_bar_ends_at_its_value_where_the_coefficient_is_that_of_a_weighing(materials, close_figures):
+    """The coefficient is that of the largest weighing, but for rounding in either direction."""
+    table, result = wear.fit_wear(weighings([1, 0.6]), conditions(), materials.loc[STEEL], 0.05)
+    box = pd.concat([conditions(mill=mill) for mill in ("emax", "drum")])
+    predicted = wear.predict_wear(box, materials, CHARGES, result, None, 0.95)
+    value = predicted["powder_percent"]
+    # Steps of one bit up and down, as two orders of a sum give them.
+    predicted["seen_upper_powder_percent"] = np.nextafter(value, [0, np.inf] * (len(value) // 2))
+    plot_wear(table, predicted, STEEL, wear.verdict(result))
+    (axis,) = plot_mill_wear(predicted, STEEL).axes
+    steel = predicted[predicted["material"] == STEEL]
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["emax", "drum"]
+    for bars, mill in zip(axis.containers, ("emax", "drum"), strict=True):
+        points, _, (spans,) = bars
+        own = steel[steel["mill"] == mill].sort_values("powder_percent")
+        assert points.get_xdata() == pytest.approx(own["powder_percent"].to_numpy())
+        ends = np.array([span[:, 0] for span in spans.get_segments()])
+        assert ends[:, 0] == pytest.approx(own["seen_lower_powder_percent"].to_numpy())
+        assert ends[:, 1] == pytest.approx(own["powder_percent"].to_numpy()) and (ends[:, 0] < ends[:, 1]).all()
 
 
 def test_defaults_name_a_material_of_the_table():

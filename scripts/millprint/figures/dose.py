@@ -10,6 +10,16 @@ from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, letter_pane
 ROLES = {"fitted": COLOURS[0], "held back": COLOURS[1]}
 
 
+def _bars_of_weighings(wear: pd.DataFrame) -> list[pd.Series]:
+    """Lengths of the bars below and above the wear over powder [%] that span the coefficients of the single weighings.
+
+    The coefficient may be that of the largest or smallest weighing, but for rounding: no bar is shorter than 0.
+    """
+    value = wear["powder_percent"]
+    ends = value - wear["seen_lower_powder_percent"], wear["seen_upper_powder_percent"] - value
+    return [end.clip(lower=0) for end in ends]
+
+
 def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdict: str) -> Figure:
     """Measured and predicted wear of the weighings, and wear against the fill ratio for every mill, ball and speed.
 
@@ -43,11 +53,10 @@ def plot_wear(weighings: pd.DataFrame, wear: pd.DataFrame, material: str, verdic
         shown = shown[(shown["bpr"] == first["bpr"]) & (shown["time_h"] == first["time_h"])]
         groups = shown.sort_values("fill_ratio").groupby(["mill", "ball_diameter_mm", "speed_rpm"], sort=True)
         for index, ((mill, diameter, speed), rows) in enumerate(groups):
-            value = rows["powder_percent"]
             right.errorbar(
                 rows["fill_ratio"],
-                value,
-                yerr=[value - rows["seen_lower_powder_percent"], rows["seen_upper_powder_percent"] - value],
+                rows["powder_percent"],
+                yerr=_bars_of_weighings(rows),
                 marker=MARKERS[index % len(MARKERS)],
                 color=COLOURS[index % len(COLOURS)],
                 capsize=1.5,
@@ -83,13 +92,14 @@ def plot_mill_wear(wear: pd.DataFrame, material: str) -> Figure:
         # Side by side, so that bars can be told apart.
         heights = place + (pd.Series(range(len(own))) - (len(own) - 1) / 2) * 0.7 / max(len(own), 1)
         value = own["powder_percent"]
-        # The coefficient may be that of the largest weighing, but for rounding.
-        ends = [
-            (value - own["seen_lower_powder_percent"]).clip(lower=0),
-            (own["seen_upper_powder_percent"] - value).clip(lower=0),
-        ]
         axis.errorbar(
-            value, heights, xerr=ends, fmt="o", markersize=2.5, linewidth=0.8, color=COLOURS[place % len(COLOURS)]
+            value,
+            heights,
+            xerr=_bars_of_weighings(own),
+            fmt="o",
+            markersize=2.5,
+            linewidth=0.8,
+            color=COLOURS[place % len(COLOURS)],
         )
     axis.set(xscale="log", xlabel="wear over powder [%]", ylabel="mill")
     axis.set_yticks(range(len(mills)), mills)
