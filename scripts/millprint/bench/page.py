@@ -1,5 +1,6 @@
 """The page docs/reference/comparison.md: features and speed of other tools beside ours."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
@@ -18,7 +19,8 @@ particles of all kinds; millprint is for balls in mills alone. So the first tabl
 ## Features
 
 Our own column holds what the library's registries list, and `yes` where a test shows it: `make reference` fails if the
-test is gone. What the others have is from their documentation or from trying; the sources are below.
+test is gone. What the others have is from their documentation or from trying; the sources are below. *Not documented*
+means that we did not find it in the pages that are named there; *not known to us* means that we could not look.
 """
 
 SPEED = """
@@ -30,6 +32,7 @@ millprint. The walls differ: flat facets in millprint, a smooth cylinder in LAMM
 """
 
 NO_RUN = "No run is kept yet."
+ADDRESS = re.compile(r"https?://[^\s;]+")
 
 
 def _row(cells: list[str]) -> str:
@@ -61,5 +64,7 @@ def comparison_text(root: Path) -> str:
     else:
         parts.append(NO_RUN)
     parts.append("\n## Sources\n")
-    sources = [f"- {row.tool}, {row.feature.replace('_', ' ')}: {row.source}" for row in tools.itertuples()]
+    addresses = tools["source"].str.replace(ADDRESS, r"<\g<0>>", regex=True)
+    named = zip(tools["tool"], tools["feature"].str.replace("_", " "), addresses, strict=True)
+    sources = [f"- {tool}, {feature}: {address}" for tool, feature, address in named]
     return "\n".join([*parts, *sources]) + "\n"
