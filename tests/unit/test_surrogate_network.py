@@ -1,5 +1,7 @@
 """The network, its loss and its training."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -70,6 +72,48 @@ def test_mean_aggregation():
     out = layer(node, into_first, edge)
     torch.testing.assert_close(out[0], expected)
     torch.testing.assert_close(out[1], layer.node_mlp(torch.cat([node[1], torch.zeros(4)])))
+
+
+def as_printed(network: SignedDistanceNetwork, graphs: Graphs) -> tuple[torch.Tensor, torch.Tensor]:
+    """Eqs 6.22 to 6.27 word by word: every perceptron on what is joined for each edge and node."""
+    edges, balls = graphs.edges, len(graphs.ball)
+    node = network.node_encoder(torch.cat([graphs.ball, graphs.wall]))
+    pair, at_wall = network.edge_encoder(edges.pair_vector), network.edge_encoder(edges.wall_vector)
+    wall = balls + edges.wall // graphs.balls
+    source, target = torch.cat([edges.pair[0], wall, edges.wall]), torch.cat([edges.pair[1], edges.wall, wall])
+    edge = torch.cat([pair, at_wall, at_wall])
+    for layer in network.processor:
+        message = layer.message_mlp(torch.cat([node[target], node[source], edge], dim=1))
+        mean = torch.stack([message[target == i].sum(0) / max(1, int((target == i).sum())) for i in range(len(node))])
+        node = layer.node_mlp(torch.cat([node, mean], dim=1))
+    node, touched = node[:balls], torch.isin(torch.arange(balls), target).view(graphs.count, -1)
+    rows = zip(node.view(graphs.count, graphs.balls, -1), touched, strict=True)
+    pooled = torch.stack([own[with_edge].sum(0) / max(1, int(with_edge.sum())) for own, with_edge in rows])
+    return network.decoder(node), network.readout(pooled).squeeze(1)
+
+
+@pytest.mark.parametrize("layers", [2, 4])
+@pytest.mark.parametrize("rounds", [1, 3])
+def test_values_and_gradients_are_those_of_the_printed_equations(rounds, layers):
+    """In double precision, with graphs with and without edges and with biases, which are zero at the start."""
+    torch.manual_seed(3)
+    network = SignedDistanceNetwork(4, NetworkConfig(width=16, mlp_layers=layers, interaction_layers=rounds)).double()
+    for name, value in network.named_parameters():
+        if name.endswith("bias"):
+            torch.nn.init.normal_(value, std=0.3)
+    single = graphs_at(SNAPSHOTS, torch.tensor([3, 150, 230]), 4, None)
+    edges = replace(
+        single.edges, pair_vector=single.edges.pair_vector.double(), wall_vector=single.edges.wall_vector.double()
+    )
+    graphs = replace(single, ball=single.ball.double(), wall=single.wall.double(), edges=edges)
+    assert edges.pair.numel() and edges.wall.numel() and not (edges.wall < graphs.balls).any()
+    found = []
+    for values in (network(graphs), as_printed(network, graphs)):
+        total = values[0].square().sum() + 3 * values[1].square().sum()
+        found.append((*values, *torch.autograd.grad(total, tuple(network.parameters()))))
+    assert any(gradient.abs().max() > 1e-3 for gradient in found[1][2:])
+    for new, printed in zip(*found, strict=True):
+        torch.testing.assert_close(new, printed, rtol=1e-9, atol=1e-9 * printed.detach().abs().max().item())
 
 
 @pytest.mark.parametrize("layers", [1, 2])

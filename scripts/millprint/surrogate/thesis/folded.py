@@ -4,9 +4,9 @@ No ReLU stands between the last linear layer of one multi-layer perceptron and t
 message and the mean over messages (Eq. 6.25). With x the last hidden values of a perceptron, its last layer L x + b and
 a block W of the next one's first layer,
     W (L x + b) = (W L) x + W b,   mean_j(L x_j + b) = L mean_j(x_j) + b where there is a message, and 0 elsewhere.
-So each perceptron hands on its last hidden values, and W L and W b are computed once, in double precision. And the
-first layer of a message, W_i v_i + W_j v_j + W_e e (Eq. 6.24), is computed once a node and once an edge instead of
-three times an edge. The results are those of `network` but for rounding, for three quarters of the work.
+So each perceptron hands on its last hidden values, and W L and W b are computed once, in double precision. The first
+layer of a message, W_i v_i + W_j v_j + W_e e (Eq. 6.24), is computed once a node and once an edge, as in `network`,
+whose results these are but for rounding.
 """
 
 from typing import Any, NamedTuple

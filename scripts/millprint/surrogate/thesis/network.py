@@ -1,13 +1,16 @@
 """The signed-distance graph network (thesis Eqs 6.22 to 6.27), and the normalisation of features and targets."""
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import torch
 from sklearn.preprocessing import StandardScaler
 from torch import Tensor, nn
+from torch.nn.functional import linear
 from torch_geometric.nn import MessagePassing
 from torch_geometric.utils import scatter
 
@@ -27,38 +30,81 @@ CHANNELS = {
 }
 
 
-def mlp(inputs: int, width: int, outputs: int, layers: int) -> nn.Sequential:
+class Perceptron(nn.Sequential):
     """A multi-layer perceptron of `layers` linear layers with ReLU between them.
 
     Weights start as He et al. (2015) have them for ReLU. The default of torch shrinks the signal by 0.4 a layer, and
     after the twelve layers between input and output nothing of it is left to learn from.
     """
-    sizes = [inputs, *[width] * (layers - 1), outputs]
-    modules: list[nn.Module] = []
-    for size, following in itertools.pairwise(sizes):
-        linear = nn.Linear(size, following)
-        nn.init.kaiming_normal_(linear.weight, nonlinearity="relu")
-        nn.init.zeros_(linear.bias)
-        modules += [linear, nn.ReLU()]
-    return nn.Sequential(*modules[:-1])
+
+    def __init__(self, inputs: int, width: int, outputs: int, layers: int):
+        super().__init__()
+        for inner, outer in itertools.pairwise([inputs, *[width] * (layers - 1), outputs]):
+            layer = nn.Linear(inner, outer)
+            nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
+            nn.init.zeros_(layer.bias)
+            self.extend([layer, nn.ReLU(inplace=True)])
+        del self[-1]
+
+    @property
+    def first(self) -> nn.Linear:
+        """The first linear layer."""
+        return cast(nn.Linear, self[0])
+
+    @property
+    def last(self) -> nn.Linear:
+        """The last linear layer."""
+        return cast(nn.Linear, self[-1])
+
+    def between(self, values: Tensor) -> Tensor:
+        """From what the first linear layer gives, which is overwritten, to what the last one takes: (n, width)."""
+        for module in list(self)[1:-1]:
+            values = module(values)
+        return values
+
+
+def in_one(first: nn.Linear, second: nn.Linear, values: Tensor) -> Tensor:
+    """Values (n, inputs) through two linear layers without a ReLU between them, whose weights are multiplied first."""
+    bias = torch.addmv(second.bias, second.weight, first.bias)
+    return linear(values, second.weight @ first.weight, bias)
 
 
 class InteractionLayer(MessagePassing):
-    """One round of message passing with mean aggregation (Eqs 6.24 to 6.26)."""
+    """One round of message passing with mean aggregation (Eqs 6.24 to 6.26).
+
+    The first linear layer of a message, on [v_i, v_j, e_ij], is W_i v_i + W_j v_j + W_e e_ij: what nodes add is
+    computed once a node. No ReLU follows the last one, so the mean over messages is taken before it. The same holds
+    for what a node and its messages add to its new values: a node without messages is given none.
+    """
 
     def __init__(self, width: int, layers: int):
         super().__init__(aggr="mean")
-        self.message_mlp = mlp(3 * width, width, width, layers)
-        self.node_mlp = mlp(2 * width, width, width, layers)
+        self.message_mlp = Perceptron(3 * width, width, width, layers)
+        self.node_mlp = Perceptron(2 * width, width, width, layers)
 
     def forward(self, node: Tensor, edge_index: Tensor, edge: Tensor) -> Tensor:
         """node (n, width), edge_index (2, e) source and target, edge (e, width); returns (n, width)."""
-        received = self.propagate(edge_index, node=node, edge=edge, size=(len(node), len(node)))
-        return self.node_mlp(torch.cat([node, received], dim=1))
+        return self.node_mlp.last(self.hidden(node, edge_index, edge, len(node)))
+
+    def hidden(self, node: Tensor, edge_index: Tensor, edge: Tensor, updated: int) -> Tensor:
+        """What the last linear layer of the nodes takes, of the first `updated` nodes; no others receive messages."""
+        message, update = self.message_mlp, self.node_mlp
+        to_target, to_source, along = message.first.weight.chunk(3, dim=1)
+        own, received = update.first.weight.chunk(2, dim=1)
+        (sources, source), (targets, target) = (torch.unique(ends, return_inverse=True) for ends in edge_index)
+        mean = self.propagate(
+            torch.stack([source, target]),
+            node=(linear(node[sources], to_source), linear(node[targets], to_target)),
+            edge=linear(edge, along, message.first.bias),
+            size=(len(sources), len(targets)),
+        )
+        values = linear(node[:updated], own, update.first.bias)
+        values.index_add_(0, targets, linear(message.last(mean), received))
+        return update.between(values)
 
     def message(self, node_i: Tensor, node_j: Tensor, edge: Tensor) -> Tensor:
-        """Message into node i from node j, Eq. 6.24."""
-        return self.message_mlp(torch.cat([node_i, node_j, edge], dim=1))
+        """Hidden values of the message into node i from node j, Eq. 6.24, from what both and the edge add to it."""
+        return self.message_mlp.between(node_i + node_j + edge)
 
 
 class SignedDistanceNetwork(nn.Module):
@@ -71,34 +117,37 @@ class SignedDistanceNetwork(nn.Module):
     def __init__(self, window: int, size: NetworkConfig):
         super().__init__()
         width, layers = size.width, size.mlp_layers
-        self.node_encoder = mlp(7 * window, width, width, layers)
-        self.edge_encoder = mlp(3, width, width, layers)
+        self.node_encoder = Perceptron(7 * window, width, width, layers)
+        self.edge_encoder = Perceptron(3, width, width, layers)
         self.processor = nn.ModuleList(InteractionLayer(width, layers) for _ in range(size.interaction_layers))
-        self.decoder = mlp(width, width, 3, layers)
-        self.readout = mlp(width, width, 1, layers)
+        self.decoder = Perceptron(width, width, 3, layers)
+        self.readout = Perceptron(width, width, 1, layers)
 
     def forward(self, graphs: Graphs) -> tuple[Tensor, Tensor]:
         """Normalised acceleration (graphs * balls, 3) and dissipation (graphs,)."""
         edges, balls = graphs.edges, len(graphs.ball)
-        graph_of_ball = graphs.graph_of_ball
+        *earlier, last = cast(Iterable[InteractionLayer], self.processor)
         node = self.node_encoder(torch.cat([graphs.ball, graphs.wall]))
-        pair, at_wall = self.edge_encoder(torch.cat([edges.pair_vector, edges.wall_vector])).split(
-            [len(edges.pair_vector), len(edges.wall_vector)]
-        )
-        wall = graph_of_ball[edges.wall] + balls
+        edge = self.edge_encoder(torch.cat([edges.pair_vector, edges.wall_vector]))
+        wall = graphs.graph_of_ball[edges.wall] + balls
         into_balls = torch.cat([edges.pair, torch.stack([wall, edges.wall])], dim=1)
         into_walls = torch.stack([edges.wall, wall])
-        for layer in self.processor[:-1]:
-            node = layer(node, torch.cat([into_balls, into_walls], dim=1), torch.cat([pair, at_wall, at_wall]))
-        node = self.processor[-1](node, into_balls, torch.cat([pair, at_wall]))[:balls]
-        return self.decoder(node), self._dissipation(node, into_balls[1], graph_of_ball, graphs.count)
+        for layer in earlier:
+            both_ways = torch.cat([edge, edge[len(edges.pair_vector) :]])
+            node = layer(node, torch.cat([into_balls, into_walls], dim=1), both_ways)
+        hidden = last.hidden(node, into_balls, edge, balls)
+        decoder, update = self.decoder, last.node_mlp.last
+        acceleration = decoder.last(decoder.between(in_one(update, decoder.first, hidden)))
+        return acceleration, self._dissipation(hidden, update, into_balls[1], graphs)
 
-    def _dissipation(self, node: Tensor, touched: Tensor, graph_of_ball: Tensor, graphs: int) -> Tensor:
+    def _dissipation(self, hidden: Tensor, update: nn.Linear, touched: Tensor, graphs: Graphs) -> Tensor:
         """Mean of the balls with an edge, through the readout; a graph without any pools to zero."""
-        has_edge = torch.zeros(len(node), dtype=torch.bool, device=node.device)
-        has_edge[touched] = True
-        pooled = scatter(node[has_edge], graph_of_ball[has_edge], dim=0, dim_size=graphs, reduce="mean")
-        return self.readout(pooled).squeeze(1)
+        balls = touched.unique()
+        graph = graphs.graph_of_ball[balls]
+        pooled = update(scatter(hidden[balls], graph, dim_size=graphs.count, reduce="mean"))
+        any_edge = torch.zeros(graphs.count, 1, dtype=torch.bool, device=hidden.device)
+        any_edge[graph] = True
+        return self.readout(torch.where(any_edge, pooled, 0)).squeeze(1)
 
 
 def target(run: Snapshots, graph: GraphConfig) -> Tensor:
