@@ -25,7 +25,7 @@ from tests.unit.synthetic_mill import fingerprint
 from tests.unit.yield_settings import SPLIT, all_runs, settings
 
 PAGE = (ROOT / "docs/how_to/other_sources.md").read_text()
-TABLE, KEYS = re.findall(r"^```(?:yaml)?\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+TABLE, KEYS = re.findall(r"^```(?:text|yaml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 FILE = "my.yaml"
 
 
