@@ -61,8 +61,8 @@ def test_the_paper_cites_what_its_bibliography_has_and_nothing_else():
 
 @pytest.mark.parametrize(
     "section",
-    ["Summary", "Statement of need", "State of the field", "Software design", "Research use", "Limits",
-     "Disclosure of the use of AI", "References"],
+    ["Summary", "Statement of need", "State of the field", "Software design", "Research impact statement",
+     "AI usage disclosure", "Acknowledgements", "References"],
 )  # fmt: skip
 def test_the_paper_has_the_sections_that_the_journal_asks_for(section):
     assert f"\n# {section}\n" in PAPER
