@@ -7,8 +7,8 @@ from typing import NamedTuple
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, threads_of
+from millprint.dem.batches import is_finished, origin_digest, set_apart, take_back
 from millprint.dem.run import run_case
-from millprint.dem.seeds import is_finished, origin_digest, set_apart, take_back
 from millprint.job import job
 from millprint.records import digest
 

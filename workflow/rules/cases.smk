@@ -5,8 +5,8 @@ from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
+from millprint.dem.batches import batches, condition_of
 from millprint.dem.resources import resources_of, resources_together
-from millprint.dem.seeds import seeds_together
 from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 
@@ -127,9 +127,14 @@ def study_summaries(name: str) -> list[str]:
     return [f"{RESULTS}/dem/{path}/summary.json" for each in study_plan(name) for path in each["paths"]]
 
 
+def studied(name: str) -> dict:
+    """The cases of the study of a mill's settings, by their path."""
+    return {case.path: case for each in study_of(name) for case in each.cases}
+
+
 def swept_cases(name: str) -> dict:
     """The cases of a mill's own sweep and of the study of its settings, by their path."""
-    return {case.path: case for each in study_of(name) for case in each.cases} | cases_of_mill(name)
+    return studied(name) | cases_of_mill(name)
 
 
 def mill_summaries(name: str) -> list[str]:
@@ -205,8 +210,13 @@ def known_cases() -> list[dict]:
     """All cases that are known before the run, by path: of the sweeps, each mill's own sweep and study, and set-ups."""
     own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
+    # What two targets ask for, apart from what one of them does: the condition that a study begins from, and in a smoke
+    # test, which has no other case of a sweep, the first of each mill.
+    both = [{path: case for path, case in cases_of_mill(name).items() if path in studied(name)} for name in own]
+    alone = [list(cases_of_mill(name).items())[:1] for name in own] if CONFIG.mills.first_case_only else []
+    first = dict(case for cases in alone for case in cases)
     # In the order in which `case_at` looks for a case.
-    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *swept]
+    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, first, *both, *swept]
 
 
 def log_of(case) -> str:
@@ -218,6 +228,12 @@ def seeds_of(wildcards) -> list:
     """The cases of a condition, which is the path of a folder in results/dem without the seed."""
     paths = [f"{wildcards.condition}_s{seed}" for seed in TOGETHER[wildcards.condition]]
     return [next(cases[path] for cases in KNOWN_CASES if path in cases) for path in paths]
+
+
+def title_of(cases) -> str:
+    """The conditions of some cases, in words."""
+    conditions = list(dict.fromkeys(map(condition_of, cases)))
+    return ", ".join(conditions) + (", every seed" if len(conditions) < len(cases) else "")
 
 
 def files_of(cases) -> list[str]:
@@ -237,6 +253,13 @@ def simulated_from(cases) -> dict:
     }
 
 
+def of_cases(made, cases):
+    """What `made` makes of the cases of a job, as a function that Snakemake calls when it plans the job."""
+    return lambda wildcards: made(cases)
+
+
+# The sweep of the configuration that a case belongs to, the first of several, by path.
+SWEEP_OF = {path: block.name for block in reversed(CONFIG.sweeps) for path in cases_of_sweep(block.name)}
 # The simulations of the milling cards, by path.
 CARD_CASES = {case.path: case for name in CARD_EXPERIMENTS for case in cases_of_card(name)}
 
@@ -244,14 +267,16 @@ with stop_on_bad_input():
     KNOWN_CASES = known_cases()
     # Names of the cases that need a cluster job of their own.
     LONG_CASES = sorted({case.name for cases in KNOWN_CASES for case in cases.values() if estimate(case).needs_own_job})
-    # Conditions whose seeds are one job, with their seeds.
-    TOGETHER = seeds_together(KNOWN_CASES, estimate)
+    # The cases of each job that has several.
+    SHARED = batches(KNOWN_CASES, estimate, SWEEP_OF)
 
+# Those of several conditions, and conditions whose seeds are one job, with their seeds.
+BATCHES = [cases for cases in SHARED if len(set(map(condition_of, cases))) > 1]
+TOGETHER = {condition_of(cases[0]): tuple(case.seed for case in cases) for cases in SHARED if cases not in BATCHES}
 # By their seeds, a pattern of the conditions whose seeds are one job.
 SEED_RULES = {
     seeds: any_of([condition for condition, own in TOGETHER.items() if own == seeds])
     for seeds in sorted(set(TOGETHER.values()))
 }
 # A mill's name in the path of a case that is a job of its own.
-IN_SEED_RULES = [f"(?:{names})_s(?:{'|'.join(map(str, seeds))})" for seeds, names in SEED_RULES.items()]
-IN_OWN_JOB = f"(?!(?:{'|'.join(IN_SEED_RULES)})/)[a-z][a-z0-9_]*" if IN_SEED_RULES else "[a-z][a-z0-9_]*"
+IN_OWN_JOB = f"(?!(?:{any_of([case.path for cases in SHARED for case in cases])})/)[a-z][a-z0-9_]*"

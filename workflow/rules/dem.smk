@@ -1,4 +1,4 @@
-"""Simulations: compile the kernels once, then run each case, or the short seeds of a condition in a job."""
+"""Simulations: compile the kernels once, then run each case, or the short seeds or conditions of a sweep in a job."""
 
 
 # It runs first, since half of the other jobs wait for it, and only once. After an edit of the library, each simulation
@@ -86,5 +86,37 @@ for seeds, conditions in SEED_RULES.items():
             library=library("run_dem_case.py"),
         message:
             "Simulating {wildcards.condition}, every seed"
+        script:
+            "../../scripts/run_dem_case.py"
+
+
+# Short conditions of a sweep, several in a job; the script is the same.
+for number, batch in enumerate(BATCHES, 1):
+
+    rule:
+        name:
+            f"run_dem_batch_{number}"
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            sources=of_cases(files_of, batch),
+        output:
+            run=[update(f"{RESULTS}/dem/{case.path}/run.h5") for case in batch],
+            summary=[update(f"{RESULTS}/dem/{case.path}/summary.json") for case in batch],
+        log:
+            f"{LOGS}/dem/{batch[0].path}_and_others.log",
+        benchmark:
+            f"{BENCHMARKS}/run_dem_case/{batch[0].path}_and_others.tsv"
+        # The groups of a cluster's profile name rules; these have names of their own.
+        group:
+            "simulations"
+        resources:
+            runtime=lambda wildcards, attempt, batch=batch: attempt * together(batch).runtime_min,
+            mem_mb=lambda wildcards, attempt, batch=batch: attempt * together(batch).memory_mb,
+        params:
+            given=of_cases(simulated_from, batch),
+            settings=settings("dem"),
+            library=library("run_dem_case.py"),
+        message:
+            f"Simulating {title_of(batch)}"
         script:
             "../../scripts/run_dem_case.py"

@@ -33,7 +33,7 @@ except ModuleNotFoundError as error:
 
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.dem.seeds import make_again
+from millprint.dem.batches import make_again
 from millprint.ending.failure import failure_lines
 from millprint.ending.success import success_lines
 from millprint.errors import ConfigError

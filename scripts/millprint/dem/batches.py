@@ -1,10 +1,11 @@
-"""The seeds of a condition as one job: a process starts once, and every case keeps its own log, restart and failure.
+"""Short cases as one job: a process starts once, and every case keeps its own log, restart and failure.
 
-Seeds that are finished stay as they are, so that a killed job, one damaged file or a further seed repeats nothing.
+Cases that are finished stay as they are, so that a killed job, one damaged file or a further seed repeats nothing.
 """
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -13,9 +14,11 @@ from millprint.config.sweep import Case
 from millprint.dem.resources import Resources
 from millprint.records import made_from, record_path
 
-# The longest simulations of a job together [s], by the estimate of millprint.dem.resources: some four times what they
-# take.
-LONGEST_S = 400
+# Times by the estimate of millprint.dem.resources, which is two to four times what simulations take [s]: of the longest
+# seeds that share a job; of conditions in a job, about; and of the shortest job that is worth its start.
+LONGEST_S, BATCH_S, SHORTEST_S = 400, 40, 8
+# The short conditions of a sweep are at least so many jobs, if each is worth its start, so that all cores have work.
+BATCHES = 4
 # In the environment of the jobs if the user asked for results to be made again; then no file of an earlier job is kept.
 AGAIN_VARIABLE = "MILLPRINT_AGAIN"
 # What is appended to the name of a finished case's files if another case of the job has failed.
@@ -27,16 +30,18 @@ def condition_of(case: Case) -> str:
     return case.path.removesuffix(f"_s{case.seed}")
 
 
-def seeds_together(
-    sources: Iterable[Mapping[str, Case]], estimate: Callable[[Case], Resources]
-) -> dict[str, tuple[int, ...]]:
-    """Conditions whose seeds are one job, with their seeds in order: short, and more than one.
+def batches(
+    sources: Iterable[Mapping[str, Case]], estimate: Callable[[Case], Resources], sweeps: Mapping[str, str]
+) -> list[tuple[Case, ...]]:
+    """The cases that share a job, for each such job: the short seeds of a condition, and short conditions of a sweep.
 
-    sources: cases by path, such as those of a sweep; seeds of different sources are never one job, since somebody who
-    asks for the one does not wait for the other. A path counts in the first source that has it.
+    sources: cases by path; cases of different sources are never one job, since somebody who asks for the one does not
+    wait for the other. A path counts in the first source that has it. sweeps: by path, the name of a case's sweep,
+    where a source has several: a change of one sweep leaves the jobs of the others as they are.
     """
     known: set[str] = set()
-    together = {}
+    seen: set[str] = set()
+    found: list[tuple[Case, ...]] = []
     for cases in sources:
         own: dict[str, list[Case]] = {}
         for path, case in cases.items():
@@ -44,13 +49,33 @@ def seeds_together(
             if path not in known and not case.disturbance_m:
                 own.setdefault(condition_of(case), []).append(case)
         known.update(cases)
+        by_sweep: dict[str, list[tuple[list[Case], float]]] = {}
         for condition, group in own.items():
-            found = [estimate(case) for case in group]
-            short = sum(each.seconds for each in found) <= LONGEST_S and not any(each.needs_own_job for each in found)
+            parts = [estimate(case) for case in group]
+            seconds = sum(part.seconds for part in parts)
+            short = seconds <= LONGEST_S and not any(part.needs_own_job for part in parts)
             # A condition may have seeds in two sources; those of the first share a job.
-            if len(group) > 1 and short and condition not in together:
-                together[condition] = tuple(sorted(case.seed for case in group))
-    return together
+            if short and condition not in seen:
+                group.sort(key=lambda case: case.seed)
+                by_sweep.setdefault(sweeps.get(group[0].path, ""), []).append((group, seconds))
+        seen.update(own)
+        for conditions in by_sweep.values():
+            found += [tuple(batch) for batch in _divided(conditions) if len(batch) > 1]
+    return found
+
+
+def _divided(conditions: Sequence[tuple[list[Case], float]]) -> list[list[Case]]:
+    """Conditions of a sweep, each with its cases and their time [s], as batches of about the same time, in order."""
+    short = [(group, seconds) for group, seconds in conditions if seconds <= BATCH_S]
+    total = sum(seconds for _, seconds in short)
+    number = max(1, math.ceil(total / min(BATCH_S, max(SHORTEST_S, total / BATCHES))))
+    divided: dict[int, list[Case]] = {}
+    before = 0.0
+    for group, seconds in short:
+        middle = before + seconds / 2
+        divided.setdefault(int(number * middle / total) if total else 0, []).extend(group)
+        before += seconds
+    return [*divided.values(), *(group for group, seconds in conditions if seconds > BATCH_S)]
 
 
 def make_again(wanted: bool) -> None:

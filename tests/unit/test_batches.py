@@ -1,11 +1,11 @@
-"""The seeds of a condition as one job: which ones, and what such a job leaves as it is."""
+"""Short cases as one job: which ones, and what such a job leaves as it is."""
 
 import logging
 
 import pytest
 
 from millprint.config.sweep import Case
-from millprint.dem import seeds
+from millprint.dem import batches
 from millprint.dem.resources import Resources, resources_together
 from millprint.files import write_json
 from millprint.job import job
@@ -27,24 +27,63 @@ def taking(seconds: float, threads: int = 1):
     return lambda case: Resources(runtime_min=11, memory_mb=700, threads=threads, seconds=seconds)
 
 
+def paths(*cases: Case) -> tuple[str, ...]:
+    return tuple(each.path for each in cases)
+
+
+def shared(sources, estimate, sweeps=None) -> list[tuple[str, ...]]:
+    return [paths(*batch) for batch in batches.batches(sources, estimate, sweeps or {})]
+
+
+# Seeds of a condition that share a job, but not with another condition.
+ALONE = taking(batches.BATCH_S)
+
+
 def test_seeds_of_a_condition_are_together_and_those_of_another_source_are_not():
     sweep = by_path(*(case(seed) for seed in (1, 0)), case(0, fill_ratio=0.3))
     study = by_path(*(case(seed) for seed in (0, 1, 2, 3)), *(case(seed, facets=24) for seed in (0, 5)))
-    found = seeds.seeds_together([sweep, study], taking(10))
-    assert found == {seeds.condition_of(case(0)): (0, 1), seeds.condition_of(case(0, facets=24)): (0, 5)}
+    found = shared([sweep, study], ALONE)
+    assert found == [paths(case(0), case(1)), paths(case(0, facets=24), case(5, facets=24))]
     # A further condition changes nothing for those that were there.
-    more = seeds.seeds_together([sweep | by_path(case(0, speed_rpm=77), case(1, speed_rpm=77)), study], taking(10))
-    assert found.items() < more.items()
+    more = shared([sweep | by_path(case(0, speed_rpm=77), case(1, speed_rpm=77)), study], ALONE)
+    assert set(found) < set(more)
 
 
-@pytest.mark.parametrize("estimate", [taking(seeds.LONGEST_S), taking(1, threads=2)])
+def filled(*fills: float, **changed) -> list[Case]:
+    return [case(0, fill_ratio=fill, **changed) for fill in fills]
+
+
+def test_short_conditions_of_a_sweep_share_jobs_of_about_the_same_length_in_their_order():
+    cases = filled(*(round(0.1 + 0.01 * step, 2) for step in range(16)))
+    found = shared([by_path(*cases)], taking(batches.BATCH_S / 8))
+    assert found == [paths(*cases[start : start + 4]) for start in range(0, 16, 4)]
+    # Jobs as short as their start are not worth it.
+    assert shared([by_path(*cases)], taking(batches.SHORTEST_S / 16)) == [paths(*cases)]
+    # Longer conditions, fewer in a job.
+    assert shared([by_path(*cases)], taking(batches.BATCH_S / 2)) == [paths(*cases[n : n + 2]) for n in range(0, 16, 2)]
+    assert shared([by_path(*cases)], taking(batches.BATCH_S)) == []
+
+
+def test_cases_of_two_sweeps_are_never_one_job():
+    first, second = filled(0.1, 0.2), filled(0.1, 0.2, speed_rpm=300)
+    sweeps = {path: name for name, own in (("first", first), ("second", second)) for path in paths(*own)}
+    found = shared([by_path(*first, *second)], taking(1), sweeps)
+    assert found == [paths(*first), paths(*second)]
+
+
+def test_a_case_that_is_asked_for_alone_is_a_job_of_its_own():
+    cases = filled(0.1, 0.2, 0.3)
+    assert shared([by_path(cases[0]), by_path(*cases)], taking(1)) == [paths(*cases[1:])]
+
+
+@pytest.mark.parametrize("estimate", [taking(batches.LONGEST_S), taking(1, threads=2)])
 def test_long_cases_and_those_with_threads_are_jobs_of_their_own(estimate):
-    assert seeds.seeds_together([by_path(case(0), case(1))], estimate) == {}
+    assert shared([by_path(case(0), case(1))], estimate) == []
 
 
 def test_a_disturbed_twin_is_a_job_of_its_own():
     twins = by_path(*(case(seed, disturbance_m=1e-9) for seed in (0, 1)))
-    assert seeds.seeds_together([twins], taking(1)) == {}
+    assert shared([twins], taking(1)) == []
 
 
 def test_a_job_of_several_cases_requests_the_sum_of_their_times_and_the_largest_memory():
@@ -60,7 +99,7 @@ def finished(tmp_path):
     """Log and file of a finished case, and its origin."""
     log, result, source = tmp_path / "a.log", tmp_path / "summary.json", tmp_path / "jar.stl"
     source.write_text("a jar")
-    origin = seeds.origin_digest(["values"], [source])
+    origin = batches.origin_digest(["values"], [source])
     with job(str(log), "a case", origin):
         write_json({"power_W": 1.0}, result)
     return log, result, origin
@@ -68,16 +107,16 @@ def finished(tmp_path):
 
 def test_a_case_is_finished_if_its_files_are_there_and_of_the_same_origin(finished, tmp_path):
     log, result, origin = finished
-    assert seeds.is_finished(origin, log, [result])
+    assert batches.is_finished(origin, log, [result])
     (tmp_path / "jar.stl").write_text("another jar")
-    assert not seeds.is_finished(seeds.origin_digest(["values"], [tmp_path / "jar.stl"]), log, [result])
-    assert not seeds.is_finished(seeds.origin_digest(["other"], []), log, [result])
-    seeds.make_again(True)
-    assert not seeds.is_finished(origin, log, [result])
-    seeds.make_again(False)
-    assert seeds.is_finished(origin, log, [result])
+    assert not batches.is_finished(batches.origin_digest(["values"], [tmp_path / "jar.stl"]), log, [result])
+    assert not batches.is_finished(batches.origin_digest(["other"], []), log, [result])
+    batches.make_again(True)
+    assert not batches.is_finished(origin, log, [result])
+    batches.make_again(False)
+    assert batches.is_finished(origin, log, [result])
     result.unlink()
-    assert not seeds.is_finished(origin, log, [result])
+    assert not batches.is_finished(origin, log, [result])
 
 
 def test_a_file_that_the_user_keeps_stays_finished_and_one_without_a_record_does_not(finished):
@@ -86,27 +125,27 @@ def test_a_file_that_the_user_keeps_stays_finished_and_one_without_a_record_does
     replace_entries(record, read_record(record))
     assert made_from(record) == origin
     record.unlink()
-    assert not seeds.is_finished(origin, log, [result])
+    assert not batches.is_finished(origin, log, [result])
 
 
 def test_a_case_that_begins_again_is_not_finished(finished):
     log, result, origin = finished
     with pytest.raises(RuntimeError), job(str(log), "a case", origin):
         raise RuntimeError("killed, say")
-    assert not seeds.is_finished(origin, log, [result])
+    assert not batches.is_finished(origin, log, [result])
 
 
 def test_files_of_finished_cases_survive_the_failure_of_another(finished):
     _, result, _ = finished
     content = result.read_text()
-    seeds.set_apart([result])
+    batches.set_apart([result])
     assert not result.exists()
-    seeds.take_back([result])
+    batches.take_back([result])
     assert result.read_text() == content
     # A newer file wins.
-    seeds.set_apart([result])
+    batches.set_apart([result])
     result.write_text("newer")
-    seeds.take_back([result])
+    batches.take_back([result])
     assert result.read_text() == "newer" and not list(result.parent.glob("*.finished"))
 
 
