@@ -2,9 +2,11 @@
 
 import re
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from scripts.write_conda_file import conda_text
 
 ENVIRONMENTS = Path(__file__).parents[2] / "envs"
@@ -31,6 +33,14 @@ def test_every_required_package_is_locked_in_an_allowed_version():
     versions = {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in locked().items()}
     for requirement in map(Requirement, required()):
         assert versions[requirement.name.lower()] in requirement.specifier, requirement
+
+
+def test_every_package_runs_on_the_python_of_debian_12():
+    """Where the installed version is that of the lock file, its own metadata says which versions of Python it takes."""
+    wanted = {name: metadata.metadata(name)["Requires-Python"] for name, version in locked().items()
+              if metadata.version(name) == version}  # fmt: skip
+    assert len(wanted) > 150
+    assert not {name: text for name, text in wanted.items() if text and "3.11.2" not in SpecifierSet(text)}
 
 
 def test_the_environment_of_jobs_has_no_snakemake_and_no_developer_tools():
