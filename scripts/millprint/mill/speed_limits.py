@@ -66,6 +66,8 @@ BOUNDS = {
 # Samples of a turn of the fastest harmonic, which miss its peak by 0.02 %; their largest number, a prime, so that they
 # meet other phases in every turn of a faster one; and the step of differences.
 SAMPLES, SAMPLES_MAX, DIFFERENCE = 180, 3607, 1e-4
+# Points that are moved at a time, 24 bytes each.
+POINTS_TOGETHER = 50_000
 
 
 @dataclass(frozen=True)
@@ -127,10 +129,14 @@ def _pace(body: Body, law: MotionSection, bounds: Bounds) -> Pace:
 def _largest(points: np.ndarray, turning: np.ndarray, moving: np.ndarray) -> float:
     """The largest |turning x + moving| of points x (n, 3), for changes of the pose (t, 3, 3) and (t, 3) over time.
 
-    One time after another, because a vessel from a file has many points.
+    As many times together as need little memory, because a vessel from a file has many points.
     """
-    changes = zip(turning, moving, strict=True)
-    return max(float(np.linalg.norm(points @ matrix.T + shift, axis=1).max()) for matrix, shift in changes)
+    largest, together = 0.0, max(1, POINTS_TOGETHER // len(points))
+    for first in range(0, len(turning), together):
+        times = slice(first, first + together)
+        moved = points @ turning[times].transpose(0, 2, 1) + moving[times, None]
+        largest = max(largest, float(np.linalg.norm(moved, axis=2).max()))
+    return largest
 
 
 def _harmonic(motion: Motion) -> int:
