@@ -7,7 +7,7 @@ import numpy as np
 
 from millprint.kernel import array_maker, inlined
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
-from millprint.mill.vessel import Vessel
+from millprint.mill.vessel import Vessel, ahead, cross
 
 
 class Surface(NamedTuple):
@@ -30,20 +30,18 @@ def _surface(vessel: Vessel) -> Surface:
     corner_sum: dict[tuple[int, ...], np.ndarray] = {}
     for facet in vessel.facets:
         for loop in facet.loops:
-            ahead, behind = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
-            length = np.linalg.norm(ahead, axis=1)
-            along = ahead / length[:, None]
+            forth, back = ahead(loop) - loop, np.concatenate((loop[-1:], loop[:-1])) - loop
+            length = np.linalg.norm(forth, axis=1)
+            along = forth / length[:, None]
             flat = loop @ np.array(facet.axes).T
-            flat = np.hstack([flat, np.roll(flat, -1, axis=0)])
-            back = behind / np.linalg.norm(behind, axis=1)[:, None]
-            inward = np.cross(facet.normal, along)
+            flat = np.hstack([flat, ahead(flat)])
+            back = back / np.linalg.norm(back, axis=1)[:, None]
+            inward = cross(facet.normal, along)
             angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
-            for k, point in enumerate(loop):
-                edge = vessel.edge_between(point, loop[(k + 1) % len(loop)])
+            for k, (key, edge) in enumerate(zip(vessel.keys(loop), vessel.edges_along(loop), strict=True)):
                 side_normal = sum(vessel.facets[index].normal for index in edge.facets)
-                key = vessel.key(point)
                 corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
-                rows.append((point, along[k], length[k], flat[k], side_normal, key))
+                rows.append((loop[k], along[k], length[k], flat[k], side_normal, key))
         first.append(len(rows))
     *sides, keys = zip(*rows, strict=True)
     planes = zip(*((facet.normal, facet.offset, facet.axes) for facet in vessel.facets), strict=True)

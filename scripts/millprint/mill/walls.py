@@ -19,7 +19,7 @@ from millprint.columns import Vector, number_columns
 from millprint.kernel import array_maker, inlined, inner, kernel
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
-from millprint.mill.vessel import Edge, Vessel
+from millprint.mill.vessel import Edge, Vessel, ahead
 
 
 class PlaneColumns(NamedTuple):
@@ -92,9 +92,9 @@ def _sides(vessel: Vessel, radius: float, overlap: float) -> tuple[np.ndarray, n
         axes = np.array(facet.axes).T
         for loop in facet.loops:
             flat = loop @ axes
-            for k, (start, end) in enumerate(zip(flat, np.roll(flat, -1, axis=0), strict=True)):
+            for start, end, edge in zip(flat, ahead(flat), vessel.edges_along(loop), strict=True):
                 length = float(np.linalg.norm(end - start))
-                reach = _reach(vessel.edge_between(loop[k], loop[(k + 1) % len(loop)]), radius, overlap)
+                reach = _reach(edge, radius, overlap)
                 sides.append([*start, *(end - start) / length, length, reach, *end])
         counts.append(sum(map(len, facet.loops)))
     return np.array(counts), np.array(sides)
