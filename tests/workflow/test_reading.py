@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from millprint.liveness import RUN_VARIABLE
-from tests.workflow.conftest import ask_snakemake, copy_project, run_snakemake
+from tests.workflow import warm_snakemake
+from tests.workflow.conftest import active_environment, ask_snakemake, copy_project, run_snakemake
 
 CONFIGURATION = ("--configfile", "config/smoke.yaml")
 RESULT = "results/doe/anova_printed.tsv"
@@ -41,21 +42,17 @@ def disturbed(tmp_path_factory) -> Path:
     assert done.returncode == 0, done.stdout[-4000:]
     with (project / RESULT).open("a") as file:
         file.write("a line more\n")
-    session = subprocess.Popen(
-        [sys.executable, "-m", "snakemake", "--cores", "1", *CONFIGURATION, "--", "results/dem/kernels.json"],
-        cwd=project,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
+    words = ["--cores", "1", *CONFIGURATION, "--", "results/dem/kernels.json"]
+    said = project.parent / "session.log"
+    session = warm_snakemake.start(words, project, active_environment(), said, said)
     log = project / "results/logs/dem/compile_kernels.log"
     end = time.monotonic() + 120
     while not log.exists():
-        assert session.poll() is None
+        assert session.poll() is None, said.read_text()
         assert time.monotonic() < end
         time.sleep(0.1)
     os.killpg(session.pid, signal.SIGKILL)
-    session.wait()
+    session.wait(timeout=60)
     assert list((project / ".snakemake/locks").iterdir())
     assert list((project / ".snakemake/millprint/runs").iterdir())
     # Its jobs end within a second after it.

@@ -25,26 +25,65 @@ IMPORTED = (
 )
 
 
+class Started:
+    """A fork that runs beside this process, with a process group of its own."""
+
+    def __init__(self, server: subprocess.Popen, pid: int) -> None:
+        self.server, self.pid = server, pid
+        self.returncode: int | None = None
+
+    def wait(self, timeout: float) -> int:
+        """Wait for its end and give its exit status. After `timeout` seconds it is killed: TimeoutExpired."""
+        if self.returncode is None:
+            self.returncode = _asked(self.server, wait_for=self.pid, timeout=timeout)
+            if self.returncode is None:
+                raise subprocess.TimeoutExpired("snakemake", timeout)
+        return self.returncode
+
+    def poll(self) -> int | None:
+        """Its exit status; None as long as it runs."""
+        if self.returncode is None:
+            self.returncode = _asked(self.server, look_at=self.pid)
+        return self.returncode
+
+    def kill(self) -> None:
+        """Kill it alone, not the processes that it has started."""
+        if self.poll() is None:
+            os.kill(self.pid, signal.SIGKILL)
+
+
+def start(arguments: list[str], folder: Path, environment: Mapping[str, str], out: Path, err: Path) -> Started:
+    """Start Snakemake with these arguments in `folder`. Its streams are appended to two files, or to one."""
+    server = _server(environment.get("PYTHONPATH", ""))
+    request = {
+        "arguments": arguments,
+        "folder": str(folder),
+        "environment": dict(environment),
+        "streams": [str(out), str(err)],
+    }
+    return Started(server, _asked(server, start=request))
+
+
 def run(
     arguments: list[str], folder: Path, environment: Mapping[str, str], timeout: float, one_stream: bool
 ) -> subprocess.CompletedProcess:
     """Run Snakemake with these arguments in `folder`. Both streams are in `stdout` if `one_stream`, else apart."""
     with TemporaryDirectory() as written:
-        streams = [str(Path(written, name)) for name in ("out", "out" if one_stream else "err")]
-        request = {
-            "arguments": arguments,
-            "folder": str(folder),
-            "environment": dict(environment),
-            "streams": streams,
-            "timeout": timeout,
-        }
-        server = _server(environment.get("PYTHONPATH", ""))
-        print(json.dumps(request), file=server.stdin, flush=True)
-        status = json.loads(server.stdout.readline())
-        out, err = (Path(stream).read_text() for stream in streams)
-    if status is None:
-        raise subprocess.TimeoutExpired(["snakemake", *arguments], timeout, out, err)
+        streams = [Path(written, name) for name in ("out", "out" if one_stream else "err")]
+        started = start(arguments, folder, environment, *streams)
+        try:
+            status = started.wait(timeout)
+        except subprocess.TimeoutExpired:
+            texts = (stream.read_text() for stream in streams)
+            raise subprocess.TimeoutExpired(["snakemake", *arguments], timeout, *texts) from None
+        out, err = (stream.read_text() for stream in streams)
     return subprocess.CompletedProcess(["snakemake", *arguments], status, out, err)
+
+
+def _asked(server: subprocess.Popen, **request) -> int | None:
+    """The answer of the process that forks."""
+    print(json.dumps(request), file=server.stdin, flush=True)
+    return json.loads(server.stdout.readline())
 
 
 @cache
@@ -63,24 +102,36 @@ def _server(python_path: str) -> subprocess.Popen:
 
 
 def serve() -> None:
-    """Answer every request on standard input with the exit status of its fork, or null if that took too long."""
+    """Answer every request on standard input: start a fork, wait for its end, or look whether it has ended."""
     for name in IMPORTED:
         importlib.import_module(name)
-    while request := sys.stdin.readline():
-        told = json.loads(request)
-        timeout = told.pop("timeout")
-        child = os.fork()
-        if child == 0:
-            # Ends with the exit status of Snakemake, after all that is to be done at the end of a process.
-            _become_snakemake(**told)
-        print(json.dumps(_status_of(child, timeout)), flush=True)
+    while line := sys.stdin.readline():
+        print(json.dumps(_answer(**json.loads(line))), flush=True)
+
+
+def _answer(
+    start: dict | None = None, wait_for: int | None = None, timeout: float = 0, look_at: int | None = None
+) -> int | None:
+    """The process id of a fork that was started, or the exit status of one; None if it runs, or took too long."""
+    if wait_for:
+        return _status_of(wait_for, timeout)
+    if look_at:
+        ended, status = os.waitpid(look_at, os.WNOHANG)
+        return os.waitstatus_to_exitcode(status) if ended else None
+    child = os.fork()
+    if child == 0:
+        # Ends with the exit status of Snakemake, after all that is to be done at the end of a process.
+        _become_snakemake(**start)
+    # Here and in the fork: whoever comes first makes the group, which the caller may kill at once.
+    os.setpgid(child, child)
+    return child
 
 
 def _become_snakemake(arguments: list[str], folder: str, environment: dict[str, str], streams: list[str]) -> None:
     """Do what `python -m snakemake` does in a shell. Raises SystemExit."""
     from snakemake.cli import main
 
-    os.setsid()
+    os.setpgid(0, 0)
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
@@ -100,7 +151,7 @@ def _status_of(child: int, timeout: float) -> int | None:
     try:
         _, status = os.waitpid(child, 0)
     except KeyboardInterrupt:
-        # The keyboard reaches this process, but not the session of the fork.
+        # The keyboard reaches this process, but not the group of the fork.
         os.killpg(child, signal.SIGKILL)
         raise
     late = not signal.getitimer(signal.ITIMER_REAL)[0]
