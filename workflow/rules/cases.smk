@@ -212,7 +212,10 @@ def known_cases() -> list[dict]:
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
     # What two targets ask for, apart from what one of them does: the condition that a study begins from, and in a smoke
     # test, which has no other case of a sweep, the first of each mill.
-    both = [{path: case for path, case in cases_of_mill(name).items() if path in studied(name)} for name in own]
+    both = []
+    for name in own:
+        cases = cases_of_mill(name)
+        both.append({path: cases[path] for path in studied(name) if path in cases})
     alone = [list(cases_of_mill(name).items())[:1] for name in own] if CONFIG.mills.first_case_only else []
     first = dict(case for cases in alone for case in cases)
     # In the order in which `case_at` looks for a case.
