@@ -21,7 +21,6 @@ import psutil
 import pytest
 
 from millprint.files import read_json
-from tests.workflow import warm_snakemake
 from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake, share_kernels
 
 KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))
@@ -106,9 +105,15 @@ class Session:
     """Snakemake in a process group of its own."""
 
     def __init__(self, project: Path, log: Path, arguments: tuple[str, ...] = ARGUMENTS):
-        self.project = project
-        words = ["--cores", "2", "--keep-going", *arguments]
-        self.process = warm_snakemake.start(words, project, active_environment(), log, log)
+        self.project, self.log = project, log.open("a")
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "snakemake", "--cores", "2", "--keep-going", *arguments],
+            cwd=project,
+            env=active_environment(),
+            stdout=self.log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
 
     def jobs(self) -> list[psutil.Process]:
         """The running scripts."""
@@ -148,7 +153,7 @@ class Session:
         if what == "everything":
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.kill()
-        self.process.wait(timeout=60)
+        self.process.wait()
 
 
 def test_kills_at_random_moments_change_nothing(workplace):
@@ -170,7 +175,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
         session.kill(rng.choice(["job", "job", "Snakemake", "everything"]), rng)
         kills += 1
     session.process.kill()
-    session.process.wait(timeout=60)
+    session.process.wait()
     # The next command of a user needs no manual unlocking and no further option.
     said += verified(project)
     done = run_snakemake(project, *ARGUMENTS, timeout=1800)

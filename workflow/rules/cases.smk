@@ -210,16 +210,14 @@ def known_cases() -> list[dict]:
     """All cases that are known before the run, by path: of the sweeps, each mill's own sweep and study, and set-ups."""
     own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
-    # What two targets ask for, apart from what one of them does: the condition that a study begins from, and in a smoke
-    # test, which has no other case of a sweep, the first of each mill.
-    both = []
+    # For these, two targets ask, so that they are apart from what one of them does: the condition that a study begins
+    # from, and in a smoke test the first of each mill. No two mills share a job: whoever asks for one gets that alone.
+    both = [dict([*cases_of_mill(name).items()][:1]) for name in own] if CONFIG.mills.first_case_only else []
     for name in own:
         cases = cases_of_mill(name)
         both.append({path: cases[path] for path in studied(name) if path in cases})
-    alone = [list(cases_of_mill(name).items())[:1] for name in own] if CONFIG.mills.first_case_only else []
-    first = dict(case for cases in alone for case in cases)
     # In the order in which `case_at` looks for a case.
-    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, first, *both, *swept]
+    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *both, *swept]
 
 
 def log_of(case) -> str:
