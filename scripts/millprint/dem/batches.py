@@ -1,6 +1,7 @@
 """Short cases as one job: a process starts once, and every case keeps its own log, restart and failure.
 
-Cases that are finished stay as they are, so that a killed job, one damaged file or a further seed repeats nothing.
+Cases that are finished stay as they are, so that a failed case, one damaged file or a further seed repeats nothing.
+If the process of a job is killed, Snakemake removes the files of all its cases.
 """
 
 import hashlib
@@ -35,8 +36,8 @@ def batches(
 ) -> list[tuple[Case, ...]]:
     """The cases that share a job, for each such job: the short seeds of a condition, and short conditions of a sweep.
 
-    sources: cases by path; cases of different sources are never one job, since somebody who asks for the one does not
-    wait for the other. A path counts in the first source that has it. sweeps: by path, the name of a case's sweep,
+    sources: cases by path. Cases of different sources never share a job: who asks for one source does not wait for
+    another. A path counts in the first source that has it. sweeps: by path, the name of a case's sweep,
     where a source has several: a change of one sweep leaves the jobs of the others as they are.
     """
     known: set[str] = set()
