@@ -211,7 +211,7 @@ def known_cases() -> list[dict]:
     own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
     swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
     # For these, two targets ask, so that they are apart from what one of them does: the condition that a study begins
-    # from, and in a smoke test the first of each mill. No two mills share a job: whoever asks for one gets that alone.
+    # from, and in a smoke test the first of each mill. Two mills share none of these: who asks for one gets that alone.
     both = [dict([*cases_of_mill(name).items()][:1]) for name in own] if CONFIG.mills.first_case_only else []
     for name in own:
         cases = cases_of_mill(name)
