@@ -76,6 +76,29 @@ def test_a_case_that_is_asked_for_alone_is_a_job_of_its_own():
     assert shared([by_path(cases[0]), by_path(*cases)], taking(1)) == [paths(*cases[1:])]
 
 
+def test_the_seeds_of_a_condition_that_take_too_long_together_are_several_jobs():
+    cases = [case(seed) for seed in range(100)]
+    found = shared([by_path(*cases)], taking(batches.LONGEST_S / 50))
+    assert found == [paths(*cases[start : start + 5]) for start in range(0, 100, 5)]
+    several, whole = batches.by_rule([tuple(cases[:5]), tuple(cases[5:])])
+    assert whole == {} and several == [tuple(cases[:5]), tuple(cases[5:])]
+
+
+def test_thousands_of_short_cases_are_jobs_of_a_bounded_number_and_length():
+    cases = [case(seed, fill_ratio=round(0.1 + 0.001 * fill, 3)) for fill in range(100) for seed in range(60)]
+    found = shared([by_path(*cases)], taking(5))
+    assert sorted(path for job in found for path in job) == sorted(paths(*cases))
+    assert 0.5 * batches.MANY <= len(found) <= 1.1 * batches.MANY
+    # Where so few jobs would be too long, there are more.
+    found = shared([by_path(*cases)], taking(30))
+    assert max(map(len, found)) * 30 <= batches.LONGEST_S + 30
+
+
+def test_conditions_with_all_their_seeds_in_a_job_need_no_rule_of_their_own():
+    both, other = (case(0), case(1)), (case(0, fill_ratio=0.3), case(0, fill_ratio=0.2))
+    assert batches.by_rule([both, other]) == ([other], {batches.condition_of(case(0)): (0, 1)})
+
+
 @pytest.mark.parametrize("estimate", [taking(batches.LONGEST_S), taking(1, threads=2)])
 def test_long_cases_and_those_with_threads_are_jobs_of_their_own(estimate):
     assert shared([by_path(case(0), case(1))], estimate) == []

@@ -5,6 +5,7 @@ import pytest
 
 from millprint.fingerprint import processes
 from millprint.fingerprint.coverage import LEFT_OUT, grouped
+from millprint.fingerprint.many import Reduced, pivoted
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import Process, logarithms, varied_components
 from tests.unit.synthetic_mill import VOLUME, descriptors
@@ -56,3 +57,44 @@ def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(
     assert ((other["Pn"] > curve["Pn_lower"]) & (other["Pn"] < curve["Pn_upper"])).all()
     again = Fingerprint.fit(table, VOLUME, 0.95)
     assert again.processes["Pn"].theta.tolist() == part.processes["Pn"].theta.tolist()
+
+
+def test_a_reduced_process_predicts_what_the_whole_one_does_within_a_hundredth_of_its_deviation(process, monkeypatch):
+    between = 0.5 * (process.inputs[:-1] + process.inputs[1:])
+    mean, deviation = process.predictor().predict(between)
+    centre, covariance = process.predictor().joint(between)
+    monkeypatch.setattr(processes, "WHOLE_MAX", 10)
+    predictor = process.predictor()
+    assert isinstance(predictor.known, Reduced)
+    found, wide = predictor.predict(between)
+    assert np.abs((found - mean) / deviation).max() < 0.01
+    np.testing.assert_allclose(wide, deviation, rtol=0.005)
+    middle, together = predictor.joint(between)
+    assert np.abs(middle - centre).max() < 0.01 * deviation.min()
+    assert np.abs(together - covariance).max() < 0.01 * deviation.min() ** 2
+
+
+def test_a_reduced_process_leaves_out_as_the_whole_one_does(process, monkeypatch):
+    groups = grouped(process.inputs, LEFT_OUT["fill ratio"])
+    means, deviations = process.leave_out(groups)
+    monkeypatch.setattr(processes, "WHOLE_MAX", 10)
+    found, wide = process.leave_out(groups)
+    assert np.abs((found - means) / deviations).max() < 0.01
+    np.testing.assert_allclose(wide, deviations, rtol=0.005)
+
+
+def test_what_few_conditions_leave_out_of_the_others_is_below_what_is_allowed(process):
+    kernel = process._kernel()
+    rows, order, left = pivoted(kernel, process.inputs, 1e-6)
+    rest = kernel(process.inputs) - rows.T @ rows
+    assert 3 < len(order) < len(process.logs)
+    np.testing.assert_allclose(np.diag(rest), left, atol=1e-12)
+    assert np.abs(rest).max() <= 1.01e-6
+    # The corner that new conditions are told by is a triangle.
+    assert not np.triu(rows[:, order].T, 1).any()
+
+
+def test_conditions_that_were_simulated_twice_are_reduced_to_one(process):
+    twice = np.vstack([process.inputs, process.inputs])
+    kernel = process._kernel()
+    assert len(pivoted(kernel, twice, 1e-9)[1]) <= len(process.inputs)

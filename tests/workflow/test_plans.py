@@ -78,7 +78,7 @@ def test_one_seed_that_is_asked_for_comes_with_short_cases_of_its_sweep_and_with
     plan = planned(project, smoke_content(project), "results/dem/emax/calibrated/d10_f0.10_n300_s1/summary.json")
     assert re.fullmatch(r"compile_kernels run_dem_batch_\d+", " ".join(sorted(jobs_of(plan))))
     conditions = [f"{mill}/calibrated/d10_f0.10_n300" for mill in ("emax", "emax_post")]
-    assert f"Simulating {', '.join(conditions)}, every seed" in plan
+    assert f"Simulating {', '.join(conditions)}, 4 simulations" in plan
 
 
 def test_convergence_of_a_mill_without_a_sweep_derives_it_first(project):

@@ -1,14 +1,14 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
-import re
 from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
-from millprint.dem.batches import batches, condition_of
+from millprint.dem.batches import batches, by_rule, condition_of
 from millprint.dem.resources import resources_of, resources_together
 from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
+from millprint.patterns import any_of
 
 MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
@@ -23,6 +23,8 @@ SWEPT_MILLS = list(
     )
 )
 SCALE_UP_CASES = {}
+# The message of a job names so many conditions.
+NAMED = 8
 # The simulations of the measured set-ups, by set-up and path.
 SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}
 
@@ -37,11 +39,6 @@ if CONFIG.mills.scale_up is not None:
     MILLS[LARGE.name] = LARGE
     LARGE_CASE = large_case(SMALL, LARGE, LARGE_FACTOR, CONFIG.mills)
     SCALE_UP_CASES[LARGE_CASE.path] = LARGE_CASE
-
-
-def any_of(names) -> str:
-    """A wildcard's pattern that matches these names only; without names it matches nothing."""
-    return "|".join(map(re.escape, names)) or "(?!)"
 
 
 def none_of(names) -> str:
@@ -234,7 +231,10 @@ def seeds_of(wildcards) -> list:
 def title_of(cases) -> str:
     """The conditions of some cases, in words."""
     conditions = list(dict.fromkeys(map(condition_of, cases)))
-    return ", ".join(conditions) + (", every seed" if len(conditions) < len(cases) else "")
+    more = f" and {len(conditions) - NAMED} more" if len(conditions) > NAMED else ""
+    return (
+        ", ".join(conditions[:NAMED]) + more + (f", {len(cases)} simulations" if len(conditions) < len(cases) else "")
+    )
 
 
 def files_of(cases) -> list[str]:
@@ -271,9 +271,8 @@ with stop_on_bad_input():
     # The cases of each job that has several.
     SHARED = batches(KNOWN_CASES, estimate, SWEEP_OF)
 
-# Those of several conditions, and conditions whose seeds are one job, with their seeds.
-BATCHES = [cases for cases in SHARED if len(set(map(condition_of, cases))) > 1]
-TOGETHER = {condition_of(cases[0]): tuple(case.seed for case in cases) for cases in SHARED if cases not in BATCHES}
+# Those of several conditions or of some seeds, and conditions whose seeds are one job, with their seeds.
+BATCHES, TOGETHER = by_rule(SHARED)
 # By their seeds, a pattern of the conditions whose seeds are one job.
 SEED_RULES = {
     seeds: any_of([condition for condition, own in TOGETHER.items() if own == seeds])

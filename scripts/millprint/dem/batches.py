@@ -20,6 +20,8 @@ from millprint.records import made_from, record_path
 LONGEST_S, BATCH_S, SHORTEST_S = 400, 40, 8
 # The short conditions of a sweep are at least so many jobs, if each is worth its start, so that all cores have work.
 BATCHES = 4
+# Of a sweep that makes more jobs than this, each is longer, up to LONGEST_S: Snakemake and Python take 2 s for a job.
+MANY = 200
 # In the environment of the jobs if the user asked for results to be made again; then no file of an earlier job is kept.
 AGAIN_VARIABLE = "MILLPRINT_AGAIN"
 # What is appended to the name of a finished case's files if another case of the job has failed.
@@ -50,33 +52,57 @@ def batches(
             if path not in known and not case.disturbance_m:
                 own.setdefault(condition_of(case), []).append(case)
         known.update(cases)
-        by_sweep: dict[str, list[tuple[list[Case], float]]] = {}
+        by_sweep: dict[str, list[tuple[list[Case], list[float]]]] = {}
         for condition, group in own.items():
+            group.sort(key=lambda case: case.seed)
             parts = [estimate(case) for case in group]
-            seconds = sum(part.seconds for part in parts)
-            short = seconds <= LONGEST_S and not any(part.needs_own_job for part in parts)
             # A condition may have seeds in two sources; those of the first share a job.
-            if short and condition not in seen:
-                group.sort(key=lambda case: case.seed)
-                by_sweep.setdefault(sweeps.get(group[0].path, ""), []).append((group, seconds))
+            if condition not in seen and not any(part.needs_own_job for part in parts):
+                times = [part.seconds for part in parts]
+                by_sweep.setdefault(sweeps.get(group[0].path, ""), []).append((group, times))
         seen.update(own)
         for conditions in by_sweep.values():
             found += [tuple(batch) for batch in _divided(conditions) if len(batch) > 1]
     return found
 
 
-def _divided(conditions: Sequence[tuple[list[Case], float]]) -> list[list[Case]]:
-    """Conditions of a sweep, each with its cases and their time [s], as batches of about the same time, in order."""
-    short = [(group, seconds) for group, seconds in conditions if seconds <= BATCH_S]
+def _divided(conditions: Sequence[tuple[list[Case], list[float]]]) -> list[list[Case]]:
+    """Conditions of a sweep, each with its cases and their times [s], as batches of about the same time, in order."""
+    everything = sum(sum(times) for _, times in conditions)
+    longest = min(LONGEST_S, max(BATCH_S, everything / MANY))
+    whole = [(group, sum(times)) for group, times in conditions if sum(times) <= LONGEST_S]
+    short = [(group, seconds) for group, seconds in whole if seconds <= longest]
     total = sum(seconds for _, seconds in short)
-    number = max(1, math.ceil(total / min(BATCH_S, max(SHORTEST_S, total / BATCHES))))
+    number = max(1, math.ceil(total / min(longest, max(SHORTEST_S, total / BATCHES))))
     divided: dict[int, list[Case]] = {}
     before = 0.0
     for group, seconds in short:
         middle = before + seconds / 2
         divided.setdefault(int(number * middle / total) if total else 0, []).extend(group)
         before += seconds
-    return [*divided.values(), *(group for group, seconds in conditions if seconds > BATCH_S)]
+    parted = [part for group, times in conditions if sum(times) > LONGEST_S for part in _parts(group, times, longest)]
+    return [*divided.values(), *(group for group, seconds in whole if seconds > longest), *parted]
+
+
+def _parts(group: list[Case], times: list[float], longest: float) -> list[list[Case]]:
+    """The seeds of a condition that take too long together, in parts of about the longest time [s]."""
+    each = max(1, int(longest / max(times)))
+    return [group[start : start + each] for start in range(0, len(group), each)]
+
+
+def by_rule(shared: Iterable[tuple[Case, ...]]) -> tuple[list[tuple[Case, ...]], dict[str, tuple[int, ...]]]:
+    """What `batches` found, as the batches that need a rule each, and the seeds of each condition that is one job."""
+    single: dict[str, list[tuple[Case, ...]]] = {}
+    several = []
+    for cases in shared:
+        conditions = set(map(condition_of, cases))
+        if len(conditions) > 1:
+            several.append(cases)
+        else:
+            single.setdefault(conditions.pop(), []).append(cases)
+    parted = [cases for own in single.values() if len(own) > 1 for cases in own]
+    whole = {name: tuple(case.seed for case in own[0]) for name, own in single.items() if len(own) == 1}
+    return [*several, *parted], whole
 
 
 def make_again(wanted: bool) -> None:

@@ -31,13 +31,14 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     probability = fingerprint.about["probability"]
     width = norm.ppf(0.5 + 0.5 * probability)
     rows = []
-    for left_out, shared in LEFT_OUT.items():
-        for quantity, process in fingerprint.processes.items():
+    for quantity, process in fingerprint.processes.items():
+        inverse = process.inverse()
+        for left_out, shared in LEFT_OUT.items():
             groups = grouped(process.inputs, shared)
             if len(groups) < 2:
                 continue
             left = np.concatenate(groups)
-            means, deviations = process.leave_out(groups)
+            means, deviations = process.leave_out(groups, inverse)
             errors = process.logs[left] - means
             held = np.abs(errors) <= width * deviations
             lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
@@ -56,6 +57,8 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
                     "stretch": process.stretch,
                 }
             )
+    # Each way of leaving out with all its quantities.
+    rows.sort(key=lambda row: list(LEFT_OUT).index(row["left_out"]))
     return pd.DataFrame(rows)
 
 

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import cho_factor, cho_solve
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
@@ -25,6 +24,7 @@ from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, Whi
 from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
 
 # Component -> its variables besides the fill ratio, and the start and bounds of its variance.
 COMPONENTS = {
@@ -141,26 +141,39 @@ class Process:
 
     def predictor(self) -> "Predictor":
         """A predictor of new conditions."""
-        alpha = self.errors**2 + self.noise + JITTER
-        regressor = GaussianProcessRegressor(self._kernel(), alpha=alpha, optimizer=None)
         centre = float(self.logs.mean())
-        return Predictor(regressor.fit(self.inputs, self.logs - centre), centre, self.noise, self.stretch)
+        kind = Reduced if len(self.logs) > WHOLE_MAX else Whole
+        known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
+        return Predictor(known, centre, self.noise, self.stretch)
 
-    def leave_out(self, groups: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _noise(self) -> np.ndarray:
+        """The variances of the log values as measured (n,)."""
+        return self.errors**2 + self.noise + JITTER
+
+    def inverse(self) -> WholeInverse | ReducedInverse:
+        """The inverse of the covariance of the log values, noise included."""
+        if len(self.logs) > WHOLE_MAX:
+            return Reduced.fit(self._kernel(), self.inputs, self.logs - self.logs.mean(), self._noise()).inverse()
+        covariance = self._kernel()(self.inputs)
+        covariance[np.diag_indices_from(covariance)] += self._noise()
+        return WholeInverse.of(covariance)
+
+    def leave_out(
+        self, groups: Sequence[np.ndarray], inverse: WholeInverse | ReducedInverse | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of the log values of each group of indices, as measured, predicted without that group.
 
         The groups one after another. With Q the inverse of the covariance of all log values y, noise included, and c
         the mean of those that are kept, y_B - mean = Q_BB^-1 [Q (y - c)]_B with the covariance Q_BB^-1 (Dubrule, Math.
-        Geol. 15 (1983) 687). So one inverse serves every group, where predicting anew takes one for each.
+        Geol. 15 (1983) 687). So one inverse serves every group, where predicting anew takes one for each; `inverse`:
+        that of `inverse()`, for those who leave out groups of several kinds.
         """
-        covariance = self._kernel()(self.inputs)
-        covariance[np.diag_indices_from(covariance)] += self.errors**2 + self.noise + JITTER
-        inverse = cho_solve(cho_factor(covariance, lower=True, overwrite_a=True), np.eye(len(self.logs)))
-        weighted, sums = inverse @ self.logs, inverse.sum(axis=1)
+        inverse = inverse or self.inverse()
+        weighted, sums = inverse.times(self.logs), inverse.times(np.ones(len(self.logs)))
         means, deviations = [], []
         for left in groups:
             centre = (self.logs.sum() - self.logs[left].sum()) / (len(self.logs) - len(left))
-            own = np.linalg.inv(inverse[np.ix_(left, left)])
+            own = np.linalg.inv(inverse.block(left))
             means.append(self.logs[left] - own @ (weighted[left] - centre * sums[left]))
             # The jitter is no part of what is measured.
             deviations.append(self.stretch * np.sqrt(np.diag(own) - JITTER))
@@ -193,23 +206,23 @@ class Process:
 
 @dataclass(frozen=True)
 class Predictor:
-    """A fitted regressor of log values about their mean."""
+    """What is known of log values about their mean."""
 
-    regressor: GaussianProcessRegressor
+    known: Whole | Reduced
     centre: float
     noise: float
     stretch: float
 
     def mean(self, inputs: np.ndarray) -> np.ndarray:
         """Log values (m,) at inputs (m, 5)."""
-        return self.centre + self.regressor.predict(inputs)
+        return self.centre + self.known.mean(inputs)
 
     def predict(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log values (m,) at inputs (m, 5) and their standard deviation for a new condition, noise included."""
-        mean, deviation = self.regressor.predict(inputs, return_std=True)
+        mean, deviation = self.known.with_deviation(inputs)
         return self.centre + mean, self.stretch * np.sqrt(deviation**2 + self.noise)
 
     def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log values (m,) and their covariance (m, m) without noise: how sure the curve is, not a new condition."""
-        mean, covariance = self.regressor.predict(inputs, return_cov=True)
+        mean, covariance = self.known.with_covariance(inputs)
         return self.centre + mean, self.stretch**2 * covariance

@@ -1,0 +1,159 @@
+"""The covariance of many conditions by a few of them, chosen so that what is left out is small beside the noise.
+
+The covariance K (n, n) of a smooth process is nearly of low rank. A Cholesky factorisation that takes the condition of
+largest remaining variance next stops once no condition has more than LEFT_OUT of the noise's variance left:
+    K = V^T V + E, V (m, n), E positive semidefinite with a diagonal d of at most LEFT_OUT times the noise
+(Harbrecht, Peters, Schneider, Appl. Numer. Math. 62 (2012) 428). The remainder d is added to the noise, so that
+intervals hold it (Snelson, Ghahramani, Adv. Neural Inf. Process. Syst. 18 (2006) 1257). Time grows with n m^2, not n^3.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cholesky, get_lapack_funcs, solve_triangular
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import Kernel
+
+# More conditions than this are reduced; the thesis's fingerprints have fewer.
+WHOLE_MAX = 500
+# Of the variance of the noise, what a condition may lack of its own [-]; and the largest number of conditions taken.
+LEFT_OUT, TAKEN_MAX = 1e-5, 2000
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A process of n conditions by m of them.
+
+    taken: the chosen inputs (m, k); corner (m, m): the lower triangle whose square is their covariance; factor (m, n):
+    V; noise (n,): variances with what is left out; lower (m, m): the root of 1 + V noise^-1 V^T; weights (m,).
+    """
+
+    kernel: Kernel
+    taken: np.ndarray
+    corner: np.ndarray
+    factor: np.ndarray
+    noise: np.ndarray
+    lower: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def fit(cls, kernel: Kernel, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Reduced":
+        """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
+        factor, order, left = pivoted(kernel, inputs, LEFT_OUT * float(noise.min()))
+        total = noise + left
+        scaled = factor / np.sqrt(total)
+        lower = cholesky(np.eye(len(order)) + scaled @ scaled.T, lower=True)
+        weights = solve_triangular(lower, factor @ (values / total), lower=True)
+        return cls(kernel, inputs[order], factor[:, order].T, factor, total, lower, weights)
+
+    def mean(self, inputs: np.ndarray) -> np.ndarray:
+        """Values (j,) at inputs (j, k)."""
+        return self._told(inputs)[0]
+
+    def with_deviation(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (j,) at inputs (j, k), and their standard deviations (j,) without noise."""
+        mean, known, told = self._told(inputs)
+        variance = self.kernel.diag(inputs) - (known**2).sum(axis=0) + (told**2).sum(axis=0)
+        return mean, np.sqrt(np.maximum(variance, 0.0))
+
+    def with_covariance(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (j,) at inputs (j, k), and their covariance (j, j) without noise."""
+        mean, known, told = self._told(inputs)
+        return mean, self.kernel(inputs) - known.T @ known + told.T @ told
+
+    def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Values (j,), what the conditions taken have in common with inputs, and what the noise leaves of it (m, j)."""
+        known = solve_triangular(self.corner, self.kernel(self.taken, inputs), lower=True)
+        told = solve_triangular(self.lower, known, lower=True)
+        return self.weights @ told, known, told
+
+    def inverse(self) -> "ReducedInverse":
+        """The inverse of the covariance of all values, noise included."""
+        return ReducedInverse(1 / self.noise, solve_triangular(self.lower, self.factor / self.noise, lower=True))
+
+
+def pivoted(kernel: Kernel, inputs: np.ndarray, enough: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """V (m, n), the places of the conditions taken (m,), and the variance that each condition has left (n,).
+
+    enough: the largest variance that may be left; with TAKEN_MAX conditions taken, more may be.
+    """
+    left = kernel.diag(inputs).copy()
+    rows = np.empty((min(TAKEN_MAX, len(inputs)), len(inputs)))
+    order: list[int] = []
+    while len(order) < len(rows) and left.max() > enough:
+        place, done = int(left.argmax()), len(order)
+        row = kernel(inputs[place : place + 1], inputs)[0] - rows[:done, place] @ rows[:done]
+        rows[done] = row / np.sqrt(left[place])
+        # Of those taken before, exactly nothing is left, so that rounding leaves no trace in the corner.
+        rows[done, order] = 0.0
+        left = np.maximum(left - rows[done] ** 2, 0.0)
+        order.append(place)
+        left[order] = 0.0
+    return rows[: len(order)].copy(), np.array(order), left
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A process of all its conditions, by sklearn's regressor, with the methods of Reduced."""
+
+    regressor: GaussianProcessRegressor
+
+    @classmethod
+    def fit(cls, kernel: Kernel, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
+        """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
+        return cls(GaussianProcessRegressor(kernel, alpha=noise, optimizer=None).fit(inputs, values))
+
+    def mean(self, inputs: np.ndarray) -> np.ndarray:
+        """Values (j,) at inputs (j, k)."""
+        return self.regressor.predict(inputs)
+
+    def with_deviation(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (j,) at inputs (j, k), and their standard deviations (j,) without noise."""
+        return self.regressor.predict(inputs, return_std=True)
+
+    def with_covariance(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (j,) at inputs (j, k), and their covariance (j, j) without noise."""
+        return self.regressor.predict(inputs, return_cov=True)
+
+
+@dataclass(frozen=True)
+class ReducedInverse:
+    """diag(precision) - W^T W, with precision (n,) and W (m, n)."""
+
+    precision: np.ndarray
+    root: np.ndarray
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """The inverse times a vector (n,)."""
+        return self.precision * vector - self.root.T @ (self.root @ vector)
+
+    def block(self, places: np.ndarray) -> np.ndarray:
+        """Its rows and columns at some places (j, j)."""
+        own = self.root[:, places]
+        return np.diag(self.precision[places]) - own.T @ own
+
+
+@dataclass(frozen=True)
+class WholeInverse:
+    """The inverse R^T R of a covariance, from R, the inverse (n, n) of its lower Cholesky factor."""
+
+    root: np.ndarray
+
+    @classmethod
+    def of(cls, covariance: np.ndarray) -> "WholeInverse":
+        """Of a covariance (n, n), which is overwritten: one factor, inverted as a triangle, in a third of the steps."""
+        lower = cholesky(covariance, lower=True, overwrite_a=True)
+        (invert,) = get_lapack_funcs(("trtri",), (lower,))
+        root, failed = invert(lower, lower=1, overwrite_c=1)
+        if failed:
+            raise np.linalg.LinAlgError(f"the covariance of {len(lower)} conditions cannot be inverted")
+        return cls(root)
+
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """The inverse times a vector (n,)."""
+        return self.root.T @ (self.root @ vector)
+
+    def block(self, places: np.ndarray) -> np.ndarray:
+        """Its rows and columns at some places (j, j)."""
+        own = self.root[:, places]
+        return own.T @ own
