@@ -97,6 +97,8 @@ def test_thousands_of_short_cases_are_jobs_of_a_bounded_number_and_length():
 def test_conditions_with_all_their_seeds_in_a_job_need_no_rule_of_their_own():
     both, other = (case(0), case(1)), (case(0, fill_ratio=0.3), case(0, fill_ratio=0.2))
     assert batches.by_rule([both, other]) == ([other], {batches.condition_of(case(0)): (0, 1)})
+    many = tuple(case(seed) for seed in range(batches.FEW_SEEDS + 1))
+    assert batches.by_rule([many]) == ([many], {})
 
 
 @pytest.mark.parametrize("estimate", [taking(batches.LONGEST_S), taking(1, threads=2)])

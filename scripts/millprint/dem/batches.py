@@ -22,6 +22,8 @@ LONGEST_S, BATCH_S, SHORTEST_S = 400, 40, 8
 BATCHES = 4
 # Of a sweep that makes more jobs than this, each is longer, up to LONGEST_S: Snakemake and Python take 2 s for a job.
 MANY = 200
+# Conditions of up to so many seeds share a rule, in which Snakemake looks for a file seed by seed.
+FEW_SEEDS = 12
 # In the environment of the jobs if the user asked for results to be made again; then no file of an earlier job is kept.
 AGAIN_VARIABLE = "MILLPRINT_AGAIN"
 # What is appended to the name of a finished case's files if another case of the job has failed.
@@ -100,9 +102,13 @@ def by_rule(shared: Iterable[tuple[Case, ...]]) -> tuple[list[tuple[Case, ...]],
             several.append(cases)
         else:
             single.setdefault(conditions.pop(), []).append(cases)
-    parted = [cases for own in single.values() if len(own) > 1 for cases in own]
-    whole = {name: tuple(case.seed for case in own[0]) for name, own in single.items() if len(own) == 1}
-    return [*several, *parted], whole
+    whole = {}
+    for name, own in single.items():
+        if len(own) == 1 and len(own[0]) <= FEW_SEEDS:
+            whole[name] = tuple(case.seed for case in own[0])
+        else:
+            several += own
+    return several, whole
 
 
 def make_again(wanted: bool) -> None:

@@ -3,8 +3,9 @@
 The covariance K (n, n) of a smooth process is nearly of low rank. A Cholesky factorisation that takes the condition of
 largest remaining variance next stops once no condition has more than LEFT_OUT of the noise's variance left:
     K = V^T V + E, V (m, n), E positive semidefinite with a diagonal d of at most LEFT_OUT times the noise
-(Harbrecht, Peters, Schneider, Appl. Numer. Math. 62 (2012) 428). The remainder d is added to the noise, so that
-intervals hold it (Snelson, Ghahramani, Adv. Neural Inf. Process. Syst. 18 (2006) 1257). Time grows with n m^2, not n^3.
+(Harbrecht, Peters, Schneider, Applied Numerical Mathematics 62 (2012) 428). The remainder d is added to the noise, so
+that intervals hold it (Snelson, Ghahramani, Adv. Neural Inf. Process. Syst. 18 (2006) 1257). Time grows with n m^2, not
+with n^3.
 """
 
 from dataclasses import dataclass
