@@ -15,6 +15,7 @@ from millprint.errors import ConfigError
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
 from millprint.explorer.yields import Yields
+from millprint.fingerprint import processes
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -169,6 +170,29 @@ def test_the_page_computes_what_the_library_computes(run, page):
     # Of the contact set that was analysed, and only where it was.
     known = {(state["contact"], each["contact"][0][0] > 0) for state, each in zip(states, theirs, strict=True)}
     assert known == {(0, True), (0, False), (1, False)}
+
+
+@needs_browser
+def test_the_page_of_many_conditions_computes_from_few_what_the_library_does(run, browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "WHOLE_MAX", 10)
+    paths = [run["folder"] / f"fingerprint_{contact}.json" for contact in CONTACTS]
+    mill = mill_content(Machine("emax", "A mill", "the jar moves", 0.07), paths, run["request"])
+    assert not any("values" in own for each in mill["fingerprints"] for own in each["processes"].values())
+    path = tmp_path / "many.html"
+    path.write_text(explorer_page(explorer_content("test", [mill])))
+    own = Fingerprint.read(paths[0])
+    states = [state for state in _states(run["content"], 24) if state["contact"] == 0]
+    names = ("speed_hz", "ball_diameter_m", "fill_ratio", "density_kg_m3")
+    theirs = [own.predict(own.condition(**{name: state[name] for name in names})).power_W for state in states]
+    with browser.page() as page:
+        page.open(path)
+        ours = page.run(
+            f"return {states!r}.map((state) => {{ const {{ value, lower, upper }} = explorer.fingerprints[0]"
+            ".predict(state).power_W; return [value, lower, upper]; });"
+        )
+        assert page.errors == []
+    wanted = [[each.value, each.lower, each.upper] for each in theirs]
+    np.testing.assert_allclose(np.array(ours), np.array(wanted), rtol=1e-6)
 
 
 @needs_browser

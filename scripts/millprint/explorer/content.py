@@ -13,10 +13,12 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE
 from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
 from millprint.explorer.yields import Yields, chemistry, yield_content
+from millprint.fingerprint import processes
 from millprint.fingerprint.bands import FURTHER, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.inputs import read_content
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import GRID
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
@@ -81,7 +83,8 @@ def mill_content(
     contents = [read_content(path) for path in fingerprints]
     # Only the data of the processes and the factors are needed, without format and file name.
     kept = [
-        {key: content[key] for key in ("about", "inputs", "processes")}
+        {key: content[key] for key in ("about", "inputs")}
+        | {"processes": _processes(content, path)}
         | {"digest": hashlib.sha256(Path(path).read_bytes()).hexdigest()[:DIGEST]}
         | _further(content, str(path))
         for content, path in zip(contents, fingerprints, strict=True)
@@ -105,6 +108,18 @@ def mill_content(
             "balls_in_words": balls_searched(request.ball_diameters_mm),
             "targets": {target.name: target.given for target in request.targets if target.like is None},
         },
+    }
+
+
+def _processes(content: dict, path: str | Path) -> dict[str, dict]:
+    """The processes as the page takes them: as they are or, of many conditions, by the few that tell of all."""
+    if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
+        return content["processes"]
+    predictors = Fingerprint.read(path).predictors
+    kept = ("log_parameters", "noise_variance", "stretch")
+    return {
+        name: {key: own[key] for key in kept} | {"reduced": predictors[name].reduced()}
+        for name, own in content["processes"].items()
     }
 
 

@@ -6,7 +6,10 @@ const ONE_SIZE = "";
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
-  /** content: what Process.to_dict wrote; inputs: logarithms of the variables, a row a condition. */
+  /**
+   * content: what Process.to_dict wrote, or in place of values and errors `reduced` (millprint.fingerprint.many); inputs:
+   * logarithms of the variables, a row a condition.
+   */
   constructor(content, inputs) {
     const parameters = content.log_parameters.map(Math.exp);
     const width = inputs[0].length + 1;
@@ -14,9 +17,16 @@ class LogProcess {
     for (let first = 0; first < parameters.length; first += width) {
       this.parts.push({ variance: parameters[first], lengths: parameters.slice(first + 1, first + width) });
     }
-    this.inputs = inputs;
     this.noise = content.noise_variance;
     this.stretch = content.stretch;
+    this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
+    if (content.reduced) this.knowFew(content.reduced);
+    else this.knowAll(content, inputs);
+  }
+
+  /** From every condition. */
+  knowAll(content, inputs) {
+    this.inputs = inputs;
     const logs = content.values.map(Math.log);
     this.centre = logs.reduce((sum, value) => sum + value, 0) / logs.length;
     const matrix = inputs.map((row) => this.covariance(row));
@@ -25,7 +35,19 @@ class LogProcess {
     });
     this.factor = cholesky(matrix);
     this.weights = solveFactored(this.factor, logs.map((value) => value - this.centre));
-    this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
+    this.left = () => 0;
+  }
+
+  /** From the conditions that tell of all others: weights, and what the noise leaves of them. */
+  knowFew({ taken, corner, lower, weights, centre }) {
+    this.inputs = taken;
+    this.centre = centre;
+    this.factor = corner;
+    this.weights = solveUpper(corner, solveUpper(lower, weights));
+    this.left = (known) => {
+      const told = solveLower(lower, known);
+      return dot(told, told);
+    };
   }
 
   /** Covariance of one point with every known condition: a sum of Matern 5/2 kernels. */
@@ -50,7 +72,7 @@ class LogProcess {
   predict(point) {
     const covariance = this.covariance(point);
     const solved = solveLower(this.factor, covariance);
-    const own = Math.max(0, this.variance - dot(solved, solved));
+    const own = Math.max(0, this.variance - dot(solved, solved) + this.left(solved));
     return {
       mean: this.centre + dot(covariance, this.weights),
       deviation: this.stretch * Math.sqrt(own + this.noise),

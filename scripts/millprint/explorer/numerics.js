@@ -30,15 +30,20 @@ function solveLower(factor, right) {
   return found;
 }
 
-/** x of L L' x = b for a lower factor L. */
-function solveFactored(factor, right) {
-  const found = solveLower(factor, right);
+/** x of L' x = b for a lower factor L. */
+function solveUpper(factor, right) {
+  const found = Float64Array.from(right);
   for (let i = right.length - 1; i >= 0; i -= 1) {
     let sum = found[i];
     for (let k = i + 1; k < right.length; k += 1) sum -= factor[k][i] * found[k];
     found[i] = sum / factor[i][i];
   }
   return found;
+}
+
+/** x of L L' x = b for a lower factor L. */
+function solveFactored(factor, right) {
+  return solveUpper(factor, solveLower(factor, right));
 }
 
 function dot(left, right) {

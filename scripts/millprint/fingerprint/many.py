@@ -19,6 +19,7 @@ from sklearn.gaussian_process.kernels import Kernel
 WHOLE_MAX = 500
 # Of the variance of the noise, what a condition may lack of its own [-]; and the largest number of conditions taken.
 LEFT_OUT, TAKEN_MAX = 1e-5, 2000
+TRIANGLES = ("corner", "lower")
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,11 @@ class Reduced:
         known = solve_triangular(self.corner, self.kernel(self.taken, inputs), lower=True)
         told = solve_triangular(self.lower, known, lower=True)
         return self.weights @ told, known, told
+
+    def to_dict(self) -> dict:
+        """What predictions need, as plain values; triangles row by row, without what is above the diagonal."""
+        rows = {name: [own[: k + 1].tolist() for k, own in enumerate(getattr(self, name))] for name in TRIANGLES}
+        return {"taken": self.taken.tolist(), "weights": self.weights.tolist(), **rows}
 
     def inverse(self) -> "ReducedInverse":
         """The inverse of the covariance of all values, noise included."""

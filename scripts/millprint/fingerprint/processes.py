@@ -226,3 +226,9 @@ class Predictor:
         """Log values (m,) and their covariance (m, m) without noise: how sure the curve is, not a new condition."""
         mean, covariance = self.known.with_covariance(inputs)
         return self.centre + mean, self.stretch**2 * covariance
+
+    def reduced(self) -> dict:
+        """What a reduced process predicts by, as plain values; raises TypeError for a whole one."""
+        if not isinstance(self.known, Reduced):
+            raise TypeError("a process of all its conditions has nothing that is reduced")
+        return {**self.known.to_dict(), "centre": self.centre}
