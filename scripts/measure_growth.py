@@ -4,7 +4,8 @@
         [--balls 24 764 20000 200000] [--threads 1 2] [--pages results/report/explorer.html ...]
 
 Without a PART, all of planning, fingerprint, pages and simulation. It writes growth.tsv and a figure to --results;
-rows that are not measured again stay. What takes longer than --limit seconds is given up.
+rows that are not measured again stay. With --store it keeps them in config/data/growth.tsv, from which `make reference`
+writes a page, with the figure beside it. What takes longer than --limit seconds is given up.
 """
 
 import argparse
@@ -17,15 +18,15 @@ import pandas as pd
 from millprint.config.checks import stop_on_bad_input
 from millprint.errors import ConfigError, MillprintError
 from millprint.figures.growth import PANELS, draw_growth
-from millprint.files import read_table, write_table
+from millprint.files import write_table
 from millprint.growth.measure import (
-    GROWTH_COLUMNS,
     find_browser,
     measure_fingerprints,
     measure_pages,
     measure_planning,
     measure_simulations,
 )
+from millprint.growth.table import GROWTH_COLUMNS, PICTURE, STORED, kept_rows, read_growth, this_machine
 from millprint.machine import prepare_environment
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -41,6 +42,7 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--pages", nargs="+", type=Path, default=[])
     parser.add_argument("--descriptors", type=Path, default=Path("results/fingerprint/descriptors.tsv"))
     parser.add_argument("--results", type=Path, default=Path("results/growth"))
+    parser.add_argument("--store", action="store_true", help=f"keep what is measured in {STORED}")
     parser.add_argument("--limit", type=float, default=1800.0, help="wall time of one measurement [s]")
     options = parser.parse_args(words)
     if unknown := set(options.parts) - set(PANELS):
@@ -64,25 +66,20 @@ def measured(options: argparse.Namespace, part: str) -> Iterator[dict]:
     raise ValueError(f"unknown part {part}")
 
 
-def _key(row: dict) -> tuple:
-    """What a row measures, so that a later run takes its place. A page has a new size whenever it changes."""
-    return (row["part"], row["what"], "" if row["part"] == "pages" else float(row["size"]))
-
-
 def main(words: list[str]) -> None:
     options = read_arguments(words)
     prepare_environment()
-    parts, path = options.parts or list(PANELS), options.results / "growth.tsv"
-    kept = read_table(path) if path.exists() else pd.DataFrame(columns=GROWTH_COLUMNS)
-    rows = {_key(row): row for row in kept.to_dict("records")}
-    for part in parts:
+    path = ROOT / STORED if options.store else options.results / "growth.tsv"
+    picture = ROOT / PICTURE if options.store else options.results / "growth.png"
+    kept = read_growth(path) if path.exists() else pd.DataFrame(columns=GROWTH_COLUMNS)
+    machine = this_machine()
+    for part in options.parts or list(PANELS):
         for row in measured(options, part):
-            rows[_key(row)] = row
             print(f"{part}, {row['what']}, {row['size']:g} {row['unit']}: {row['processor_s']} s", file=sys.stderr)
             # After each, since the last ones take longest.
-            table = pd.DataFrame(list(rows.values()), columns=GROWTH_COLUMNS)
-            write_table(table.sort_values(["part", "what", "size"], kind="stable"), path)
-    draw_growth(read_table(path), path.with_suffix(".svg"), path.with_suffix(".png"))
+            kept = kept_rows(kept, [{**row, **machine}])
+            write_table(kept, path)
+    draw_growth(read_growth(path), options.results / "growth.svg", picture)
 
 
 if __name__ == "__main__":

@@ -12,12 +12,14 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.errors import MillprintError
 from millprint.figures.growth import draw_growth
-from millprint.files import read_table, write_table
+from millprint.files import write_table
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.curves import CURVES
-from millprint.growth.measure import GROWTH_COLUMNS, measure_pages, row
+from millprint.growth.measure import measure_pages, row
+from millprint.growth.page import growth_text
 from millprint.growth.planning import write_plain, write_project
 from millprint.growth.spent import Spent, spent
+from millprint.growth.table import GROWTH_COLUMNS, STORED, read_growth, this_machine
 from millprint.growth.work import grown
 from tests.conftest import ROOT
 
@@ -64,9 +66,13 @@ def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
         row("planning", "dry run", 3000, None, unit="cases"),
         row("simulation", "one thread", 24, Spent(10.0, 200.0, ""), unit="balls", value=40.0),
     ]
-    write_table(pd.DataFrame(rows, columns=list(GROWTH_COLUMNS)), tmp_path / "growth.tsv")
-    table = read_table(tmp_path / "growth.tsv")
+    whole = pd.DataFrame([each | this_machine() for each in rows], columns=list(GROWTH_COLUMNS))
+    write_table(whole, tmp_path / STORED)
+    table = read_growth(tmp_path / STORED)
     assert "limit" in table["note"].iloc[2]
+    text = growth_text(tmp_path)
+    assert "| dry run | 300 | 10 | 200 |" in text and "| one thread | 24 | 40 | 200 |" in text
+    assert "| dry run, not within the limit of time | 3,000 |  |  |" in text
     draw_growth(table, tmp_path / "growth.svg", tmp_path / "growth.png")
     assert "cost model" in (tmp_path / "growth.svg").read_text()
 
@@ -81,5 +87,6 @@ def test_what_is_measured_again_takes_the_place_of_its_row_and_all_others_stay(t
     for fitted in (measured["fingerprint"], [("fit", 1000, 15.0), ("fit", 300, 21.0)]):
         measured["fingerprint"] = fitted
         measure_growth.main(["fingerprint", "--results", str(tmp_path)])
-    table = read_table(tmp_path / "growth.tsv")
+    table = read_growth(tmp_path / "growth.tsv")
+    assert set(table["processor"]) == {this_machine()["processor"]}
     assert dict(zip(table["size"], table["processor_s"], strict=True)) == {100: 3, 300: 21, 1000: 15}

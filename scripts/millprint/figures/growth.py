@@ -16,7 +16,7 @@ PANELS = {
     "planning": ("Simulations in the run (-)", "Processor time (s)", "processor_s"),
     "fingerprint": ("Conditions (-)", "Processor time (s)", "processor_s"),
     "pages": ("Size of the page (MB)", "Processor time to open it (s)", "processor_s"),
-    "simulation": ("Balls (-)", "Time of a ball and a step (ns)", "value"),
+    "simulation": ("Balls (-)", "Processor time of a ball and a step (ns)", "value"),
 }
 
 

@@ -8,9 +8,8 @@ from pathlib import Path
 
 from millprint.growth.planning import commands, write_plain, write_project
 from millprint.growth.spent import Spent, own_work, spent
+from millprint.growth.table import MEASURED_COLUMNS
 
-# part: planning, fingerprint, pages or simulation; size: cases, conditions, MB or balls; value: what it is for one.
-GROWTH_COLUMNS = ("part", "what", "size", "processor_s", "memory_MB", "file_MB", "value", "unit", "note")
 # More empty jobs are planned, but not run.
 RUN_MAX = 3000
 ASKED = 200
@@ -22,7 +21,7 @@ OPEN = ("--headless", "--no-sandbox", "--disable-gpu", "--dump-dom")
 def row(part: str, what: str, size: float, used: Spent | None, **given: float | str) -> dict:
     """A row of the table; what was not measured stays empty."""
     values = {"processor_s": used.processor_s, "memory_MB": used.memory_mb} if used else {"note": OVER}
-    return {**dict.fromkeys(GROWTH_COLUMNS, ""), "part": part, "what": what, "size": size, **values, **given}
+    return {**dict.fromkeys(MEASURED_COLUMNS, ""), "part": part, "what": what, "size": size, **values, **given}
 
 
 def measure_planning(snakefile: Path, mills: Path, sizes: Sequence[int], limit_s: float) -> Iterator[dict]:
@@ -66,13 +65,16 @@ def measure_pages(pages: Sequence[Path], browser: str | None, limit_s: float) ->
 
 
 def measure_simulations(config: Path, sizes: Sequence[int], threads: Sequence[int], limit_s: float) -> Iterator[dict]:
-    """Memory and cost of a ball and a step of a short stretch with so many balls; value: wall time of one [ns]."""
+    """Memory and cost of a ball and a step of a short stretch with so many balls; value: processor time of one [ns].
+
+    Processor time, which other programs disturb less, and of all threads together.
+    """
     for size in sizes:
         for number in threads:
             # In the folder of the project, from which mills and contact sets are read.
             used = spent(own_work("simulate", config, size, number), Path.cwd(), limit_s)
             found = json.loads(used.said) if used else {}
-            timed = {"processor_s": found["processor_s"], "value": found["ns_per_ball_step"]} if found else {}
+            timed = {"processor_s": found["processor_s"], "value": found["processor_ns"]} if found else {}
             name = "one thread" if number == 1 else f"{number} threads"
             yield row("simulation", name, size, used, unit="balls", **timed)
 
