@@ -25,7 +25,7 @@ from millprint.dem.collisions import (
 from millprint.dem.layout import COLLISION
 from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.recording import Table, make_table
-from millprint.dem.run import run_case
+from millprint.dem.run import AIM, run_case
 from millprint.errors import SimulationError
 from millprint.files import read_json
 
@@ -248,6 +248,21 @@ def test_an_open_balance_fails_the_run_and_leaves_no_file(tmp_path):
 def test_a_case_has_its_own_bound_on_the_balance(tmp_path):
     strict = DEM.model_copy(update={"closure_max": 1e-9})
     assert run(tmp_path, strict, closure_max=0.02)["closure"] < 0.02
+
+
+def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_path):
+    open_case = {"rayleigh_fraction": 0.1, "rayleigh_fraction_max": 0.4}
+    found = run(tmp_path, closure_max=1.0, **open_case)
+    largest = 0.6 * found["closure"]
+    shorter = run(tmp_path, closure_max=largest, **open_case)
+    assert shorter["closure"] <= largest
+    assert shorter["rayleigh_fraction"] == pytest.approx(0.1 * (0.6 * AIM) ** 0.5, rel=0.02)
+    # Both files say which step was taken, and nothing is left of the first attempt.
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert json.loads(file.attrs["config"])["case"] == shorter["case"]
+    assert {path.name for path in tmp_path.iterdir()} == {"run.h5", "summary.json"}
+    with pytest.raises(SimulationError, match="energy balance is open"):
+        run(tmp_path, closure_max=1e-9, **open_case)
 
 
 def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path):

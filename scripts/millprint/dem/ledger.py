@@ -69,12 +69,20 @@ def closure(series: pd.DataFrame) -> float:
     return float(abs(last["imbalance_J"]) / scale) if scale > 0 else 0.0
 
 
-def check_closure(series: pd.DataFrame, largest: float) -> float:
-    """The closure; raises SimulationError where it exceeds `largest`."""
-    error = closure(series)
-    if not error <= largest:
-        raise SimulationError(
-            f"the energy balance is open by {100 * error:.3g} % of the wall work (closure_max {100 * largest:g} %): "
+class OpenBalanceError(SimulationError):
+    """An energy balance that does not close: `found`, its error, is over `largest`, fractions of the wall work [-]."""
+
+    def __init__(self, found: float, largest: float) -> None:
+        super().__init__(
+            f"the energy balance is open by {100 * found:.3g} % of the wall work (closure_max {100 * largest:g} %): "
             "make time_step_s smaller"
         )
+        self.found, self.largest = found, largest
+
+
+def check_closure(series: pd.DataFrame, largest: float) -> float:
+    """The closure; raises OpenBalanceError where it exceeds `largest`."""
+    error = closure(series)
+    if not error <= largest:
+        raise OpenBalanceError(error, largest)
     return error

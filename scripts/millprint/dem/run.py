@@ -6,12 +6,13 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.collisions import collision_table
-from millprint.dem.ledger import ledger_series
+from millprint.dem.ledger import OpenBalanceError, ledger_series
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
@@ -23,6 +24,9 @@ logger = logging.getLogger("millprint")
 
 # The restart file of an unfinished case.
 RESTART = "restart.h5"
+# How often a step is shortened until the energy balance closes, to what part of the first one at least, and what part
+# of the error that is allowed is aimed at.
+SHORTENED, SHORTEST, AIM = 2, 0.4, 0.7
 
 
 def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
@@ -57,22 +61,23 @@ def run_case(
     A stopped run continues from its restart file in the folder of run.h5, which is removed at the end.
 
     Raises SimulationError for balls that do not fit, a ball that escapes or overlaps too much, a number that is not
-    finite, a step over the Rayleigh fraction, or an energy balance that does not close; nothing is written then.
+    finite, a step over the Rayleigh fraction, or an energy balance that does not close, see `_closing`; nothing is
+    written then.
     """
-    simulation = Simulation(case, mill, contact, dem)
-    logger.info(
-        "%s, step %.4g s (%.3g of the Rayleigh time), %d facets",
-        balls_in_words(simulation.ball_counts, case.sizes_mm),
-        simulation.step,
-        simulation.step / simulation.rayleigh_s,
-        sum(len(body.vessel.facets) for body in simulation.bodies),
-    )
     restart = Path(run_path).with_name(RESTART)
-    with use_threads(cores) if simulation.threads > 1 else nullcontext():
-        recording = simulation.run(case.path, restart, _enough(case, dem))
-    series = ledger_series(np.concatenate(recording.samples))
-    table = collision_table(recording.table)
-    summary = summarise(simulation, series, table, recording.height_m)
+
+    def recorded(simulation: Simulation) -> Recording:
+        logger.info(
+            "%s, step %.4g s (%.3g of the Rayleigh time), %d facets",
+            balls_in_words(simulation.ball_counts, case.sizes_mm),
+            simulation.step,
+            simulation.step / simulation.rayleigh_s,
+            sum(len(body.vessel.facets) for body in simulation.bodies),
+        )
+        with use_threads(cores) if simulation.threads > 1 else nullcontext():
+            return simulation.run(case.path, restart, _enough(case, dem))
+
+    simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded)
     logger.info(
         "simulated in %.1f s (%.1f ns a ball-step); energy balance closes within %.2g of the wall work; %d contacts",
         simulation.wall_clock_s,
@@ -88,7 +93,32 @@ def run_case(
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, title: str | None = None) -> dict:
     """The summary of one case, without any file; title: of a progress bar. Raises SimulationError as `run_case`."""
-    simulation = Simulation(case, mill, contact, dem)
-    recording = simulation.run(title)
-    series = ledger_series(np.concatenate(recording.samples))
-    return summarise(simulation, series, collision_table(recording.table), recording.height_m)
+    return _closing(case, mill, contact, dem, lambda simulation: simulation.run(title))[-1]
+
+
+def _closing(
+    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, recorded: Callable[[Simulation], Recording]
+) -> tuple[Simulation, Recording, pd.DataFrame, pd.DataFrame, dict]:
+    """A simulation whose energy balance closes, its recording, ledger, collisions and summary; recorded: runs it.
+
+    A step that is given as a fraction of the Rayleigh time is what suits most mills: where the balance does not close
+    with it, a shorter one follows from how far it is open, SHORTENED times and to SHORTEST of the first. The case of
+    the summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises
+    SimulationError as `run_case`.
+    """
+    first = case.rayleigh_fraction or 0.0
+    for attempt in range(SHORTENED + 1):
+        simulation = Simulation(case, mill, contact, dem)
+        recording = recorded(simulation)
+        series = ledger_series(np.concatenate(recording.samples))
+        table = collision_table(recording.table)
+        try:
+            return simulation, recording, series, table, summarise(simulation, series, table, recording.height_m)
+        except OpenBalanceError as error:
+            # The error grows with the square of the step.
+            shorter = (case.rayleigh_fraction or 0.0) * (AIM * error.largest / error.found) ** 0.5
+            if attempt == SHORTENED or not shorter > SHORTEST * first:
+                raise
+            logger.warning("%s; again with a shorter step", error)
+            case = case.model_copy(update={"rayleigh_fraction": shorter})
+    raise AssertionError("the last attempt returns or raises")

@@ -57,10 +57,11 @@ def dispersions(groups: list[list[dict]]) -> dict[str, float]:
 
 
 def same_conditions(summaries: list[dict]) -> list[list[dict]]:
-    """The runs of each condition: those that differ in their seed alone."""
+    """The runs of each condition: those that differ in their seed alone, and in a step that had to be shortened."""
     groups: dict[str, list[dict]] = defaultdict(list)
     for summary in summaries:
-        own = summary["case"] | {"seed": None, "mill": summary["mill"], "contact": summary["contact"]}
+        named = {"mill": summary["mill"], "contact": summary["contact"]}
+        own = summary["case"] | named | {"seed": None, "rayleigh_fraction": None}
         groups[json.dumps(own, sort_keys=True)].append(summary)
     return list(groups.values())
 
