@@ -8,6 +8,7 @@ readable line per fault, or if it takes more than SECONDS of processor time or M
 """
 
 import argparse
+import importlib
 import random
 import resource
 import shutil
@@ -29,7 +30,6 @@ import sys  # noqa: E402
 
 sys.path.insert(0, str(ROOT / "scripts"))
 
-import millprint.calibration.preflight as calibration  # noqa: E402
 import millprint.dem.preflight as cases  # noqa: E402
 import millprint.preflight as preflight  # noqa: E402
 from millprint.config.checks import load_workflow  # noqa: E402
@@ -37,7 +37,7 @@ from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
 from millprint.errors import ConfigError, SimulationError  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
-from tests.remembered import remembered_bodies, remembered_swing  # noqa: E402
+from tests.remembered import SLOW_PARTS  # noqa: E402
 
 SECONDS = 20.0
 MEMORY_BYTES = 3 << 30
@@ -141,8 +141,10 @@ def remember_shapes() -> None:
             _check_tables(config, source)
             known[key] = True
 
-    calibration.make_swing, preflight.check_tables = remembered_swing, check_tables
-    preflight.checked_bodies = remembered_bodies
+    for place, quick in SLOW_PARTS.items():
+        module, name = place.rsplit(".", 1)
+        setattr(importlib.import_module(module), name, quick)
+    preflight.check_tables = check_tables
     cases.capacity, cases.pack_mixture = capacity, pack_mixture
 
 

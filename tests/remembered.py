@@ -1,14 +1,22 @@
 """The slow parts of the check before a run, remembered: most changes of a configuration do not touch its mills."""
 
-from collections.abc import Callable
+import pickle
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+
+import pandas as pd
 
 from millprint.calibration.oscillation import make_swing
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
+from millprint.config.strict_yaml import read_yaml
 from millprint.dem.preflight import checked_bodies
 from millprint.errors import ConfigError
+from millprint.files import read_table
+from millprint.mill.bodies import Body, inserts_in_vessel
+from millprint.mill.speed_limits import Pace, paces
+from millprint.mill.vessel import Vessel
 
 
 def remembered(compute: Callable, known: dict, key: tuple):
@@ -26,11 +34,13 @@ def remembered(compute: Callable, known: dict, key: tuple):
 _SEEN: dict = {}
 
 
+def _content(path: str | Path) -> bytes | None:
+    return Path(path).read_bytes() if Path(path).is_file() else None
+
+
 def key_of(mill: MillConfig) -> tuple:
     """All that the bodies of a mill follow from. The JSON of a mill contains neither the tolerance nor its files."""
-    files = [Path(file) for file in mill.source_files]
-    contents = (file.read_bytes() if file.is_file() else None for file in files)
-    return mill.model_dump_json(), mill.volume_tolerance, *contents
+    return mill.model_dump_json(), mill.volume_tolerance, *map(_content, mill.source_files)
 
 
 def remembered_bodies(mills: dict[str, MillConfig]) -> dict:
@@ -51,3 +61,37 @@ def remembered_swing(mill: MillConfig, contact: ContactConfig, fraction: float, 
     """As make_swing."""
     key = ("swing", *key_of(mill), contact.model_dump_json(), fraction, diameter, settings.model_dump_json())
     return remembered(partial(make_swing, mill, contact, fraction, diameter, settings), _SEEN, key)
+
+
+def remembered_paces(mill: MillConfig, bodies: Sequence[Body]) -> list[Pace]:
+    """As paces."""
+    return remembered(partial(paces, mill, bodies), _SEEN, ("paces", *key_of(mill)))
+
+
+def remembered_inserts(bodies: Sequence[Body]) -> list[Vessel]:
+    """As inserts_in_vessel; the bodies are kept, so that no others take their place in memory."""
+    placed, _ = remembered(lambda: (inserts_in_vessel(bodies), bodies), _SEEN, ("inserts", *map(id, bodies)))
+    return placed
+
+
+def remembered_table(path: str | Path, **columns: Sequence[str]) -> pd.DataFrame:
+    """As read_table."""
+    key = ("table", str(path), _content(path), repr(columns))
+    return remembered(partial(read_table, path, **columns), _SEEN, key).copy()
+
+
+def remembered_yaml(path: str | Path) -> object:
+    """As read_yaml."""
+    key = ("yaml", str(path), _content(path))
+    return pickle.loads(remembered(lambda: pickle.dumps(read_yaml(path)), _SEEN, key))
+
+
+# What each of them replaces, by its place in the library.
+SLOW_PARTS = {
+    "millprint.calibration.preflight.make_swing": remembered_swing,
+    "millprint.config.load.read_yaml": remembered_yaml,
+    "millprint.dem.preflight.inserts_in_vessel": remembered_inserts,
+    "millprint.preflight.checked_bodies": remembered_bodies,
+    "millprint.speeds.paces": remembered_paces,
+    "millprint.tables.read_table": remembered_table,
+}

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
@@ -13,11 +14,10 @@ from numba.core.caching import UserProvidedCacheLocator
 
 from millprint import kernel
 from millprint.config.checks import load_workflow
-from millprint.dem.compilation import compile_kernels
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT
-from tests.remembered import remembered_bodies, remembered_swing
+from tests.remembered import SLOW_PARTS
 from tests.workflow import warm_snakemake
 
 CONFIG = "config/config.yaml"
@@ -35,7 +35,10 @@ def active_environment() -> dict[str, str]:
 
 
 def copy_project(folder: Path) -> Path:
-    """Copy the working tree to `folder` as a clean clone: every file that git tracks or would track."""
+    """Copy the working tree to `folder` as a clean clone: every file that git tracks or would track.
+
+    Modules come with what Python made of them, which it takes where their dates and sizes are those of the source.
+    """
     listing = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
@@ -48,21 +51,33 @@ def copy_project(folder: Path) -> Path:
         if source.is_file():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(source, target)
+            if source.suffix == ".py":
+                copy_compiled(source, target)
     return folder
 
 
-def share_kernels(project: Path) -> None:
-    """Compile the kernels of this checkout, if that has not been done, and copy their machine code to a clone of it.
+def copy_compiled(source: Path, target: Path) -> None:
+    """Copy the bytecode of a module, if there is any, to that of its copy."""
+    own, its = (Path(cache_from_source(str(path))) for path in (source, target))
+    if own.is_file():
+        its.parent.mkdir(exist_ok=True)
+        shutil.copy2(own, its)
 
-    Numba names its folders after the path of the source, and checks by its content that the code is that of the source.
+
+def share_kernels(project: Path) -> None:
+    """Let a clone take its machine code from this checkout, and leave there what it compiles itself.
+
+    Numba names its folders after the path of the source, and checks by its date and size that the code is that of the
+    source. A clone whose kernels are edited has a folder of another name, and compiles.
     """
-    compile_kernels()
-    target = project / kernel.CACHE_ROOT.name / kernel.cache_folder().name
+    own_cache = kernel.cache_folder()
+    its_cache = project / ".numba_cache" / own_cache.name
+    its_cache.mkdir(parents=True)
     name_of = UserProvidedCacheLocator.get_suitable_cache_subpath
     for folder in {file.parent for file in kernel.kernel_files()}:
         own, its = (name_of(str(place / "any.py")) for place in (folder, project / folder.relative_to(ROOT)))
-        if (kernel.cache_folder() / own).is_dir():
-            shutil.copytree(kernel.cache_folder() / own, target / its, dirs_exist_ok=True)
+        (own_cache / own).mkdir(parents=True, exist_ok=True)
+        (its_cache / its).symlink_to(own_cache / own)
 
 
 def run_snakemake(project: Path, *arguments: str, timeout: float = 120) -> subprocess.CompletedProcess:
@@ -103,15 +118,18 @@ def copy_planetary(mills: Path) -> None:
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    return copy_project(tmp_path / "millprint")
+    """A clean copy with the kernels of this checkout."""
+    folder = copy_project(tmp_path / "millprint")
+    share_kernels(folder)
+    return folder
 
 
 @pytest.fixture
 def refusal(project, monkeypatch):
     """A function that checks the project and returns the one line that refuses it; no line or several are a failure."""
     monkeypatch.chdir(project)
-    monkeypatch.setattr("millprint.preflight.checked_bodies", remembered_bodies)
-    monkeypatch.setattr("millprint.calibration.preflight.make_swing", remembered_swing)
+    for place, quick in SLOW_PARTS.items():
+        monkeypatch.setattr(place, quick)
 
     def read_line() -> str:
         with pytest.raises(ConfigError) as caught:
