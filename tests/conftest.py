@@ -1,6 +1,7 @@
 """Puts the library on the path, as the Snakefile does for the scripts."""
 
 import csv
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,16 @@ from tests.browser import Browser, open_browser
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
+
+# One thread for numerical libraries, as in every job of a run, and before any of them is imported: next to the other
+# half of `make test`, threads that wait for each other take up to a hundred times as long as one.
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+# Python keeps the modules that it compiles, whatever the environment says: the tests start hundreds of processes, and
+# each would compile the library again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # What the thesis prints, as text, by the id of the claim.
 with open(ROOT / "config/data/claims.tsv") as file:
