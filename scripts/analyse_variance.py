@@ -1,15 +1,18 @@
-"""Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals."""
+"""Analyses the variance of the screening runs: as printed, as corrected, confounded terms, and residuals; draws it."""
 
 from pathlib import Path
 
+from millprint.config.design import Factor
 from millprint.config.doe import AnalysisConfig
 from millprint.doe.contested import contested_table, residual_parts_table, rival_models_table
 from millprint.doe.model import fit_factors
 from millprint.doe.residuals import lack_of_fit_table, residual_checks, residual_table
 from millprint.doe.runs import read_runs
 from millprint.doe.trends import interaction_table, trend_table
-from millprint.doe.variance import corrected_table, detectable_table, printed_table
-from millprint.files import write_table
+from millprint.doe.variance import corrected_table, detectable_table, pareto_table, printed_table
+from millprint.figures.chapter2 import interactions, pareto, residuals
+from millprint.figures.style import save
+from millprint.files import read_table, write_table
 from millprint.job import job
 
 # The tables of the analysis beside those of the variance, by the names of the rule's outputs.
@@ -52,6 +55,51 @@ def main(screening: str, tables: dict[str, str], settings: AnalysisConfig) -> No
     write_table(interaction_table(settings, runs), tables["interactions"])
 
 
+def published_p(claims: str) -> dict[str, float]:
+    """Published p-values of Table 2.5 by term, such as `AB, CD`, from the table of claims."""
+    frame = read_table(claims, text=["id", "quantity", "value"])
+    own = frame[frame["id"].str.fullmatch(r"2\.anova\.\w+\.p")]
+    return dict(zip(own["quantity"].str.removeprefix("p-value of "), own["value"].astype(float), strict=True))
+
+
+def draw(
+    printed: str,
+    corrected: str,
+    residual_table: str,
+    claims: str,
+    outputs: dict[str, str],
+    factors: list[Factor],
+) -> None:
+    """Write the ranking and both figures; `outputs` has the paths pareto, pareto_svg, pareto_png, residuals_svg, ..."""
+    names = {factor.symbol: factor.label for factor in factors}
+    second = read_table(corrected, numeric=["sum_of_squares"], text=["sums", "term"])
+    ranking = pareto_table(read_table(printed, text=["source", "term"]), second, published_p(claims))
+    write_table(ranking, outputs["pareto"])
+    save(pareto(ranking, names), outputs["pareto_svg"], outputs["pareto_png"])
+    table = read_table(residual_table, numeric=["residual_percent"], text=["case"])
+    save(residuals(table), outputs["residuals_svg"], outputs["residuals_png"])
+
+
+def draw_interactions(means: str, names: list[str], svgs: list[str], pngs: list[str], factors: list[Factor]) -> None:
+    """Draw the panels of every figure in `names`: the mean yield for each combination of two factors' levels."""
+    table = read_table(means, numeric=["axis_code", "curve_code", "mean_yield_percent"], text=["figure"])
+    known = {factor.symbol: factor for factor in factors}
+    for name, svg, png in zip(names, svgs, pngs, strict=True):
+        save(interactions(table[table["figure"] == name], known), svg, png)
+
+
 if "snakemake" in globals():
+    inputs, outputs, own = snakemake.input, snakemake.output, snakemake.params
+    settings = AnalysisConfig(**own.settings)
     with job(snakemake.log[0], "analyse variance"):
-        main(snakemake.input.screening, dict(snakemake.output.items()), AnalysisConfig(**snakemake.params.settings))
+        main(inputs.screening, dict(outputs.items()), settings)
+        draw(
+            outputs.printed,
+            outputs.corrected,
+            outputs.residuals,
+            inputs.claims,
+            dict(outputs.items()),
+            settings.factors,
+        )
+        figures = outputs.interaction_svgs, outputs.interaction_pngs, settings.factors
+        draw_interactions(outputs.interactions, own.interactions, *figures)

@@ -1,11 +1,14 @@
-"""Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees."""
+"""Evaluates the trained models on the locked split, on held-out runs and outside the trained domain; explains trees;
+compares the choices that the thesis leaves open."""
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.job import job
+from millprint.predict.choices import compare_choices, describe_search
 from millprint.predict.evaluation import coverage_table, score_table, split_luck, time_variance
 from millprint.predict.explanation import rank_features, shap_values
 from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
@@ -15,6 +18,7 @@ from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
 from millprint.predict.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
 from millprint.predict.scores import paired_differences, pit_histogram, score_distributions
 from millprint.predict.tables import read_rows
+from millprint.progress import progress
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.
@@ -66,14 +70,28 @@ def explain(parts: list[str], model_paths: list[str], values_path: str, ranking_
     write_table(rank_features(values), ranking_path)
 
 
+def compare(inputs, choices_path: str, settings: TrainingConfig, again: list[tuple[str, str, str]]) -> None:
+    """Write one row for each model and for each of its alternatives.
+
+    again: regressor, strategy and choice of every model in inputs.otherwise, in the same order.
+    """
+    train, test, outside = (read_rows(path) for path in (inputs.train, inputs.test, inputs.outside))
+    tables = []
+    with threadpool_limits(1), progress(len(inputs.models), "comparing choices", "model") as bar:
+        for path in inputs.models:
+            model = load_model(path)
+            tables.append(compare_choices(model, train, test, outside, settings))
+            for (*own, choice), other in zip(again, inputs.otherwise, strict=True):
+                if own == [model.name, model.strategy]:
+                    tables.append(describe_search(load_model(other), test, outside, choice, settings))
+            bar.update()
+    write_table(pd.concat(tables, ignore_index=True), choices_path)
+
+
 if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    training = TrainingConfig(**own.training)
     with job(snakemake.log[0], "evaluate yield models"):
-        main(
-            snakemake.input,
-            snakemake.output,
-            TrainingConfig(**snakemake.params.training),
-            EvaluationConfig(**snakemake.params.honest),
-            snakemake.params.interval_level,
-        )
-        parts = [snakemake.input.train, snakemake.input.test]
-        explain(parts, snakemake.input.explained, snakemake.output.shap, snakemake.output.shap_ranking)
+        main(given, made, training, EvaluationConfig(**own.honest), own.interval_level)
+        explain([given.train, given.test], given.explained, made.shap, made.shap_ranking)
+        compare(given, made.choices, training, own.searched_again)

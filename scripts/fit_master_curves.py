@@ -1,11 +1,31 @@
-"""The fingerprint of one contact set: its fitted curves as a table and as a model, and the coverage of its bands."""
+"""The fingerprint of each contact set: its fitted curves as a table and as a model, and the coverage of its bands.
 
-from millprint.files import write_table
+Is the scaling universal? Numbers of the collapse, universal curves, exponents by regression, and zones."""
+
+from types import SimpleNamespace
+
+import pandas as pd
+
+from millprint.config.mixture import ONE_SIZE
+from millprint.files import read_table, write_table
+from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.coverage import tabulate_coverage
-from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, conditions_of, fill_grid
-from millprint.fingerprint.descriptors import as_built, read_descriptors
+from millprint.fingerprint.curves import (
+    CURVE_COLUMNS,
+    at_shared_fills,
+    average_curves,
+    conditions_of,
+    fill_grid,
+    universal_descriptors,
+)
+from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
+from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.zones import find_zones
 from millprint.job import job
+
+# What is written for each contact set, by the names of the rule's outputs.
+FILES = ("means", "curves", "coverage", "fingerprint")
 
 
 def main(
@@ -21,14 +41,34 @@ def main(
     fingerprint.write(output.fingerprint)
 
 
+def measure_scaling(
+    descriptors_path: str,
+    counting_rules_path: str,
+    fingerprints: list[str],
+    output,
+    mill: str,
+    contacts: list[str],
+    interval: float,
+) -> None:
+    """Write collapse, universal curves and zones of `mill`, and the exponents of every mill of the sweeps."""
+    descriptors = read_descriptors(descriptors_path)
+    # The chapters are of balls of one size.
+    counting_rules = read_table(counting_rules_path).assign(**{CHARGE: ONE_SIZE})
+    own = descriptors[(descriptors["mill"] == mill) & descriptors["contact"].isin(contacts)]
+    write_table(tabulate_collapse(own), output.collapse)
+    write_table(average_curves(universal_descriptors(at_shared_fills(as_built(own)))), output.universal)
+    write_table(fit_exponents(descriptors, counting_rules, interval), output.exponents)
+    zones = pd.concat([find_zones(Fingerprint.read(path)) for path in fingerprints], ignore_index=True)
+    write_table(zones, output.zones)
+
+
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"fit master curves of {snakemake.wildcards.contact}"):
-        main(
-            snakemake.input.descriptors,
-            snakemake.output,
-            snakemake.params.mill,
-            snakemake.wildcards.contact,
-            snakemake.params.volume_m3,
-            snakemake.params.interval,
-            snakemake.params.smooth_points,
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "fit master curves") as log:
+        for number, contact in enumerate(own.contacts):
+            output = SimpleNamespace(**{name: made[name][number] for name in FILES})
+            main(given.descriptors, output, own.mill, contact, own.volume_m3, own.interval, own.smooth_points)
+            log.info("fitted: %s", contact)
+        measure_scaling(
+            given.descriptors, given.counting_rules, made.fingerprint, made, own.mill, own.contacts, own.interval
         )

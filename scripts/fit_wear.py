@@ -1,8 +1,9 @@
-"""Fits the wear coefficient to half of the weighings, holds it against the others, and predicts the wear elsewhere."""
+"""Measures the sliding work; fits the wear coefficient to half of the weighings, holds it against the others, and
+predicts the wear elsewhere."""
 
 from millprint.config.dose import WearConfig
 from millprint.doe.wet_lab import read_wear, wear_table
-from millprint.dose.sliding import CONDITION
+from millprint.dose.sliding import CONDITION, mean_conditions, tabulate_sliding
 from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
 from millprint.figures.dose import plot_wear
 from millprint.figures.style import save
@@ -11,12 +12,12 @@ from millprint.fingerprint.bands import read_factors
 from millprint.job import job
 
 
-def main(inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:
+def main(conditions_path: str, inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:
     """Write the weighings with their predictions, the coefficient, and the wear at every condition.
 
     machine: mill and contact set of the weighings, and the counting rule of the factors by contact parameters.
     """
-    conditions = read_table(inputs.conditions, text=CONDITION[:2])
+    conditions = read_table(conditions_path, text=CONDITION[:2])
     own = conditions[(conditions["mill"] == machine["mill"]) & (conditions["contact"] == machine["contact"])]
     materials = read_materials(inputs.materials, settings.material)
     weighings = wear_table(read_wear(inputs.weighings))
@@ -37,13 +38,17 @@ def draw(tables, material: str) -> None:
     save(figure, tables.svg, tables.png)
 
 
+def measure(runs: list[str], summaries: list[str], output) -> None:
+    """Write a row for each run, and one for each condition."""
+    table = tabulate_sliding(list(zip(runs, summaries, strict=True)))
+    write_table(table, output.runs)
+    write_table(mean_conditions(table), output.conditions)
+
+
 if "snakemake" in globals():
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "fit wear") as log:
-        main(
-            snakemake.input,
-            snakemake.output,
-            WearConfig(**snakemake.params.settings),
-            snakemake.params.machine,
-            log,
-        )
-        draw(snakemake.output, snakemake.params.settings["material"])
+        measure(given.runs, given.summaries, made)
+        log.info("sliding work of %d simulations: %s", len(given.runs), made.runs)
+        main(made.conditions, given, made, WearConfig(**own.settings), own.machine, log)
+        draw(made, own.settings["material"])

@@ -7,17 +7,13 @@ from millprint.figures.style import save
 from millprint.job import job
 
 
-def main(spectra_path: str, output, title: str, rule_name: str, chosen: dict) -> None:
+def main(spectra_path: str, svg: str, png: str, title: str, rule_name: str, chosen: dict) -> None:
     """Draw the spectra of the chosen conditions, by one counting rule."""
-    save(plot_spectra(shown(read_spectra(spectra_path), rule_name, **chosen), title), output.svg, output.png)
+    save(plot_spectra(shown(read_spectra(spectra_path), rule_name, **chosen), title), svg, png)
 
 
 if "snakemake" in globals():
+    own, output = snakemake.params, snakemake.output
     with job(snakemake.log[0], "plot energy spectra"):
-        main(
-            snakemake.input.spectra,
-            snakemake.output,
-            snakemake.params.title,
-            snakemake.params.rule,
-            snakemake.params.chosen,
-        )
+        for spectra, svg, png, title in zip(snakemake.input.spectra, output.svgs, output.pngs, own.titles, strict=True):
+            main(spectra, svg, png, title, own.rule, own.chosen)

@@ -5,28 +5,13 @@ from pathlib import Path
 import pandas as pd
 from markupsafe import Markup
 
-from millprint.files import read_table, whole_file, write_table
+from millprint.files import whole_file, write_table
 from millprint.job import job
 from millprint.machine import provenance
 from millprint.provenance.inside import CRATE
-from millprint.report.catalogue import TABLES
+from millprint.report.chapter_pages import write_chapter
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.report.tables import Section, tables_page
-
-
-def main(chapter: str, name: str, tables: list[str], results: str, output: str) -> None:
-    """Write the page of one chapter, with those of its tables in the folder `results` that `tables` lists."""
-    sections = [
-        Section(listed.title, read_table(path), f"{listed.note} {listed.path}".strip())
-        for listed in TABLES[chapter]
-        if (path := f"{results}/{listed.path}") in tables
-    ]
-    title, about = (
-        (f"Chapter {chapter}", f"thesis chapter {chapter}") if chapter.isdigit() else (chapter, chapter.lower())
-    )
-    introduction = f"Tables of {about} as the run {name} computed them. A click on a column sorts by it."
-    with whole_file(output) as partial:
-        partial.write_text(tables_page(f"{title}: tables", introduction, sections))
 
 
 def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:
@@ -53,8 +38,6 @@ if "snakemake" in globals():
     with job(snakemake.log[0], f"show the tables of {', '.join(chapters)}"):
         tables = list(snakemake.input.tables)
         for chapter, page in zip(chapters, snakemake.output.pages, strict=True):
-            main(chapter, snakemake.params.name, tables, snakemake.params.results, page)
-        # The page of the validation, which a run without chapters can make too, comes alone.
-        if snakemake.params.benchmarks:
-            own = snakemake.params
-            write_runtimes(own.name, own.benchmarks, own.logs, snakemake.output)
+            write_chapter(chapter, snakemake.params.name, tables, snakemake.params.results, page)
+        own = snakemake.params
+        write_runtimes(own.name, own.benchmarks, own.logs, snakemake.output)

@@ -1,4 +1,4 @@
-"""Energy spectra of the collisions of every condition, and what is read off each."""
+"""Energy spectra of the collisions of every condition, and what is read off each, for each contact set."""
 
 from pathlib import Path
 
@@ -8,20 +8,19 @@ from millprint.files import read_json, write_table
 from millprint.job import job
 
 
-def main(run_paths: list[str], output, rule_names: list[str], settings: SpectraConfig) -> None:
+def main(
+    run_paths: list[str], spectra_path: str, summary_path: str, rule_names: list[str], settings: SpectraConfig
+) -> None:
     """Read the runs, each with the summary beside it, and write both tables."""
     runs = [(path, read_json(Path(path).with_name("summary.json"))) for path in run_paths]
     spectra, summary = tabulate_spectra(runs, rule_names, settings)
-    write_table(spectra, output.spectra)
-    write_table(summary, output.summary)
+    write_table(spectra, spectra_path)
+    write_table(summary, summary_path)
 
 
 if "snakemake" in globals():
+    own, output = snakemake.params, snakemake.output
     with job(snakemake.log[0], "tabulate energy spectra") as logger:
-        logger.info("%d simulations", len(snakemake.input.runs))
-        main(
-            snakemake.input.runs,
-            snakemake.output,
-            snakemake.params.rules,
-            SpectraConfig(**snakemake.params.settings),
-        )
+        for (contact, runs), *paths in zip(own.runs.items(), output.spectra, output.summary, strict=True):
+            main(runs, *paths, own.rules, SpectraConfig(**own.settings))
+            logger.info("%s: %d simulations", contact, len(runs))

@@ -1,4 +1,4 @@
-"""The verdict on every measured number, and what each prediction assumes and when it was fixed."""
+"""The verdict on every measured number, what each prediction assumes and when it was fixed, and their page."""
 
 import pandas as pd
 
@@ -8,6 +8,7 @@ from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig
 from millprint.files import read_table, write_table
 from millprint.job import job
+from millprint.report.chapter_pages import write_chapter
 from millprint.validation.fixed import read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, assumption_table
@@ -55,3 +56,6 @@ if "snakemake" in globals():
             snakemake.input.fixed,
             snakemake.output,
         )
+        own, made = snakemake.params, snakemake.output
+        tables = made.verdicts, made.counts, made.assumptions
+        write_chapter(own.chapter, own.name, tables, own.results, made.page)

@@ -1,4 +1,4 @@
-"""Tunes and fits the yield models of one regressor on the training rows."""
+"""Tunes and fits yield models on the training rows."""
 
 from threadpoolctl import threadpool_limits
 
@@ -30,9 +30,9 @@ def main(
 
 
 if "snakemake" in globals():
-    name = snakemake.wildcards.model
-    with job(snakemake.log[0], f"train yield models {name}") as log:
-        for (strategy, settings), path in zip(snakemake.params.trained, snakemake.output.models, strict=True):
+    chosen = snakemake.params.trained
+    with job(snakemake.log[0], f"train yield models {', '.join(dict.fromkeys(name for name, *_ in chosen))}") as log:
+        for (name, strategy, settings), path in zip(chosen, snakemake.output.models, strict=True):
             main(
                 snakemake.input.train,
                 path,

@@ -64,11 +64,18 @@ def test_short_conditions_of_a_sweep_share_jobs_of_about_the_same_length_in_thei
     assert shared([by_path(*cases)], taking(batches.BATCH_S)) == []
 
 
-def test_cases_of_two_sweeps_are_never_one_job():
+def test_cases_of_two_sweeps_share_a_job_only_if_both_are_shorter_than_a_job_is_worth():
     first, second = filled(0.1, 0.2), filled(0.1, 0.2, speed_rpm=300)
     sweeps = {path: name for name, own in (("first", first), ("second", second)) for path in paths(*own)}
-    found = shared([by_path(*first, *second)], taking(1), sweeps)
+    found = shared([by_path(*first, *second)], taking(batches.SHORTEST_S / 2), sweeps)
     assert found == [paths(*first), paths(*second)]
+    quick = taking(batches.SHORTEST_S / 8)
+    assert shared([by_path(*first, *second)], quick, sweeps) == [paths(*first, *second)]
+    # A long sweep beside them keeps its jobs.
+    third = filled(*(round(0.1 + 0.01 * step, 2) for step in range(16)), speed_rpm=450)
+    more = sweeps | dict.fromkeys(paths(*third), "third")
+    found = shared([by_path(*first, *third, *second)], quick, more)
+    assert found == [*shared([by_path(*third)], quick), paths(*first, *second)]
 
 
 def test_a_case_that_is_asked_for_alone_is_a_job_of_its_own():

@@ -10,7 +10,6 @@ import pytest
 import analyse_variance
 import compute_wet_lab
 import design_experiments
-import plot_doe
 import tabulate_literature
 from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
@@ -34,7 +33,7 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     }
     outputs["pareto"] = str(doe / "pareto.tsv")
     drawn = [analysis[name] for name in ("printed", "corrected", "residuals")]
-    plot_doe.main(*drawn, str(CLAIMS), outputs, config.factors)
+    analyse_variance.draw(*drawn, str(CLAIMS), outputs, config.factors)
     return departures
 
 
@@ -104,7 +103,7 @@ def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(the
     figures = settings().interactions
     svgs, pngs = ([tmp_path / f"{figure.name}.{kind}" for figure in figures] for kind in ("svg", "png"))
     names = [figure.name for figure in figures]
-    plot_doe.draw_interactions(str(thesis / "doe/interactions.tsv"), names, svgs, pngs, settings().factors)
+    analyse_variance.draw_interactions(str(thesis / "doe/interactions.tsv"), names, svgs, pngs, settings().factors)
     for figure, svg, png in zip(figures, svgs, pngs, strict=True):
         text = svg.read_text()
         # Text is kept as text: both factors' labels, with their units, can be read in the file.

@@ -9,7 +9,6 @@ import yaml
 
 import fit_master_curves
 import invert_master_curves
-import measure_scaling
 import partition_dissipation
 import tabulate_descriptors
 from millprint.claims.compare import verdict
@@ -54,8 +53,15 @@ def results(tmp_path_factory) -> Path:
         )
         fingerprints[contact] = files.fingerprint
     scaling = outputs(stage, **{name: f"{name}.tsv" for name in ("collapse", "universal", "exponents", "zones")})
-    inputs = SimpleNamespace(**vars(described), fingerprints=list(fingerprints.values()))
-    measure_scaling.main(inputs, scaling, "emax", CONTACTS, settings.interval)
+    fit_master_curves.measure_scaling(
+        described.descriptors,
+        described.counting_rules,
+        list(fingerprints.values()),
+        scaling,
+        "emax",
+        CONTACTS,
+        settings.interval,
+    )
     answers = outputs(stage, inverse="inverse.tsv", ranked="inverse_ranked.tsv")
     invert_master_curves.main(fingerprints, PUBLISHED, answers, settings.inverse)
     names = ["table_4_2", "table_4_3", "table_4_4", "table_4_5", "slopes", "design"]

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import collect_final_rows
 import propose_experiments
-import train_averaged_model
+import train_averaged_models
 from millprint.config.proposals import ProposalConfig
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_table
@@ -45,8 +44,8 @@ def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> S
         proposals = proposals.model_copy(update={"experiments": str(folder / "experiments.tsv")})
     model, mill = str(folder / "averaged_gpr_final.json"), str(folder / "mill.json")
     screening = [paths["train"], paths["test"]]
-    collect_final_rows.main(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
-    train_averaged_model.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
+    train_averaged_models.collect(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
+    train_averaged_models.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
     output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
     propose_experiments.main(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
     text = ["case", "status", "purpose", "gain_unit", "repeats"]

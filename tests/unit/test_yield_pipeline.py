@@ -8,9 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import f_oneway
 
-import collect_final_rows
 import compare_libraries
-import compare_yield_choices
 import evaluate_yield_models
 import hold_out_yields
 import leave_regimes_out
@@ -20,7 +18,7 @@ import predict_yields
 import propose_experiments
 import search_retrospectively
 import split_screening
-import train_averaged_model
+import train_averaged_models
 import train_yield_model
 import try_yield_models
 from millprint.claims.compare import verdict
@@ -115,10 +113,10 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
         train_yield_model.main(train, models[-1], model, strategy, config.training, config.search)
     rows, mill = str(folder / "final_rows.tsv"), str(folder / "models/mill.json")
     cases = read_regimes(str(REGIMES))
-    collect_final_rows.main([train, test], cases, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
+    train_averaged_models.collect([train, test], cases, None, rows, mill, REFERENCE, "emax", 125e-6, config.proposals)
     for name, files in (("primary", [train]), ("final", [rows])):
         stored = str(folder / f"models/averaged_gpr_{name}.json")
-        train_averaged_model.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
+        train_averaged_models.main(files, stored, folder / f"averaging_{name}.tsv", config.averaging)
     held_out = {}
     for model, strategy in ((name, "primary") for name in HELD_OUT):
         paths = folder / f"held_out/{model}.tsv", folder / f"held_out/{model}_intervals.tsv"
@@ -148,7 +146,7 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
     compared = SimpleNamespace(
         train=train, test=test, models=models, otherwise=otherwise_models, outside=config.out_of_domain
     )
-    compare_yield_choices.main(compared, folder / "choices.tsv", config.training, again)
+    evaluate_yield_models.compare(compared, folder / "choices.tsv", config.training, again)
     trees = [path for path in models if "rf_two" in path or "xgb_two" in path]
     evaluate_yield_models.explain([train, test], trees, folder / "shap.tsv", folder / "shap_ranking.tsv")
     for name in ("primary", "final"):

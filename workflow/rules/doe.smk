@@ -32,6 +32,7 @@ rule design_experiments:
 rule analyse_variance:
     input:
         screening=CONFIG.data.screening,
+        claims=CONFIG.data.claims,
     output:
         printed=f"{DOE}/anova_printed.tsv",
         corrected=f"{DOE}/anova_corrected.tsv",
@@ -44,14 +45,40 @@ rule analyse_variance:
         residual_checks=f"{DOE}/residual_checks.tsv",
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
+        pareto=f"{DOE}/pareto.tsv",
+        pareto_svg=report(
+            f"{DOE}/pareto.svg",
+            caption="../report/pareto.rst",
+            category="Chapter 2",
+            labels={"figure": "Pareto plot (Fig. 2.3)"},
+        ),
+        pareto_png=f"{DOE}/pareto.png",
+        residuals_svg=report(
+            f"{DOE}/residuals.svg",
+            caption="../report/residuals.rst",
+            category="Chapter 2",
+            labels={"figure": "Residuals of the ANOVA"},
+        ),
+        residuals_png=f"{DOE}/residuals.png",
+        interaction_svgs=[
+            report(
+                f"{DOE}/interaction_{name}.svg",
+                caption="../report/interactions.rst",
+                category="Chapter 2",
+                labels={"figure": title},
+            )
+            for name, title in INTERACTION_TITLES.items()
+        ],
+        interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
     log:
         f"{LOGS}/doe/analyse_variance.log",
     localrule: True
     params:
         settings=CONFIG.doe.part(AnalysisConfig),
+        interactions=list(INTERACTION_TITLES),
         library=library("analyse_variance.py"),
     message:
-        "Analysing the variance of the yields in {input.screening}"
+        "Analysing the variance of the yields in {input.screening}, and drawing its factors, residuals and interactions"
     script:
         "../../scripts/analyse_variance.py"
 
@@ -114,56 +141,9 @@ rule tabulate_literature:
         "../../scripts/tabulate_literature.py"
 
 
-rule plot_doe:
-    input:
-        printed=rules.analyse_variance.output.printed,
-        corrected=rules.analyse_variance.output.corrected,
-        residuals=rules.analyse_variance.output.residuals,
-        means=rules.analyse_variance.output.interactions,
-        claims=CONFIG.data.claims,
-    output:
-        pareto=f"{DOE}/pareto.tsv",
-        pareto_svg=report(
-            f"{DOE}/pareto.svg",
-            caption="../report/pareto.rst",
-            category="Chapter 2",
-            labels={"figure": "Pareto plot (Fig. 2.3)"},
-        ),
-        pareto_png=f"{DOE}/pareto.png",
-        residuals_svg=report(
-            f"{DOE}/residuals.svg",
-            caption="../report/residuals.rst",
-            category="Chapter 2",
-            labels={"figure": "Residuals of the ANOVA"},
-        ),
-        residuals_png=f"{DOE}/residuals.png",
-        interaction_svgs=[
-            report(
-                f"{DOE}/interaction_{name}.svg",
-                caption="../report/interactions.rst",
-                category="Chapter 2",
-                labels={"figure": title},
-            )
-            for name, title in INTERACTION_TITLES.items()
-        ],
-        interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],
-    log:
-        f"{LOGS}/doe/plot_doe.log",
-    localrule: True
-    params:
-        factors=FACTORS,
-        interactions=list(INTERACTION_TITLES),
-        library=library("plot_doe.py"),
-    message:
-        "Plotting the ranking of the factors, the residuals and the interactions"
-    script:
-        "../../scripts/plot_doe.py"
-
-
 DOE_OUTPUTS = [
     *rules.design_experiments.output,
     *rules.analyse_variance.output,
     *rules.compute_wet_lab.output,
     *rules.tabulate_literature.output,
-    *rules.plot_doe.output,
 ]

@@ -15,35 +15,21 @@ WEAR_SUMMARIES = [f"{RESULTS}/dem/{path}/summary.json" for path in WEAR_CASES]
 WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.contact_set == WEAR_CONTACT
 
 
-rule measure_sliding:
-    input:
-        summaries=lambda wildcards: WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)],
-        runs=lambda wildcards: [
-            str(Path(path).with_name("run.h5"))
-            for path in WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
-        ],
-    output:
-        runs=f"{DOSE}/sliding.tsv",
-        conditions=f"{DOSE}/sliding_conditions.tsv",
-    log:
-        f"{LOGS}/dose/measure_sliding.log",
-    benchmark:
-        f"{BENCHMARKS}/measure_sliding/measure_sliding.tsv"
-    params:
-        library=library("measure_sliding.py"),
-    message:
-        "Measuring the sliding work between balls and at walls"
-    script:
-        "../../scripts/measure_sliding.py"
+def sliding_summaries() -> list[str]:
+    """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
+    return WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
 
 
 rule fit_wear:
     input:
         **({"factors": f"{RESULTS}/uncertainty/{CONFIG.mill}/contact.json"} if WEAR_IS_ANALYSED else {}),
-        conditions=rules.measure_sliding.output.conditions,
+        summaries=lambda wildcards: sliding_summaries(),
+        runs=lambda wildcards: records_of(sliding_summaries()),
         weighings=CONFIG.data.wear,
         materials=WEAR.materials,
     output:
+        runs=f"{DOSE}/sliding.tsv",
+        conditions=f"{DOSE}/sliding_conditions.tsv",
         fit=f"{DOSE}/wear_fit.tsv",
         coefficient=f"{DOSE}/wear_coefficient.json",
         wear=f"{DOSE}/wear.tsv",
@@ -56,7 +42,8 @@ rule fit_wear:
         png=f"{DOSE}/wear.png",
     log:
         f"{LOGS}/dose/fit_wear.log",
-    localrule: True
+    benchmark:
+        f"{BENCHMARKS}/fit_wear/fit_wear.tsv"
     params:
         settings=WEAR.model_dump(mode="json"),
         machine={
@@ -66,7 +53,7 @@ rule fit_wear:
         },
         library=library("fit_wear.py"),
     message:
-        "Fitting the wear coefficient to half of {input.weighings}, and predicting the other half and other conditions"
+        "Measuring the sliding work, fitting the wear coefficient to half of {input.weighings}, and predicting the rest"
     script:
         "../../scripts/fit_wear.py"
 
@@ -102,6 +89,5 @@ rule predict_mill_wear:
 DOSE_OUTPUTS = [
     *SPECTRA_OUTPUTS,
     *YIELD_DOSE_OUTPUTS,
-    *rules.measure_sliding.output,
     *rules.fit_wear.output,
 ]

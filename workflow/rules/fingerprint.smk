@@ -40,54 +40,36 @@ rule tabulate_descriptors:
 rule fit_master_curves:
     input:
         descriptors=rules.tabulate_descriptors.output.descriptors,
-    output:
-        means=f"{FINGERPRINT}/means_{{contact}}.tsv",
-        curves=f"{FINGERPRINT}/curves_{{contact}}.tsv",
-        fingerprint=f"{FINGERPRINT}/fingerprint_{{contact}}.json",
-        coverage=f"{FINGERPRINT}/coverage_{{contact}}.tsv",
-    log:
-        f"{LOGS}/fingerprint/fit_master_curves_{{contact}}.log",
-    benchmark:
-        f"{BENCHMARKS}/fit_master_curves/{{contact}}.tsv"
-    params:
-        mill=CONFIG.mill,
-        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
-        interval=CONFIG.fingerprint.interval,
-        smooth_points=CONFIG.fingerprint.smooth_points,
-        library=library("fit_master_curves.py"),
-    message:
-        "Fitting the master curves of contact set {wildcards.contact}"
-    script:
-        "../../scripts/fit_master_curves.py"
-
-
-rule measure_scaling:
-    input:
-        descriptors=rules.tabulate_descriptors.output.descriptors,
         counting_rules=rules.tabulate_descriptors.output.counting_rules,
-        fingerprints=expand(rules.fit_master_curves.output.fingerprint, contact=CONFIG.contacts),
     output:
+        means=expand(f"{FINGERPRINT}/means_{{contact}}.tsv", contact=CONFIG.contacts),
+        curves=expand(f"{FINGERPRINT}/curves_{{contact}}.tsv", contact=CONFIG.contacts),
+        fingerprint=expand(f"{FINGERPRINT}/fingerprint_{{contact}}.json", contact=CONFIG.contacts),
+        coverage=expand(f"{FINGERPRINT}/coverage_{{contact}}.tsv", contact=CONFIG.contacts),
         collapse=f"{FINGERPRINT}/collapse.tsv",
         universal=f"{FINGERPRINT}/universal.tsv",
         exponents=f"{FINGERPRINT}/exponents.tsv",
         zones=f"{FINGERPRINT}/zones.tsv",
     log:
-        f"{LOGS}/fingerprint/measure_scaling.log",
-    localrule: True
+        f"{LOGS}/fingerprint/fit_master_curves.log",
+    benchmark:
+        f"{BENCHMARKS}/fit_master_curves/fit_master_curves.tsv"
     params:
         mill=CONFIG.mill,
         contacts=CONFIG.contacts,
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         interval=CONFIG.fingerprint.interval,
-        library=library("measure_scaling.py"),
+        smooth_points=CONFIG.fingerprint.smooth_points,
+        library=library("fit_master_curves.py"),
     message:
-        "Measuring how well the scaling collapses speeds, ball sizes and contact sets"
+        "Fitting the master curves of {CONFIG.contacts}, and measuring how well the scaling collapses them"
     script:
-        "../../scripts/measure_scaling.py"
+        "../../scripts/fit_master_curves.py"
 
 
 rule invert_master_curves:
     input:
-        fingerprints=expand(rules.fit_master_curves.output.fingerprint, contact=CONFIG.contacts),
+        fingerprints=rules.fit_master_curves.output.fingerprint,
         published=PUBLISHED,
         others=[target.like.fingerprint for target in CONFIG.fingerprint.inverse.targets if target.like],
     output:
@@ -111,11 +93,11 @@ rule plot_fingerprint:
         descriptors=rules.tabulate_descriptors.output.descriptors,
         cycles=rules.tabulate_descriptors.output.cycles,
         densities=rules.tabulate_descriptors.output.densities,
-        means=expand(rules.fit_master_curves.output.means, contact=CONFIG.contacts),
-        curves=expand(rules.fit_master_curves.output.curves, contact=CONFIG.contacts),
-        zones=rules.measure_scaling.output.zones,
-        universal=rules.measure_scaling.output.universal,
-        exponents=rules.measure_scaling.output.exponents,
+        means=rules.fit_master_curves.output.means,
+        curves=rules.fit_master_curves.output.curves,
+        zones=rules.fit_master_curves.output.zones,
+        universal=rules.fit_master_curves.output.universal,
+        exponents=rules.fit_master_curves.output.exponents,
         published=PUBLISHED,
         runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
     output:
@@ -195,8 +177,7 @@ rule plot_fingerprint:
 
 FINGERPRINT_OUTPUTS = [
     *rules.tabulate_descriptors.output,
-    *expand(rules.fit_master_curves.output, contact=CONFIG.contacts),
-    *rules.measure_scaling.output,
+    *rules.fit_master_curves.output,
     *rules.invert_master_curves.output,
     *rules.plot_fingerprint.output,
 ]

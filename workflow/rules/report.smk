@@ -131,8 +131,8 @@ rule build_explorer:
     input:
         fingerprints=[predicting_chapter(contact) for contact in CONFIG.contacts],
         yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
-        spectra=expand(rules.tabulate_spectra.output.spectra, contact=CONFIG.contacts),
-        summaries=expand(rules.tabulate_spectra.output.summary, contact=CONFIG.contacts),
+        spectra=rules.tabulate_spectra.output.spectra,
+        summaries=rules.tabulate_spectra.output.summary,
         temperatures=rules.balance_heat.output.temperatures.format(mill=CONFIG.mill),
         limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
         sources=MILLS[CONFIG.mill].source_files,

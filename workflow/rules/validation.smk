@@ -36,30 +36,34 @@ rule predict_setup:
         "../../scripts/predict_setup.py"
 
 
-rule plot_setup:
+rule plot_setups:
     input:
-        predictions=rules.predict_setup.output.predictions,
+        predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
         measured=CONFIG.validation.measured,
     output:
-        svg=report(
-            f"{VALIDATION}/{{setup}}/predictions.svg",
-            caption="../report/validation_setup.rst",
-            category="Validation",
-            labels={"figure": "{setup}", "shows": "measured points over the prediction"},
-        ),
-        png=f"{VALIDATION}/{{setup}}/predictions.png",
+        svgs=[
+            report(
+                f"{VALIDATION}/{name}/predictions.svg",
+                caption="../report/validation_setup.rst",
+                category="Validation",
+                labels={"figure": name, "shows": "measured points over the prediction"},
+            )
+            for name in CONFIG.validation.chosen
+        ],
+        pngs=expand(f"{VALIDATION}/{{setup}}/predictions.png", setup=CONFIG.validation.chosen),
         # The first quantity alone, for a page.
-        first_svg=f"{VALIDATION}/{{setup}}/first.svg",
-        first_png=f"{VALIDATION}/{{setup}}/first.png",
+        first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
+        first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
     log:
-        f"{LOGS}/validation/plot_{{setup}}.log",
+        f"{LOGS}/validation/plot_setups.log",
     localrule: True
     params:
-        library=library("plot_setup.py"),
+        setups=list(CONFIG.validation.chosen),
+        library=library("plot_setups.py"),
     message:
-        "Drawing set-up {wildcards.setup}"
+        "Drawing what was measured in each set-up over its predictions"
     script:
-        "../../scripts/plot_setup.py"
+        "../../scripts/plot_setups.py"
 
 
 rule plot_bed:
@@ -96,12 +100,21 @@ rule tabulate_verdicts:
         verdicts=f"{VALIDATION}/verdicts.tsv",
         counts=f"{VALIDATION}/counts.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
+        page=report(
+            f"{VALIDATION}/tables.html",
+            caption="../report/validation.rst",
+            category="Validation",
+            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
+        ),
     log:
         f"{LOGS}/validation/tabulate_verdicts.log",
     localrule: True
     params:
         setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
         dem=settings("dem"),
+        chapter=VALIDATION_CHAPTER,
+        name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.page).parents[1]),
         library=library("tabulate_verdicts.py"),
     message:
         "Comparing every measured number with its prediction"
@@ -109,38 +122,11 @@ rule tabulate_verdicts:
         "../../scripts/tabulate_verdicts.py"
 
 
-rule tabulate_validation:
-    input:
-        tables=rules.tabulate_verdicts.output,
-    output:
-        pages=[
-            report(
-                f"{VALIDATION}/tables.html",
-                caption="../report/validation.rst",
-                category="Validation",
-                labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
-            )
-        ],
-    log:
-        f"{LOGS}/validation/tabulate_validation.log",
-    localrule: True
-    params:
-        chapters=[VALIDATION_CHAPTER],
-        name=CONFIG.name,
-        results=lambda wildcards, output: str(Path(output.pages[0]).parents[1]),
-        benchmarks=None,
-        library=library("tabulate_pages.py"),
-    message:
-        "Writing the page of tables of the validation"
-    script:
-        "../../scripts/tabulate_pages.py"
-
-
 VALIDATION_OUTPUTS = [
-    *expand([*rules.predict_setup.output, *rules.plot_setup.output], setup=CONFIG.validation.chosen),
+    *expand(rules.predict_setup.output, setup=CONFIG.validation.chosen),
+    *rules.plot_setups.output,
     *expand(rules.plot_bed.output, setup=[name for name in CONFIG.validation.chosen if name in FLOWING_BEDS]),
     *rules.tabulate_verdicts.output,
-    *rules.tabulate_validation.output,
     *expand([*rules.plot_charge.output], setup=CONFIG.validation.tumbling),
 ]
 

@@ -8,6 +8,7 @@ from millprint.predict.regressors import (
     RESIDUAL_WEIGHTS,
     SEARCH_SEED,
     TWO_STEP,
+    is_quick,
     models_of,
     otherwise,
     searched_again,
@@ -17,19 +18,26 @@ YIELDS = f"{RESULTS}/yield"
 MODELS = models_of(CONFIG.yields.models)
 EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
 COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
-PRIMARY_MODELS = [
-    (name, PRIMARY) for name, _ in COMPARED_MODELS if name not in REGRESSORS or not REGRESSORS[name].two_step
+# The models whose predictions of every run share a job: those of one strategy, or all where there are few folds.
+HELD_OUT_TOGETHER = [
+    (name, strategy)
+    for name, strategy in COMPARED_MODELS
+    if CONFIG.yields.honest.is_quick or name not in REGRESSORS or not REGRESSORS[name].two_step
 ]
 EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
 SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
 # Strategy and choice of the further trainings of a model; those that are trained again have the same.
 TRAINED_OTHERWISE = list(dict.fromkeys((strategy, choice) for _, strategy, choice in SEARCHED_AGAIN))
 YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
+OTHER_MODEL = f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json"
 HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
 STRATEGIES = [PRIMARY, TWO_STEP]
-# Both strategies of a regressor are one job.
-OF_TWO_STRATEGIES = any_of([name for name, regressor in REGRESSORS.items() if regressor.two_step])
-OF_ONE_STRATEGY = any_of([name for name, regressor in REGRESSORS.items() if not regressor.two_step])
+# Both strategies of a regressor are one job; what is quick shares a job with the others that are.
+QUICK = [name for name in CONFIG.yields.models if is_quick(name, CONFIG.yields.search)]
+TRAINED_ALONE = any_of([name for name in REGRESSORS if name not in QUICK])
+HELD_OUT_ALONE = any_of(
+    [] if CONFIG.yields.honest.is_quick else [name for name, regressor in REGRESSORS.items() if regressor.two_step]
+)
 # The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
 YIELD_CONTACT = CONTACTS[CONFIG.partition.contact]
 YIELD_MACHINE = {

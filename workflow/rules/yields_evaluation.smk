@@ -16,6 +16,7 @@ YIELD_TABLES = [
     "differences",
     "shap",
     "shap_ranking",
+    "choices",
 ]
 
 
@@ -31,7 +32,7 @@ rule hold_out_yields:
     benchmark:
         f"{BENCHMARKS}/hold_out_yields/{{model}}.tsv"
     wildcard_constraints:
-        model=OF_TWO_STRATEGIES,
+        model=HELD_OUT_ALONE,
     params:
         models=lambda wildcards: [(wildcards.model, strategy) for strategy in STRATEGIES],
         training=yield_settings("training"),
@@ -44,23 +45,22 @@ rule hold_out_yields:
         "../../scripts/hold_out_yields.py"
 
 
-# The models of one strategy are quick, and share a job.
-use rule hold_out_yields as hold_out_primary_yields with:
+use rule hold_out_yields as hold_out_quick_yields with:
     output:
-        predictions=every_model(f"{HELD_OUT}.tsv", PRIMARY_MODELS),
-        intervals=every_model(f"{HELD_OUT}_intervals.tsv", PRIMARY_MODELS),
+        predictions=every_model(f"{HELD_OUT}.tsv", HELD_OUT_TOGETHER),
+        intervals=every_model(f"{HELD_OUT}_intervals.tsv", HELD_OUT_TOGETHER),
     log:
-        f"{LOGS}/yields/hold_out_primary.log",
+        f"{LOGS}/yields/hold_out_quick.log",
     benchmark:
-        f"{BENCHMARKS}/hold_out_yields/primary.tsv"
+        f"{BENCHMARKS}/hold_out_yields/quick.tsv"
     params:
-        models=PRIMARY_MODELS,
+        models=HELD_OUT_TOGETHER,
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
         library=library("hold_out_yields.py"),
     message:
-        "Predicting every run with models of one strategy that were not trained on it"
+        "Predicting every run with quick models that were not trained on it"
 
 
 rule evaluate_yield_models:
@@ -72,6 +72,10 @@ rule evaluate_yield_models:
         held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
         intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
         explained=every_model(YIELD_MODEL, EXPLAINED),
+        otherwise=[
+            OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
+            for model, strategy, choice in SEARCHED_AGAIN
+        ],
         outside=CONFIG.yields.out_of_domain,
     output:
         **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
@@ -83,36 +87,12 @@ rule evaluate_yield_models:
         training=yield_settings("training"),
         honest=yield_settings("honest"),
         interval_level=CONFIG.yields.interval_level,
+        searched_again=SEARCHED_AGAIN,
         library=library("evaluate_yield_models.py"),
     message:
-        "Evaluating the yield models on the locked split, on held-out runs and outside their domain; SHAP values of the trees"
+        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
     script:
         "../../scripts/evaluate_yield_models.py"
-
-
-rule compare_yield_choices:
-    input:
-        train=rules.split_screening.output.train,
-        test=rules.split_screening.output.test,
-        models=every_model(YIELD_MODEL, MODELS),
-        otherwise=[
-            f"{YIELDS}/models/otherwise/{model}_{strategy}_{choice}.json" for model, strategy, choice in SEARCHED_AGAIN
-        ],
-        outside=CONFIG.yields.out_of_domain,
-    output:
-        choices=f"{YIELDS}/choices.tsv",
-    log:
-        f"{LOGS}/yields/compare_yield_choices.log",
-    benchmark:
-        f"{BENCHMARKS}/compare_yield_choices/compare_yield_choices.tsv"
-    params:
-        training=yield_settings("training"),
-        searched_again=SEARCHED_AGAIN,
-        library=library("compare_yield_choices.py"),
-    message:
-        "Comparing models with other values of the choices that the thesis leaves open"
-    script:
-        "../../scripts/compare_yield_choices.py"
 
 
 rule try_yield_models:

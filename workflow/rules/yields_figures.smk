@@ -122,7 +122,6 @@ rule plot_yields:
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
-    rules.compare_yield_choices.output.choices,
     rules.try_yield_models.output.tried,
     *rules.compare_libraries.output,
     *rules.permute_yields.output,

@@ -5,7 +5,7 @@ rule propose_experiments:
     input:
         **TOLD_EXPERIMENTS,
         model=f"{YIELDS}/models/averaged_gpr_final.json",
-        mill=rules.collect_final_rows.output.mill,
+        mill=rules.train_averaged_models.output.mill,
     output:
         proposals=f"{YIELDS}/next_experiments.tsv",
         left_out=f"{YIELDS}/not_proposed.tsv",
@@ -52,7 +52,7 @@ rule search_retrospectively:
 rule predict_yields:
     input:
         model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
-        mill=rules.collect_final_rows.output.mill,
+        mill=rules.train_averaged_models.output.mill,
         conditions=CONFIG.yields.prediction.conditions,
     output:
         predicted=f"{YIELDS}/predicted_conditions.tsv",

@@ -1,5 +1,13 @@
 """Training of the yield models: the locked split, the models of the thesis, and the averaged model."""
 
+QUICK_MODELS = [(name, strategy) for name, strategy in MODELS if name in QUICK]
+QUICK_OTHERWISE = [(name, strategy, choice) for name, strategy, choice in SEARCHED_AGAIN if name in QUICK]
+
+
+def trained_otherwise(strategy: str, choice: str) -> tuple[str, dict]:
+    """A strategy, and the settings of its training with another value of a choice."""
+    return strategy, otherwise(CONFIG.yields.training, choice).model_dump(mode="json")
+
 
 rule split_screening:
     input:
@@ -32,9 +40,9 @@ rule train_yield_model:
     benchmark:
         f"{BENCHMARKS}/train_yield_model/{{model}}.tsv"
     wildcard_constraints:
-        model=OF_TWO_STRATEGIES,
+        model=TRAINED_ALONE,
     params:
-        trained=[(strategy, yield_settings("training")) for strategy in STRATEGIES],
+        trained=lambda wildcards: [(wildcards.model, strategy, yield_settings("training")) for strategy in STRATEGIES],
         search=yield_settings("search"),
         library=library("train_yield_model.py"),
     message:
@@ -43,38 +51,53 @@ rule train_yield_model:
         "../../scripts/train_yield_model.py"
 
 
-use rule train_yield_model as train_primary_model with:
-    output:
-        models=[YIELD_MODEL.replace("{strategy}", PRIMARY)],
-    wildcard_constraints:
-        model=OF_ONE_STRATEGY,
-    params:
-        trained=[(PRIMARY, yield_settings("training"))],
-        search=yield_settings("search"),
-        library=library("train_yield_model.py"),
-    message:
-        "Tuning and fitting the yield model {wildcards.model} on the training rows"
-
-
 use rule train_yield_model as train_yield_model_otherwise with:
     output:
-        models=[f"{YIELDS}/models/otherwise/{{model}}_{'_'.join(each)}.json" for each in TRAINED_OTHERWISE],
+        models=expand(
+            OTHER_MODEL,
+            zip,
+            strategy=[strategy for strategy, _ in TRAINED_OTHERWISE],
+            choice=[choice for _, choice in TRAINED_OTHERWISE],
+            allow_missing=True,
+        ),
     log:
         f"{LOGS}/yields/train_{{model}}_otherwise.log",
     benchmark:
         f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}.tsv"
     params:
-        trained=[
-            (strategy, otherwise(CONFIG.yields.training, choice).model_dump(mode="json"))
-            for strategy, choice in TRAINED_OTHERWISE
-        ],
+        trained=lambda wildcards: [(wildcards.model, *trained_otherwise(*each)) for each in TRAINED_OTHERWISE],
         search=yield_settings("search"),
         library=library("train_yield_model.py"),
     message:
         "Training {wildcards.model} with other values of the choices that the thesis leaves open"
 
 
-rule collect_final_rows:
+# Those that take less time than the start of a job each.
+use rule train_yield_model as train_quick_models with:
+    output:
+        models=[
+            *every_model(YIELD_MODEL, QUICK_MODELS),
+            *(
+                OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
+                for model, strategy, choice in QUICK_OTHERWISE
+            ),
+        ],
+    log:
+        f"{LOGS}/yields/train_quick.log",
+    benchmark:
+        f"{BENCHMARKS}/train_yield_model/quick.tsv"
+    params:
+        trained=[
+            *((*model, yield_settings("training")) for model in QUICK_MODELS),
+            *((model, *trained_otherwise(*each)) for model, *each in QUICK_OTHERWISE),
+        ],
+        search=yield_settings("search"),
+        library=library("train_yield_model.py"),
+    message:
+        "Tuning and fitting the yield models of {QUICK} on the training rows"
+
+
+rule train_averaged_models:
     input:
         **TOLD_EXPERIMENTS,
         **(
@@ -89,39 +112,20 @@ rule collect_final_rows:
     output:
         rows=f"{YIELDS}/final_rows.tsv",
         mill=f"{YIELDS}/models/mill.json",
+        models=expand(f"{YIELDS}/models/averaged_gpr_{{rows}}.json", rows=["primary", "final"]),
+        members=expand(f"{YIELDS}/averaging_{{rows}}.tsv", rows=["primary", "final"]),
     log:
-        f"{LOGS}/yields/collect_final_rows.log",
-    localrule: True
+        f"{LOGS}/yields/train_averaged_models.log",
+    benchmark:
+        f"{BENCHMARKS}/train_averaged_models/train_averaged_models.tsv"
     params:
         machine=YIELD_MACHINE,
         mill=dumped(MILLS[CONFIG.mill]),
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
-        settings=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
-        library=library("collect_final_rows.py"),
+        proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
+        averaging=yield_settings("averaging"),
+        library=library("train_averaged_models.py"),
     message:
-        "Collecting every run that the final yield model is trained on, and the curves of the mill"
+        "Fitting the averaged Gaussian process on the training rows, and on every run"
     script:
-        "../../scripts/collect_final_rows.py"
-
-
-rule train_averaged_model:
-    input:
-        lambda wildcards: (
-            rules.collect_final_rows.output.rows if wildcards.rows == "final" else rules.split_screening.output.train
-        ),
-    output:
-        model=f"{YIELDS}/models/averaged_gpr_{{rows}}.json",
-        members=f"{YIELDS}/averaging_{{rows}}.tsv",
-    log:
-        f"{LOGS}/yields/train_averaged_model_{{rows}}.log",
-    benchmark:
-        f"{BENCHMARKS}/train_averaged_model/{{rows}}.tsv"
-    wildcard_constraints:
-        rows="primary|final",
-    params:
-        settings=yield_settings("averaging"),
-        library=library("train_averaged_model.py"),
-    message:
-        "Fitting the averaged Gaussian process ({wildcards.rows}: primary on the training rows, final on all runs)"
-    script:
-        "../../scripts/train_averaged_model.py"
+        "../../scripts/train_averaged_models.py"

@@ -10,6 +10,9 @@ from millprint.config.proposals import PredictionConfig, ProposalConfig, Retrosp
 from millprint.config.regressors import TABLE_5_6, UNTUNED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
+# Outer folds that all models together go through within seconds.
+FEW_FOLDS = 5
+
 
 class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
@@ -46,6 +49,11 @@ class HeldOutConfig(SearchConfig):
     """of the outer folds and the bootstrap"""
     nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
     """levels at which predictive intervals are checked [-]"""
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether there are so few outer folds that models share a job, as in a smoke test."""
+        return self.outer_folds * self.outer_repeats + self.random_splits <= FEW_FOLDS
 
 
 class EvaluationConfig(HeldOutConfig):

@@ -42,7 +42,8 @@ def batches(
 
     sources: cases by path. Cases of different sources never share a job: who asks for one source does not wait for
     another. A path counts in the first source that has it. sweeps: by path, the name of a case's sweep,
-    where a source has several: a change of one sweep leaves the jobs of the others as they are.
+    where a source has several: a change of one sweep leaves the jobs of the others as they are, but for sweeps that are
+    shorter than a job is worth its start. Those share jobs.
     """
     known: set[str] = set()
     seen: set[str] = set()
@@ -63,9 +64,22 @@ def batches(
                 times = [part.seconds for part in parts]
                 by_sweep.setdefault(sweeps.get(group[0].path, ""), []).append((group, times))
         seen.update(own)
-        for conditions in by_sweep.values():
+        for conditions in _sweeps_together(by_sweep.values()):
             found += [tuple(batch) for batch in _divided(conditions) if len(batch) > 1]
     return found
+
+
+def _sweeps_together(
+    sweeps: Iterable[list[tuple[list[Case], list[float]]]],
+) -> list[list[tuple[list[Case], list[float]]]]:
+    """The conditions of each sweep, and those of all sweeps together that are not worth a job."""
+    long, quick = [], []
+    for conditions in sweeps:
+        if sum(sum(times) for _, times in conditions) < SHORTEST_S:
+            quick += conditions
+        else:
+            long.append(conditions)
+    return [*long, quick] if quick else long
 
 
 def _divided(conditions: Sequence[tuple[list[Case], list[float]]]) -> list[list[Case]]:

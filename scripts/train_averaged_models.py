@@ -1,7 +1,9 @@
-"""Collects every run that the final yield model is trained on, and the curves of the mill that it is held to."""
+"""Fits the averaged Gaussian process on the training rows, and on every run that is collected for the final model."""
 
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
+from millprint.config.averaging import AveragingConfig
 from millprint.config.mill import MillConfig
 from millprint.config.proposals import ProposalConfig
 from millprint.doe.runs import YIELD
@@ -9,15 +11,26 @@ from millprint.files import read_table, write_table
 from millprint.fingerprint.condition import BASIC, Condition
 from millprint.fingerprint.regimes import design_cases, read_regimes
 from millprint.job import job
+from millprint.predict.averaging import describe_members, fit_averaged
 from millprint.predict.domain import MillCurves
 from millprint.predict.experiments import DONE, experiment_rows, read_experiments
 from millprint.predict.features import CONDITIONS
+from millprint.predict.model_files import save_averaged
 from millprint.predict.regimes import reference_of_mill, regime_rows
 from millprint.predict.region import Mill, check_region
 from millprint.predict.tables import read_rows
 
 
-def main(
+def main(parts: list[str], model_path: str, members_path: str, settings: AveragingConfig) -> None:
+    """Train only on the rows of `parts`."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1):
+        model = fit_averaged(rows, rows[YIELD].to_numpy(float), settings)
+        save_averaged(model, rows, settings.margin, model_path)
+    write_table(describe_members(model), members_path)
+
+
+def collect(
     parts: list[str],
     cases: pd.DataFrame,
     curves: str | None,
@@ -53,17 +66,22 @@ def main(
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "collect the rows of the final yield model"):
-        cases = read_regimes(snakemake.input.regimes)
-        mill = MillConfig(**snakemake.params.mill)
-        main(
-            [snakemake.input.train, snakemake.input.test],
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    with job(snakemake.log[0], "train averaged models") as log:
+        cases = read_regimes(given.regimes)
+        mill = MillConfig(**own.mill)
+        collect(
+            [given.train, given.test],
             cases,
-            snakemake.input.get("curves"),
-            snakemake.output.rows,
-            snakemake.output.mill,
-            reference_of_mill(cases, mill, **snakemake.params.machine),
+            given.get("curves"),
+            made.rows,
+            made.mill,
+            reference_of_mill(cases, mill, **own.machine),
             mill.name,
-            snakemake.params.volume_m3,
-            ProposalConfig(**snakemake.params.settings),
+            own.volume_m3,
+            ProposalConfig(**own.proposals),
         )
+        log.info("collected: %s", made.rows)
+        for rows, model, members in zip((given.train, made.rows), made.models, made.members, strict=True):
+            main([rows], model, members, AveragingConfig(**own.averaging))
+            log.info("trained: %s", model)
