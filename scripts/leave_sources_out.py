@@ -10,14 +10,8 @@ from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import EvaluationConfig, TrainingConfig
 from millprint.files import write_table
 from millprint.job import job
-from millprint.predict.other_sources import (
-    GIVEN,
-    leave_sources_out,
-    read_other_runs,
-    score_sources,
-    sources_out,
-    with_other_runs,
-)
+from millprint.predict.other_runs import GIVEN, read_other_runs, with_other_runs
+from millprint.predict.other_sources import leave_sources_out, score_sources, sources_out
 from millprint.predict.procedures import procedure_of
 from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
 from millprint.predict.tables import read_parts

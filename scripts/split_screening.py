@@ -11,7 +11,7 @@ from millprint.config.design import Factor
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.files import write_table
 from millprint.job import job
-from millprint.predict.other_sources import read_other_runs
+from millprint.predict.other_runs import read_other_runs
 from millprint.predict.tables import read_parts
 
 logger = logging.getLogger("millprint")

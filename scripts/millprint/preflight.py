@@ -27,7 +27,7 @@ from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.regimes import read_regimes
 from millprint.fit.preflight import fit_faults
 from millprint.predict.experiments import read_experiments
-from millprint.predict.other_sources import check_folds, read_other_runs, with_other_runs
+from millprint.predict.other_runs import check_folds, read_other_runs, with_other_runs
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables, read_parts, read_rows
 from millprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces

@@ -152,7 +152,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
         ),
         (
             "validation={alumina_impact: {speed_m_s: 3.8}}",
-            {"predict_setup", "plot_setup", "tabulate_verdicts", "tabulate_validation"},
+            {"predict_setup", "plot_setups", "tabulate_verdicts"},
         ),
         ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_calibration"}),
     ],

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -10,7 +11,9 @@ from millprint.config.counting import RuleName
 from millprint.config.dose import DoseConfig
 from millprint.config.section import Fraction, Section
 from millprint.errors import ConfigError
-from millprint.fingerprint.model import Fingerprint
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.model import Fingerprint
 
 # Steels differ in density by less than this fraction; other materials by more.
 DENSITY_TOLERANCE = 0.03
@@ -43,7 +46,7 @@ class Known:
     materials: table of materials; why: reasons for what is missing, by name.
     """
 
-    fingerprint: Fingerprint | None = None
+    fingerprint: "Fingerprint | None" = None
     wear: Mapping | None = None
     materials: pd.DataFrame | None = None
     why: Mapping[str, str] = field(default_factory=dict)
