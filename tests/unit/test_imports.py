@@ -13,7 +13,7 @@ NEEDLESS = {
     "tabulate_descriptors": ["matplotlib", "numba", "scipy", "sklearn", "torch"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
     "plot_spectra": ["numba", "sklearn", "torch", "trimesh"],
-    "split_screening": ["matplotlib", "numba", "scipy", "sklearn", "statsmodels", "torch", "trimesh"],
+    "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
     "draw_sheet": ["sklearn", "statsmodels", "torch"],
     "draw_spectra": ["numba", "sklearn", "torch", "trimesh"],
