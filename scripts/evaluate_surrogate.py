@@ -68,20 +68,17 @@ def step_errors(
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"evaluate the surrogate {snakemake.wildcards.variant}") as log:
-        parts, own = [], (snakemake.input.claims, snakemake.wildcards.variant)
-        for test, rolled_out in zip(snakemake.params.tests, snakemake.input.rollouts, strict=True):
-            parts.append(main(rolled_out, of_test(test, snakemake.input), *own, test))
-            log.info("measured: %s", test)
-        for name in parts[0]:
-            write_table(join_tables([part[name] for part in parts]), snakemake.output[name])
-        if snakemake.params.starts_s:
-            found = step_errors(
-                snakemake.input.weights,
-                list(snakemake.input.stepped),
-                EdgeConfig(**snakemake.params.edges),
-                snakemake.params.starts_s,
-                snakemake.wildcards.variant,
-                threads=snakemake.threads,
-            )
-            write_table(found, snakemake.output.single_steps)
+    given, made, own = snakemake.input, snakemake.output, snakemake.params
+    rollouts = iter(given.rollouts)
+    with job(snakemake.log[0], f"evaluate {', '.join(own.variants)}") as log:
+        for number, (variant, edges) in enumerate(own.variants.items()):
+            parts = []
+            for test in own.tests:
+                parts.append(main(next(rollouts), of_test(test, given), given.claims, variant, test))
+                log.info("measured: %s, %s", variant, test)
+            for name in parts[0]:
+                write_table(join_tables([part[name] for part in parts]), made[name][number])
+            if own.starts_s:
+                weights, stepped = given.weights[number], list(given.stepped)
+                found = step_errors(weights, stepped, EdgeConfig(**edges), own.starts_s, variant, snakemake.threads)
+                write_table(found, made.single_steps[number])

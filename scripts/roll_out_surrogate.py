@@ -20,20 +20,19 @@ def main(setting: Setting, output: str, settings: RollOutConfig, case: str, star
 
 
 if "snakemake" in globals():
-    variant, tests = snakemake.wildcards.variant, snakemake.params.tests
-    with job(snakemake.log[0], f"roll out the surrogate {variant}"):
-        for (test, chosen), run, output in zip(
-            tests.items(), snakemake.input.runs, snakemake.output.rollouts, strict=True
-        ):
-            logger.info("%s", test)
-            rules, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
-            setting = Setting(
-                snakemake.input.weights,
-                run,
-                EdgeConfig(**snakemake.params.edges),
-                rules.snap_back_m,
-                choose_device(snakemake.threads),
-                until_s=max(starts_s) + 0.01,
-                member=rules.member,
-            )
-            main(setting, output, rules, chosen["case"], starts_s)
+    variants, outputs = snakemake.params.variants, iter(snakemake.output.rollouts)
+    with job(snakemake.log[0], f"roll out {', '.join(variants)}"):
+        for variant, own in variants.items():
+            for test, chosen in own["tests"].items():
+                logger.info("%s, %s", variant, test)
+                rules, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
+                setting = Setting(
+                    own["weights"],
+                    chosen["run"],
+                    EdgeConfig(**own["edges"]),
+                    rules.snap_back_m,
+                    choose_device(snakemake.threads),
+                    until_s=max(starts_s) + 0.01,
+                    member=rules.member,
+                )
+                main(setting, next(outputs), rules, chosen["case"], starts_s)

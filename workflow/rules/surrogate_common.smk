@@ -12,6 +12,15 @@ ABLATED = [
     for variant in (*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again)
     if CONFIG.surrogate.training_of(variant)[0] in CONFIG.surrogate.ablations
 ]
+# Roll-outs of less time of the mill take less than the start of a job each [s].
+QUICK_ROLLOUT_S = 0.1
+# Every training of the variants whose roll-outs are that short: they share a job, and so do their evaluations.
+QUICK_TRAININGS = [
+    training
+    for variant, trainings in TRAININGS.items()
+    if CONFIG.surrogate.variant(variant).rollout.length_s <= QUICK_ROLLOUT_S
+    for training in trainings
+]
 
 
 wildcard_constraints:
@@ -40,24 +49,39 @@ def measured_trainings(variant: str) -> list[str]:
     return [path for training in CONFIG.surrogate.trainings_of(variant) for path in measured(training)]
 
 
-def variant_settings(section: str):
-    """A function for `params`: a section of the settings of the variant that the wildcard names."""
-    return lambda wildcards: getattr(CONFIG.surrogate.variant(wildcards.variant), section).model_dump(mode="json")
+def edges_of(variant: str) -> dict:
+    """The rules for the edges of a variant, as plain values."""
+    return CONFIG.surrogate.variant(variant).edges.model_dump(mode="json")
+
+
+def quick_of(kind: str) -> list[str]:
+    """The trainings of a kind that share a job."""
+    return [training for training in QUICK_TRAININGS if training in CONFIG.surrogate.of_kind(kind)]
 
 
 def rollout_in(variant: str, test: str) -> dict:
-    """Settings, case and starts of a variant's roll-out in a test."""
+    """Settings, case with its simulation, and starts of a variant's roll-out in a test."""
     chosen = CONFIG.surrogate.tests[test]
     return {
         "settings": CONFIG.surrogate.rollout_of(variant, test).model_dump(mode="json"),
         "case": chosen.case,
+        "run": simulated(chosen.case),
         "starts_s": chosen.starts_s,
     }
 
 
-def variant_weights(wildcards) -> str:
+def weights_for(variant: str) -> str:
     """The weights for the roll-out of a variant: its own, or those of another variant."""
-    return f"{SURROGATE}/{CONFIG.surrogate.weights_of(wildcards.variant)}/weights.pt"
+    return f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/weights.pt"
+
+
+def rolled_out(variant: str) -> dict:
+    """How a variant is rolled out: its weights, its edges, and each of its tests with the simulation that it begins in."""
+    return {
+        "weights": weights_for(variant),
+        "edges": edges_of(variant),
+        "tests": {test: rollout_in(variant, test) for test in tests_of(variant)},
+    }
 
 
 def runs_of(test: str) -> dict[str, str]:
@@ -67,14 +91,14 @@ def runs_of(test: str) -> dict[str, str]:
     return runs | {f"{role}_summary": f"{RESULTS}/dem/{cases[role]}/summary.json" for role in ("dem", "other_seed")}
 
 
-def compared_runs(wildcards) -> dict[str, str]:
-    """The reference simulations of all tests of a variant, named `test_role`."""
-    return {f"{test}_{role}": path for test in tests_of(wildcards.variant) for role, path in runs_of(test).items()}
+def compared_runs(tests) -> dict[str, str]:
+    """The reference simulations of some tests, named `test_role`."""
+    return {f"{test}_{role}": path for test in tests for role, path in runs_of(test).items()}
 
 
-def single_steps_of(wildcards) -> dict[str, float]:
-    """The tests of a variant in which the balls move, with their starts [s]; single steps are evaluated from there."""
-    moving = [test for test in tests_of(wildcards.variant) if test in MOVING_TESTS]
+def single_steps_in(tests) -> dict[str, float]:
+    """Those tests in which the balls move, with their starts [s]; single steps are evaluated from there."""
+    moving = [test for test in tests if test in MOVING_TESTS]
     return {test: CONFIG.surrogate.tests[test].starts_s[0] for test in moving}
 
 

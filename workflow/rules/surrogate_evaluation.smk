@@ -1,11 +1,18 @@
 """Surrogates against the simulation: roll-outs, single steps, measures and timings."""
 
 SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
+# Of a graph network, also its single steps.
+STEPPED_TABLES = [*SURROGATE_TABLES, "single_steps"]
+
+
+def stepped_in(tests) -> list[str]:
+    """The simulations from whose states single steps are evaluated, for some tests."""
+    return [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_in(tests)]
 
 
 rule roll_out_surrogate:
     input:
-        weights=variant_weights,
+        weights=lambda wildcards: weights_for(wildcards.variant),
         runs=lambda wildcards: [simulated(CONFIG.surrogate.tests[test].case) for test in tests_of(wildcards.variant)],
     output:
         rollouts=expand(ROLLOUT, test=SURROGATE_TESTS, allow_missing=True),
@@ -14,10 +21,9 @@ rule roll_out_surrogate:
     benchmark:
         f"{BENCHMARKS}/roll_out_surrogate/{{variant}}.tsv"
     wildcard_constraints:
-        variant=none_of(ABLATED),
+        variant=none_of([*ABLATED, *QUICK_TRAININGS]),
     params:
-        edges=variant_settings("edges"),
-        tests=lambda wildcards: {test: rollout_in(wildcards.variant, test) for test in tests_of(wildcards.variant)},
+        variants=lambda wildcards: {wildcards.variant: rolled_out(wildcards.variant)},
         library=library("roll_out_surrogate.py"),
     message:
         "Rolling out the surrogate {wildcards.variant} in every test"
@@ -34,22 +40,41 @@ use rule roll_out_surrogate as roll_out_ablation with:
         "Rolling out the surrogate {wildcards.variant} in the test on the training motion"
 
 
+if QUICK_TRAININGS:
+
+    use rule roll_out_surrogate as roll_out_quick_surrogates with:
+        input:
+            weights=list(dict.fromkeys(map(weights_for, QUICK_TRAININGS))),
+            runs=[simulated(test.case) for test in CONFIG.surrogate.tests.values()],
+        output:
+            rollouts=[ROLLOUT.format(variant=each, test=test) for each in QUICK_TRAININGS for test in SURROGATE_TESTS],
+        log:
+            f"{LOGS}/surrogate/roll_out_surrogates.log",
+        benchmark:
+            f"{BENCHMARKS}/roll_out_surrogate/quick.tsv"
+        params:
+            variants={each: rolled_out(each) for each in QUICK_TRAININGS},
+            library=library("roll_out_surrogate.py"),
+        message:
+            "Rolling out {QUICK_TRAININGS} in every test"
+
+
 rule evaluate_surrogate:
     input:
-        unpack(compared_runs),
+        unpack(lambda wildcards: compared_runs(tests_of(wildcards.variant))),
         rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
     output:
-        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
+        **{name: [f"{SURROGATE}/{{variant}}/{name}.tsv"] for name in SURROGATE_TABLES},
     log:
         f"{LOGS}/surrogate/{{variant}}/evaluate_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
     wildcard_constraints:
-        variant=none_of(CONFIG.surrogate.of_kind("graph")),
+        variant=none_of([*CONFIG.surrogate.of_kind("graph"), *QUICK_TRAININGS]),
     params:
+        variants=lambda wildcards: {wildcards.variant: {}},
         tests=lambda wildcards: tests_of(wildcards.variant),
-        edges={},
         starts_s={},
         library=library("evaluate_surrogate.py"),
     message:
@@ -60,22 +85,74 @@ rule evaluate_surrogate:
 
 use rule evaluate_surrogate as evaluate_graph_surrogate with:
     input:
-        unpack(compared_runs),
+        unpack(lambda wildcards: compared_runs(tests_of(wildcards.variant))),
         rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
-        weights=variant_weights,
-        stepped=lambda wildcards: [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_of(wildcards)],
+        weights=lambda wildcards: [weights_for(wildcards.variant)],
+        stepped=lambda wildcards: stepped_in(tests_of(wildcards.variant)),
     output:
-        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in (*SURROGATE_TABLES, "single_steps")},
+        **{name: [f"{SURROGATE}/{{variant}}/{name}.tsv"] for name in STEPPED_TABLES},
     wildcard_constraints:
-        variant=any_of(CONFIG.surrogate.of_kind("graph")),
+        variant=any_of([name for name in CONFIG.surrogate.of_kind("graph") if name not in QUICK_TRAININGS]),
     params:
+        variants=lambda wildcards: {wildcards.variant: edges_of(wildcards.variant)},
         tests=lambda wildcards: tests_of(wildcards.variant),
-        edges=variant_settings("edges"),
-        starts_s=single_steps_of,
+        starts_s=lambda wildcards: single_steps_in(tests_of(wildcards.variant)),
         library=library("evaluate_surrogate.py"),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
+
+
+if quick_of("contact"):
+
+    use rule evaluate_surrogate as evaluate_quick_surrogates with:
+        input:
+            **compared_runs(SURROGATE_TESTS),
+            rollouts=expand(ROLLOUT, variant=quick_of("contact"), test=SURROGATE_TESTS),
+            claims=CONFIG.data.claims,
+        output:
+            **{
+                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=quick_of("contact"))
+                for name in SURROGATE_TABLES
+            },
+        log:
+            f"{LOGS}/surrogate/evaluate_surrogates.log",
+        benchmark:
+            f"{BENCHMARKS}/evaluate_surrogate/quick.tsv"
+        params:
+            variants={each: {} for each in quick_of("contact")},
+            tests=SURROGATE_TESTS,
+            starts_s={},
+            library=library("evaluate_surrogate.py"),
+        message:
+            "Comparing every quick contact surrogate with the simulation"
+
+
+if quick_of("graph"):
+
+    use rule evaluate_surrogate as evaluate_quick_graphs with:
+        input:
+            **compared_runs(SURROGATE_TESTS),
+            rollouts=expand(ROLLOUT, variant=quick_of("graph"), test=SURROGATE_TESTS),
+            claims=CONFIG.data.claims,
+            weights=list(map(weights_for, quick_of("graph"))),
+            stepped=stepped_in(SURROGATE_TESTS),
+        output:
+            **{
+                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=quick_of("graph"))
+                for name in STEPPED_TABLES
+            },
+        log:
+            f"{LOGS}/surrogate/evaluate_graphs.log",
+        benchmark:
+            f"{BENCHMARKS}/evaluate_graph_surrogate/quick.tsv"
+        params:
+            variants={each: edges_of(each) for each in quick_of("graph")},
+            tests=SURROGATE_TESTS,
+            starts_s=single_steps_in(SURROGATE_TESTS),
+            library=library("evaluate_surrogate.py"),
+        message:
+            "Comparing every quick graph network with the simulation, over roll-outs and single steps"
 
 
 rule check_measures:
