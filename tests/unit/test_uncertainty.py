@@ -64,6 +64,14 @@ def test_salib_gives_the_indices_of_ishigamis_function():
     assert table["total"].to_numpy() == pytest.approx(TOTAL, abs=0.02)
 
 
+def test_intervals_of_the_indices_are_the_same_each_time_with_a_seed_of_zero():
+    names = ["x", "y", "z"]
+    space = uniform_space(names, -np.pi, np.pi)
+    values = ishigami(space.values(saltelli_shares(names, 64, seed=0)).to_numpy())
+    draws = Draws(names, values[None], values[:1])
+    pd.testing.assert_frame_equal(sobol_indices(draws, 0.95, seed=0), sobol_indices(draws, 0.95, seed=0))
+
+
 def test_design_emulator_and_indices_give_those_of_ishigamis_function():
     names = ["x", "y", "z"]
     space = uniform_space(names, -np.pi, np.pi)

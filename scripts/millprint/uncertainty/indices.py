@@ -71,10 +71,11 @@ def sobol_indices(draws: Draws, probability: float, seed: int) -> pd.DataFrame:
     the emulator and, by bootstrap, the error of the sums.
     """
     width = norm.ppf(0.5 + 0.5 * probability)
+    # SALib takes a seed of 0 for none.
     found = [
         sobol_analysis.analyze(
             problem_of(draws.names), logs, calc_second_order=False, num_resamples=RESAMPLES, conf_level=probability,
-            seed=seed,
+            seed=seed + 1,
         )
         for logs in draws.logs
     ]  # fmt: skip
