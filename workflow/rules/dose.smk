@@ -15,11 +15,6 @@ WEAR_SUMMARIES = [f"{RESULTS}/dem/{path}/summary.json" for path in WEAR_CASES]
 WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.contact_set == WEAR_CONTACT
 
 
-def sliding_summaries() -> list[str]:
-    """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
-    return WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
-
-
 rule fit_wear:
     input:
         **({"factors": f"{RESULTS}/uncertainty/{CONFIG.mill}/contact.json"} if WEAR_IS_ANALYSED else {}),

@@ -13,3 +13,8 @@ def records_of(summaries) -> list[str]:
 def swept_summaries(contact: str) -> list[str]:
     """The summaries of the sweeps' conditions with a contact set, as the descriptors have them."""
     return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
+
+
+def sliding_summaries() -> list[str]:
+    """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
+    return WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]

@@ -108,3 +108,8 @@ def changes(variant: str) -> str:
     sections = ("graph", "edges", "network", "training", "rollout")
     keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}
     return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
+
+
+def stepped_in(tests) -> list[str]:
+    """The simulations from whose states single steps are evaluated, for some tests."""
+    return [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_in(tests)]

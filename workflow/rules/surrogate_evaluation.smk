@@ -5,11 +5,6 @@ SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
 STEPPED_TABLES = [*SURROGATE_TABLES, "single_steps"]
 
 
-def stepped_in(tests) -> list[str]:
-    """The simulations from whose states single steps are evaluated, for some tests."""
-    return [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_in(tests)]
-
-
 rule roll_out_surrogate:
     input:
         weights=lambda wildcards: weights_for(wildcards.variant),

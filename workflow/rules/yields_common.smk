@@ -53,3 +53,8 @@ OTHER_FILES = {
 }
 # Experiments that were proposed, are running or done.
 TOLD_EXPERIMENTS = {"experiments": CONFIG.yields.proposals.experiments} if CONFIG.yields.proposals.experiments else {}
+
+
+def trained_otherwise(strategy: str, choice: str) -> tuple[str, dict]:
+    """A strategy, and the settings of its training with another value of a choice."""
+    return strategy, otherwise(CONFIG.yields.training, choice).model_dump(mode="json")

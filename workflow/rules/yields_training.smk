@@ -4,11 +4,6 @@ QUICK_MODELS = [(name, strategy) for name, strategy in MODELS if name in QUICK]
 QUICK_OTHERWISE = [(name, strategy, choice) for name, strategy, choice in SEARCHED_AGAIN if name in QUICK]
 
 
-def trained_otherwise(strategy: str, choice: str) -> tuple[str, dict]:
-    """A strategy, and the settings of its training with another value of a choice."""
-    return strategy, otherwise(CONFIG.yields.training, choice).model_dump(mode="json")
-
-
 rule split_screening:
     input:
         **(OTHER_FILES if OTHER_SOURCES.in_training else {}),
