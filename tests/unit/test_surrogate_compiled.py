@@ -123,7 +123,7 @@ def assert_same_step(compiled, torch_, state) -> None:
 
 
 def test_the_thesis_size_is_nearer_to_double_precision_than_torch(world):
-    """A sum of 256 numbers in parts of 32 loses less than one after the other."""
+    """A sum of 256 numbers in parts loses less than one after the other."""
     compiled, torch_ = both(world, network(world, 1, 4, 256)[0])
     apart = distances(compiled, torch_, torch_.first_state(STARTS))
     assert apart["kernel"] < 1e-6, apart

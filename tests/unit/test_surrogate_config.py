@@ -222,6 +222,9 @@ def test_claims_read_the_tables(tmp_path):
     claim_tables(tmp_path / "surrogate")
     summary = tmp_path / "dem/emax/calibrated/d10_f0.10_n300_s0/summary.json"
     write_json({"median_contact_duration_s": 5.2e-4}, summary)
+    # A shorter run of another seed, which a smoke run has left behind, decides nothing.
+    left_behind = tmp_path / "dem/emax/calibrated/d10_f0.10_n300_s1/summary.json"
+    write_json({"median_contact_duration_s": 6.2e-4}, left_behind)
     findings = surrogate_findings(tmp_path)
     found = {name: finding.value for name, finding in findings.items()}
     assert (found["6.mse"], found["6.energy"], found["6.energy.motion1"], found["6.geometry"]) == (3e-4, 1, 2, "yes")

@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 
 from millprint.claims.chapter3_causes import CONTACT, MILL
-from millprint.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, interval_of, yes_no
+from millprint.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
 from millprint.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
 from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"
 # What an interval is over.
-SEEDS, TRAININGS = "seeds", "trainings"
+TRAININGS = "trainings"
 CORRELATIONS = -1.0, 1.0
 # Tables 6.1 and 6.3.
 SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
@@ -37,12 +37,13 @@ def covered_contacts(evidence: Evidence) -> Finding:
 
 @claim("6.duration")
 def contact_duration(evidence: Evidence) -> Finding:
-    """Sec. 6.2.2."""
-    case = f"{MILL}/{CONTACT}/d10_f0.10_n300"
-    runs = evidence.rows(f"dem/{case}_s*/summary.json", "median_contact_duration_s", "", f"no simulation of {case}")
-    durations = runs["median_contact_duration_s"]
-    told = f"contact lifetimes of 24 balls, median of {len(runs)} seed(s)"
-    return Finding(float(np.median(durations)), told, interval=interval_of(durations.tolist(), SEEDS))
+    """Sec. 6.2.2: of the simulation that the surrogate is trained on.
+
+    Other seeds of this condition are shorter runs for other ends, such as those of a smoke run in the same folder.
+    """
+    run = f"{MILL}/{CONTACT}/d10_f0.10_n300_s0"
+    row = evidence.row(f"dem/{run}/summary.json", "median_contact_duration_s", "", f"no simulation of {run}")
+    return Finding(float(row["median_contact_duration_s"]), "median of the contact lifetimes of 24 balls in one run")
 
 
 def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:

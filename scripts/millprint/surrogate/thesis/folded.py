@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from millprint.surrogate.thesis.network import CHANNELS, NormalisedNetwork
-from millprint.surrogate.thesis.tiles import PANEL
+from millprint.surrogate.thesis.terms import PANEL
 
 
 class Hidden(NamedTuple):

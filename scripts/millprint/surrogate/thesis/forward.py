@@ -11,7 +11,7 @@ import numpy as np
 
 from millprint.kernel import inner
 from millprint.surrogate.thesis.layers import ZERO, add_product, begin, clear, rectify, through
-from millprint.surrogate.thesis.tiles import PANEL, ROWS
+from millprint.surrogate.thesis.terms import PANEL
 
 # Edges in a piece: their hidden values stay in the processor's second cache.
 PIECE = 64
@@ -48,7 +48,7 @@ def make_scratch(graphs: int, balls: int, inputs: int, width: int) -> Scratch:
     nodes, edges = graphs * (balls + 1), graphs * balls * (balls + 1)
 
     def rows(count: int, columns: int) -> np.ndarray:
-        return np.zeros((count + -count % ROWS, columns), dtype=np.float32)
+        return np.zeros((count, columns), dtype=np.float32)
 
     return Scratch(
         place=rows(graphs * balls, 3),

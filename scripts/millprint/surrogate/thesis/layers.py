@@ -1,13 +1,13 @@
 """Linear layers and ReLU as kernels, in single precision, for the few rows of a roll-out's graph.
 
-Rows are nodes or edges, (rows, width). They are taken ROWS at a time, and columns PANEL at a time: arrays have so many
-more at the end. What the rows at the end hold means nothing; the columns hold zeros.
+Rows are nodes or edges, (rows, width). Columns are taken PANEL at a time: arrays have so many more at the end, and
+these hold zeros.
 """
 
 import numpy as np
 
 from millprint.kernel import inner
-from millprint.surrogate.thesis.tiles import PANEL, ROWS, TERMS, add_tile
+from millprint.surrogate.thesis.terms import PANEL, WORD, add_terms, mark
 
 ZERO = np.float32(0.0)
 
@@ -30,17 +30,17 @@ def clear(out, rows):
 
 @inner()
 def add_product(out, weight, x, rows):
-    """out += x weight, with weight (panels, inputs, PANEL) as `folded` packs it.
+    """out += x weight, with weight (panels, inputs, PANEL) as `folded` packs it; zeros of x are left out.
 
-    TERMS inputs of a panel stay in the processor's first cache while they pass over all rows.
+    WORD inputs of a panel stay in the processor's first cache while all rows pass over them.
     """
     inputs = weight.shape[1]
     for number in range(weight.shape[0]):
         panel = weight[number]
-        for first in range(0, inputs, TERMS):
-            after = min(first + TERMS, inputs)
-            for row in range(0, rows, ROWS):
-                add_tile(out, panel, x, row, number * PANEL, first, after)
+        for first in range(0, inputs, WORD):
+            count = min(WORD, inputs - first)
+            for row in range(rows):
+                add_terms(out, panel, x, mark(x, row, first, count), row, number * PANEL, first)
 
 
 @inner()
