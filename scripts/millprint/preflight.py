@@ -10,7 +10,7 @@ from millprint.config.checks import card_experiments
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
-from millprint.config.surrogate import check_surrogate_cases
+from millprint.config.surrogate_cases import check_surrogate_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.validation import setup_cases
 from millprint.config.workflow import ChapterSections, WorkflowConfig

@@ -23,7 +23,7 @@ from millprint.errors import ConfigError
 from millprint.files import write_json, write_table
 from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.repeats import apart, once, student
-from millprint.surrogate.spread import tabulate_trainings, with_spread
+from millprint.surrogate.spread import failed_tests, tabulate_trainings, with_failures, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 
@@ -347,3 +347,18 @@ def test_this_machine_and_a_run_of_it_are_stored(tmp_path):
     assert main(str(tmp_path), str(table), "2026-11-23").endswith("2026-11-23")
     row = read_stored(table).iloc[0]
     assert len(read_stored(table)) == 1 and row["date"] == "2026-11-23" and row["processor"] and row["instructions"]
+
+
+def test_a_training_that_lost_its_balls_opens_the_interval():
+    """Whatever number its error is; one that lost a ball and did not run away keeps its number."""
+
+    def training(error: float, left: float, ratio: float) -> pd.DataFrame:
+        measures = {"dissipation_error_percent": error, "balls_left": left, "mean_square_speed_ratio": ratio}
+        return pd.DataFrame([{"test": "motion1", "measure": name, "value": value} for name, value in measures.items()])
+
+    found = [training(16.1, 0, 1.1), training(11.9, 1, 1.2), training(3e20, 24, 1e20), training(np.nan, 24, np.nan)]
+    assert [failed_tests(table) for table in found] == [set(), set(), {"motion1"}, {"motion1"}]
+    errors = [with_failures(table)["value"].iloc[0] for table in found]
+    assert errors == [16.1, 11.9, np.inf, np.inf]
+    interval = over_repeats(16.1, errors, 0.95)
+    assert (interval.lower, interval.upper) == (11.9, np.inf)

@@ -8,7 +8,8 @@ import yaml
 
 from millprint.claims.tabulate import collect_findings
 from millprint.config.load import check_model
-from millprint.config.surrogate import SurrogateConfig, check_surrogate_cases
+from millprint.config.surrogate import SurrogateConfig
+from millprint.config.surrogate_cases import check_surrogate_cases
 from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
@@ -311,3 +312,19 @@ def test_a_trace_without_time_is_refused(content):
     content["contact"]["traces"][0]["until_s"] = 0.01
     with pytest.raises(ConfigError, match=r"until_s = 0\.01: must exceed from_s = 0\.05"):
         settings(content)
+
+
+def test_a_claim_says_how_many_trainings_failed(tmp_path):
+    folder = tmp_path / "surrogate"
+    claim_tables(folder)
+    draws = ((1.0, 0, 1.0), (2.5, 1, 1.1), (3e20, 24, 1e20))
+    rows = [
+        {"variant": "thesis", "training": number, "test": "trained", "measure": measure, "value": value}
+        for number, draw in enumerate(draws, start=1)
+        for measure, value in zip(
+            ("dissipation_error_percent", "balls_left", "mean_square_speed_ratio"), draw, strict=True
+        )
+    ]
+    write_table(pd.DataFrame(rows), folder / "trainings.tsv")
+    told = surrogate_findings(tmp_path)["6.energy"].explanation
+    assert "1 of 3 trainings failed (lost balls and ran away); the others: 1, 2.5 %" in told and "3e+20" not in told

@@ -6,6 +6,7 @@ import pandas as pd
 from millprint.claims.chapter3_causes import CONTACT, MILL
 from millprint.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
 from millprint.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
+from millprint.surrogate.spread import failed_tests
 from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
@@ -110,11 +111,16 @@ def _budget(evidence: Evidence) -> str:
 
 def _trainings(evidence: Evidence, test: str, measure: str, unit: str) -> str:
     """The values of all trainings of the variant of the thesis, as text."""
-    where = f"variant == '{VARIANT}' and test == '{test}' and measure == '{measure}'"
-    values = evidence.table("surrogate/trainings.tsv", where)
+    table = evidence.table("surrogate/trainings.tsv", f"variant == '{VARIANT}' and test == '{test}'")
+    values = table[table["measure"] == measure] if len(table) else table
     if len(values) < 2:
         return ""
-    return f"; {len(values)} trainings: {in_words(values, '{value:.3g}')} {unit}"
+    failed = [number for number, own in table.groupby("training") if failed_tests(own)]
+    held = values[~values["training"].isin(failed)]
+    if not failed:
+        return f"; {len(values)} trainings: {in_words(values, '{value:.3g}')} {unit}"
+    others = f"; the others: {in_words(held, '{value:.3g}')} {unit}" if len(held) else ""
+    return f"; {len(failed)} of {len(values)} trainings failed (lost balls and ran away){others}"
 
 
 def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:

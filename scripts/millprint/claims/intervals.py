@@ -18,6 +18,7 @@ from millprint.claims.tabulate import collect_findings, read_claims
 from millprint.files import read_table
 from millprint.progress import progress
 from millprint.repeats import LEVEL, student
+from millprint.surrogate.spread import with_failures
 
 WINDOWS = "bootstrap of windows"
 # Claims of these kinds have an interval; what is computed from data has none.
@@ -121,13 +122,14 @@ def tabulate_intervals(
 def repeated_trainings(results: str | Path, trainings: dict[str, list[str]]) -> list[Repeated]:
     """The measures of the trainings of each surrogate in the place of those of the first.
 
-    trainings: by the name of a surrogate, the names of all of its trainings, itself first.
+    trainings: by the name of a surrogate, the names of all of its trainings, itself first. One that failed counts as
+    infinitely far off: it opens the interval, whose other end is of those that held.
     """
     found = []
     for name, names in trainings.items():
         path = f"surrogate/{name}/metrics.tsv"
         files = [Path(results) / f"surrogate/{one}/metrics.tsv" for one in names]
         if len(files) > 1 and all(file.exists() for file in files):
-            tables = [{path: read_table(file)} for file in files]
+            tables = [{path: with_failures(read_table(file))} for file in files]
             found.append(Repeated(TRAININGS, tables, over_repeats))
     return found

@@ -1,9 +1,14 @@
 """The spread of a surrogate's measures over its trainings: one training is one draw, as one run of a mill is."""
 
+import numpy as np
 import pandas as pd
+
+from millprint.surrogate.evaluation import RUNAWAY
 
 MEASURE = ["test", "measure"]
 SPREAD = ["trainings", "lowest", "highest"]
+# Measures whose size says nothing once balls are gone: however large, the training has failed.
+FAILING = ("position_mse_plateau_m2", "dissipation_error_percent")
 TRAINING_COLUMNS = ["variant", "training", "test", "measure", "value"]
 
 
@@ -24,3 +29,17 @@ def with_spread(metrics: pd.DataFrame, trainings: dict[str, list[str]]) -> pd.Da
     groups = table.groupby(["variant", *MEASURE], sort=False)["value"]
     spread = groups.agg(trainings="size", lowest="min", highest="max").reset_index()
     return metrics[metrics["variant"].isin(trainings)].merge(spread, how="left", on=["variant", *MEASURE])
+
+
+def failed_tests(metrics: pd.DataFrame) -> set[str]:
+    """The tests in which the roll-out of one training lost balls and ran away. metrics: its rows of metrics.tsv."""
+    measures = metrics.pivot(index="test", columns="measure", values="value")
+    measures = measures.reindex(columns=["balls_left", "mean_square_speed_ratio"])
+    lost, calm = measures["balls_left"] > 0, measures["mean_square_speed_ratio"] < RUNAWAY
+    return set(measures.index[lost & ~calm])
+
+
+def with_failures(metrics: pd.DataFrame) -> pd.DataFrame:
+    """The same with infinite FAILING in the tests of `failed_tests`: worse than any number, and of no size."""
+    failed = metrics["test"].isin(failed_tests(metrics)) & metrics["measure"].isin(FAILING)
+    return metrics.assign(value=metrics["value"].mask(failed, np.inf))
