@@ -2,9 +2,9 @@
 
 import math
 
-from millprint.dem.lanes import add_to, get, get_vector, put, put_vector, raise_to
+from millprint.dem.lanes import add_to, get, get_present, get_vector, put, put_present, put_vector, raise_to
 from millprint.dem.law import contact_law
-from millprint.dem.layout import LANE, LANES
+from millprint.dem.layout import LANE, LANES, PRESENT
 from millprint.kernel import inlined, inner
 from millprint.mill.vectors import add_scaled, cross, dot, scale, subtract
 
@@ -38,25 +38,25 @@ def book_step(lanes, block, m, step, normal_force, overlap, powers):
     add_to(lanes, block, LANE.history.works.rolling, m, step * rolling)
 
 
-@inner()
-def evaluate(lanes, block, step):
-    """Forces, torques and new histories of the contacts in a block; step [s].
+@inlined()
+def evaluate_block(lanes, block, present, at, step):
+    """Forces, torques and new histories of the contacts in a block, whose present row is number `at`; step [s].
 
     The velocity at the plane of contact is v_i + w_i x (-a n) - v_j - w_j x (b n), with a and b the distances of the
     centres from it. A wall has b = 0.
     """
     for m in range(LANES):
-        away = get_vector(lanes, block, LANE.away, m)
+        away = get_present(present, at, PRESENT.away, m)
         distance = math.sqrt(dot(away, away))
         normal = scale(1.0 / distance, away)
         reach = get(lanes, block, LANE.law.reach, m)
         # Rounding may leave nothing of an overlap whose square was still there.
         overlap = reach - distance if reach - distance > 1e-30 else 1e-30
         arm, other = arms_of(lanes, block, m, distance)
-        angular = get_vector(lanes, block, LANE.angular_velocity, m)
-        other_angular = get_vector(lanes, block, LANE.other_angular_velocity, m)
+        angular = get_present(present, at, PRESENT.angular_velocity, m)
+        other_angular = get_present(present, at, PRESENT.other_angular_velocity, m)
         turning = add_scaled(scale(arm, angular), other, other_angular)
-        velocity = subtract(get_vector(lanes, block, LANE.velocity, m), cross(turning, normal))
+        velocity = subtract(get_present(present, at, PRESENT.velocity, m), cross(turning, normal))
         normal_force, tangential, rolling, spring, slip, powers, stored = contact_law(
             lanes, block, m, overlap, normal, mean_arm_of(lanes, block, m, distance, arm, other), velocity,
             subtract(angular, other_angular), get_vector(lanes, block, LANE.history.spring, m),
@@ -68,8 +68,15 @@ def evaluate(lanes, block, step):
         force = add_scaled(tangential, normal_force, normal)
         lever = cross(force, normal)
         put_vector(lanes, block, LANE.force, m, force)
-        put_vector(lanes, block, LANE.torque, m, add_scaled(rolling, arm, lever))
-        put_vector(lanes, block, LANE.other_torque, m, subtract(scale(other, lever), rolling))
+        put_present(present, at, PRESENT.torque, m, add_scaled(rolling, arm, lever))
+        put_present(present, at, PRESENT.other_torque, m, subtract(scale(other, lever), rolling))
         elastic_normal, elastic_tangential = stored
         put(lanes, block, LANE.elastic_normal, m, elastic_normal)
         put(lanes, block, LANE.elastic_tangential, m, elastic_tangential)
+
+
+@inner()
+def evaluate(lanes, present, begin, end, step):
+    """The same of the contacts in blocks begin to end, whose present rows are the first ones."""
+    for block in range(begin, end):
+        evaluate_block(lanes, block, present, block - begin, step)

@@ -11,6 +11,12 @@ from millprint.columns import Vector, first_column, number_columns, width_of
 # Lanes in a block: contacts that go through one instruction.
 LANES = 8
 
+# Blocks of lanes that are gathered before their forces are evaluated, one after the other: the processor then works on
+# the roots and quotients of several at the same time. Where there are more blocks than GROUPED_TO, the balls no longer
+# lie in the second nearest memory, and it is better to work while they are fetched: one block at a time.
+GROUP = 4
+GROUPED_TO = 512
+
 
 class LawColumns(NamedTuple):
     """Coefficients of a contact, in a row of state.Laws (see law.law_row)."""
@@ -47,20 +53,25 @@ class HistoryColumns(NamedTuple):
     approach_speed: int  # at which it began [m/s]
 
 
-class LaneColumns(NamedTuple):
-    """Quantities of an open contact between a first ball and a second ball or a wall."""
+class PresentColumns(NamedTuple):
+    """Quantities of an open contact that live for one step: the state of its partners, and the torques on them."""
 
     away: Vector  # from the second centre, or the wall's foot, to the first centre [m]
     velocity: Vector  # of the first centre relative to the second one, or the foot [m/s]
     angular_velocity: Vector  # of the first [rad/s]
     other_angular_velocity: Vector  # of the second [rad/s]
+    torque: Vector  # on the first about its centre [N m]
+    other_torque: Vector  # on the second about its centre, or the foot [N m]
+
+
+class LaneColumns(NamedTuple):
+    """Quantities of an open contact between a first ball and a second ball or a wall."""
+
     is_wall: int  # 1 for a wall, else 0
     radius_difference: int  # radius of the first less that of the second; 0 for a wall [m]
     law: LawColumns
     history: HistoryColumns
     force: Vector  # on the first [N]
-    torque: Vector  # on the first about its centre [N m]
-    other_torque: Vector  # on the second about its centre, or the foot [N m]
     elastic_normal: int  # energy [J]
     elastic_tangential: int  # energy [J]
 
@@ -211,6 +222,7 @@ class Statuses(NamedTuple):
 
 LAW = number_columns(LawColumns)
 HISTORY = number_columns(HistoryColumns)
+PRESENT = number_columns(PresentColumns)
 LANE = number_columns(LaneColumns)
 TOTAL = number_columns(TotalColumns)
 SAMPLE = number_columns(SampleColumns)

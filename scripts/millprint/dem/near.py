@@ -21,7 +21,7 @@ from millprint.mill.walls import PLANE, direction_to_body
 
 # How far two balls may come nearer to each other between two looks, over the skin. With less, looks are more frequent;
 # with more, more candidates are near.
-NEAR_SHARE = 0.08
+NEAR_SHARE = 0.12
 # Added to that, over the skin, for balls and walls that start from rest.
 SLACK_SHARE = 0.02
 # The most steps between two looks.

@@ -9,8 +9,8 @@ rule. So the energy balance closes with the square of the step.
 import numpy as np
 
 from millprint.dem.contact import evaluate
-from millprint.dem.lanes import get, get_vector, put_vector
-from millprint.dem.layout import COUNTER, LANE, LANES, LOAD, LOAD_WIDTH, RATE, TOTAL
+from millprint.dem.lanes import get, get_present, get_vector, put_present
+from millprint.dem.layout import COUNTER, GROUP, GROUPED_TO, LANE, LANES, LOAD, LOAD_WIDTH, PRESENT, RATE, TOTAL
 from millprint.dem.profile import PROFILE, lap
 from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
@@ -28,41 +28,41 @@ def add_load(load, i, force, torque):
 
 
 @inlined()
-def gather_pair(balls, contacts, lane, block, m):
+def gather_pair(balls, contacts, present, lane, block, at, m):
     """Put the state of two balls into their lane; returns whether they still touch."""
     i, j = contacts.ball[lane], np.uint32(contacts.partner[lane])
     away = subtract(row(balls.position, i), row(balls.position, j))
     reach = get(contacts.lanes, block, LANE.law.reach, m)
-    put_vector(contacts.lanes, block, LANE.away, m, away)
+    put_present(present, at, PRESENT.away, m, away)
     velocity = subtract(row(balls.rate_now, i), row(balls.rate_now, j))
-    put_vector(contacts.lanes, block, LANE.velocity, m, velocity)
-    put_vector(contacts.lanes, block, LANE.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
-    put_vector(contacts.lanes, block, LANE.other_angular_velocity, m, vector(balls.rate_now, j, RATE.angular_velocity))
+    put_present(present, at, PRESENT.velocity, m, velocity)
+    put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
+    put_present(present, at, PRESENT.other_angular_velocity, m, vector(balls.rate_now, j, RATE.angular_velocity))
     return dot(away, away) < reach * reach
 
 
 @inlined()
-def gather_wall(balls, candidates, contacts, walls, motions, lane, block, m):
+def gather_wall(balls, candidates, contacts, present, walls, motions, lane, block, at, m):
     """Put the state of a ball and the wall that it touches into their lane; returns whether they still touch."""
     i, body = contacts.ball[lane], body_of(walls, -1 - contacts.partner[lane])
     reach = get(contacts.lanes, block, LANE.law.reach, m)
     position = row(balls.position, i)
     away = wall_away(walls, candidates, motions, np.uint32(contacts.slot[lane]), body, position, reach)
-    put_vector(contacts.lanes, block, LANE.away, m, away)
+    put_present(present, at, PRESENT.away, m, away)
     velocity = subtract(row(balls.rate_now, i), wall_velocity(motions, body, subtract(position, away)))
-    put_vector(contacts.lanes, block, LANE.velocity, m, velocity)
-    put_vector(contacts.lanes, block, LANE.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
+    put_present(present, at, PRESENT.velocity, m, velocity)
+    put_present(present, at, PRESENT.angular_velocity, m, vector(balls.rate_now, i, RATE.angular_velocity))
     turning = vector(motions.pose, body, POSE.angular_velocity)
-    put_vector(contacts.lanes, block, LANE.other_angular_velocity, m, turning)
+    put_present(present, at, PRESENT.other_angular_velocity, m, turning)
     return away[0] < FAR
 
 
 @inlined()
-def gather(balls, candidates, contacts, walls, motions, lane, block, m):
-    """Put the state of both partners into their lane; returns whether they still touch."""
+def gather(balls, candidates, contacts, present, walls, motions, lane, block, at, m):
+    """Put the state of both partners into their lane of present row `at`; returns whether they still touch."""
     if contacts.partner[lane] >= 0:
-        return gather_pair(balls, contacts, lane, block, m)
-    return gather_wall(balls, candidates, contacts, walls, motions, lane, block, m)
+        return gather_pair(balls, contacts, present, lane, block, at, m)
+    return gather_wall(balls, candidates, contacts, present, walls, motions, lane, block, at, m)
 
 
 @inlined()
@@ -74,16 +74,16 @@ def load_body(walls, motions, load, position, away, feature, force, back):
 
 
 @inlined()
-def scatter(balls, contacts, walls, motions, load, body_load, lane, block, m):
+def scatter(balls, contacts, present, walls, motions, load, body_load, lane, block, at, m):
     """Add the forces of a lane to its partners: to the loads of balls (n, 6) and of bodies (bodies, 6)."""
     i, j = contacts.ball[lane], contacts.partner[lane]
     force = get_vector(contacts.lanes, block, LANE.force, m)
-    back = get_vector(contacts.lanes, block, LANE.other_torque, m)
-    add_load(load, i, force, get_vector(contacts.lanes, block, LANE.torque, m))
+    back = get_present(present, at, PRESENT.other_torque, m)
+    add_load(load, i, force, get_present(present, at, PRESENT.torque, m))
     if j >= 0:
         add_load(load, np.uint32(j), scale(-1.0, force), back)
     else:
-        away = get_vector(contacts.lanes, block, LANE.away, m)
+        away = get_present(present, at, PRESENT.away, m)
         load_body(walls, motions, body_load, row(balls.position, i), away, -1 - j, force, back)
 
 
@@ -100,22 +100,38 @@ def blocks_in_use(counters):
 
 
 @inlined()
-def resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, profile):
-    """The contacts of one block of lanes: those that have parted are closed, the others act on their partners."""
+def gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table):
+    """Gather the contacts of a block that still touch; the others are closed."""
     first = np.uint64(block * LANES)
-    width = width_in_use(counters, block)
-    for m in range(width):
+    for m in range(width_in_use(counters, block)):
         lane = first + m
         if contacts.slot[lane] < 0:
             continue
-        if not gather(balls, candidates, contacts, walls, clock.motions, lane, block, m):
+        if not gather(balls, candidates, contacts, contacts.present, walls, clock.motions, lane, block, at, m):
             close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table)
-    lap(profile, PROFILE.gather)
-    evaluate(contacts.lanes, block, clock.step)
-    lap(profile, PROFILE.law)
-    for m in range(width):
+
+
+@inlined()
+def scatter_open(balls, contacts, walls, clock, counters, block, at):
+    """Add the forces of the open contacts of a block to their partners."""
+    first = np.uint64(block * LANES)
+    for m in range(width_in_use(counters, block)):
         if contacts.slot[first + m] >= 0:
-            scatter(balls, contacts, walls, clock.motions, balls.load, clock.load, first + m, block, m)
+            lane, motions, present = first + m, clock.motions, contacts.present
+            scatter(balls, contacts, present, walls, motions, balls.load, clock.load, lane, block, at, m)
+
+
+@inlined()
+def resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, profile):
+    """The contacts of blocks begin to end: those that have parted are closed, the others act on their partners."""
+    for block in range(begin, end):
+        at = block - begin
+        gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table)
+    lap(profile, PROFILE.gather)
+    evaluate(contacts.lanes, contacts.present, begin, end, clock.step)
+    lap(profile, PROFILE.law)
+    for block in range(begin, end):
+        scatter_open(balls, contacts, walls, clock, counters, block, block - begin)
     lap(profile, PROFILE.scatter)
 
 
@@ -138,8 +154,13 @@ def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, 
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
     open_contacts(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
     lap(profile, PROFILE.candidates)
-    for block in range(blocks_in_use(counters)):
-        resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, profile)
+    blocks = blocks_in_use(counters)
+    group = GROUP if blocks <= GROUPED_TO else 1
+    for begin in range(0, blocks, group):
+        end = min(begin + group, blocks)
+        resolve_blocks(
+            balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, profile
+        )
     book_wall_work(clock, totals)
     lap(profile, PROFILE.scatter)
 

@@ -17,12 +17,18 @@ import numpy as np
 from millprint.dem import state
 from millprint.dem.contact import evaluate
 from millprint.dem.layout import LANES, LOAD_WIDTH, RATE_WIDTH, SHARE
-from millprint.dem.steps import blocks_in_use, book_wall_work, drift, gather, kick, resolve_block, scatter, width_in_use
+from millprint.dem.steps import (
+    blocks_in_use,
+    book_wall_work,
+    drift,
+    gather,
+    kick,
+    resolve_blocks,
+    scatter,
+    width_in_use,
+)
 from millprint.dem.touching import find_pairs, near_pairs_listed, open_pairs, open_walls
 from millprint.kernel import inlined, inner, threaded
-
-# Numbers in a cache line of the processor: counts of two threads must not share one.
-CACHE_LINE = 8
 
 
 class Shares(NamedTuple):
@@ -30,7 +36,8 @@ class Shares(NamedTuple):
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
-    counts: np.ndarray  # (threads, CACHE_LINE) layout.ShareColumns
+    counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; of two threads on two cache lines
+    present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
     load: np.ndarray  # (threads, n, width) layout.LoadColumns, of the present step
     body_load: np.ndarray  # (threads, bodies, width) as Clock.load
 
@@ -42,7 +49,8 @@ def make_shares(
     return Shares(
         found=np.zeros((threads, candidates.found.size), dtype=np.uint32),
         waiting=np.zeros((threads, len(contacts.lanes)), dtype=np.int64),
-        counts=np.zeros((threads, CACHE_LINE), dtype=np.int64),
+        counts=np.zeros((threads, state.CACHE_LINE), dtype=np.int64),
+        present=state.make_present(threads)[:, np.newaxis],
         load=np.zeros((threads, balls, LOAD_WIDTH)),
         body_load=np.zeros((threads, bodies, LOAD_WIDTH)),
     )
@@ -85,13 +93,13 @@ def find_in_threads(balls, candidates, shares):
 
 
 @inlined()
-def gather_block(balls, candidates, contacts, walls, motions, block, width):
-    """Fill the lanes of a block; returns whether all its contacts still touch."""
+def gather_block(balls, candidates, contacts, present, walls, motions, block, width):
+    """Fill the lanes of a block and its present row; returns whether all its contacts still touch."""
     touch = True
     first = np.uint64(block * LANES)
     for m in range(width):
         if contacts.slot[first + m] >= 0:
-            touch = gather(balls, candidates, contacts, walls, motions, first + m, block, m) and touch
+            touch = gather(balls, candidates, contacts, present, walls, motions, first + m, block, 0, m) and touch
     return touch
 
 
@@ -99,18 +107,18 @@ def gather_block(balls, candidates, contacts, walls, motions, block, width):
 def resolve_chunk(balls, candidates, contacts, walls, motions, counters, shares, t, step):
     """The contacts of one chunk of the blocks; a block in which one has parted is listed as waiting."""
     begin, end = chunk(blocks_in_use(counters), t, shares.counts.shape[0])
-    load, body_load, waiting = shares.load[t], shares.body_load[t], 0
+    load, body_load, present, waiting = shares.load[t], shares.body_load[t], shares.present[t], 0
     for block in range(begin, end):
         width = width_in_use(counters, block)
-        if not gather_block(balls, candidates, contacts, walls, motions, block, width):
+        if not gather_block(balls, candidates, contacts, present, walls, motions, block, width):
             shares.waiting[t, waiting] = block
             waiting += 1
             continue
-        evaluate(contacts.lanes, block, step)
+        evaluate(contacts.lanes, present, block, block + 1, step)
         first = np.uint64(block * LANES)
         for m in range(width):
             if contacts.slot[first + m] >= 0:
-                scatter(balls, contacts, walls, motions, load, body_load, first + m, block, m)
+                scatter(balls, contacts, present, walls, motions, load, body_load, first + m, block, 0, m)
     shares.counts[t, SHARE.waiting] = waiting
 
 
@@ -174,8 +182,10 @@ def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, total
     """The blocks in which a contact has parted, in their order, and the loads of the bodies."""
     for t in range(shares.counts.shape[0]):
         for at in range(shares.counts[t, SHARE.waiting]):
-            block = shares.waiting[t, at]
-            resolve_block(balls, candidates, contacts, laws, walls, clock, block, time, totals, counters, table, None)
+            begin, end = shares.waiting[t, at], shares.waiting[t, at] + 1
+            resolve_blocks(
+                balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, None
+            )
         for body in range(clock.load.shape[0]):
             for c in range(LOAD_WIDTH):
                 clock.load[body, c] += shares.body_load[t, body, c]
