@@ -47,8 +47,9 @@ class Source:
 
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
-    file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several; function: what
-    computes its content.
+    file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several, and for the errors
+    of a network evaluate_graph_surrogate, also where evaluate_quick_graphs holds several; function: what computes its
+    content.
     """
 
     path: str
