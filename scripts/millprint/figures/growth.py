@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 
 from millprint.figures.style import MARKERS, PAGE_WIDTH_IN, letter_panels, save
 from millprint.plan.costs import BALL_MB, BALL_STEP_S, CASE_MB
@@ -39,6 +40,8 @@ def draw_growth(table: pd.DataFrame, svg: str | Path, png: str | Path) -> None:
     for axis in panels[:5]:
         if axis.get_legend_handles_labels()[0]:
             axis.legend(fontsize=6)
+        # Numbers between the powers of ten would lie on each other.
+        axis.xaxis.set_minor_formatter(NullFormatter())
     letter_panels(panels[:5])
     save(figure, svg, png)
 
