@@ -77,6 +77,9 @@ def evaluate_block(lanes, block, present, at, step):
 
 @inner()
 def evaluate(lanes, present, begin, end, step):
-    """The same of the contacts in blocks begin to end, whose present rows are the first ones."""
+    """Forces, torques and new histories of the contacts in blocks begin to end.
+
+    Their present rows are the first ones; step [s].
+    """
     for block in range(begin, end):
         evaluate_block(lanes, block, present, block - begin, step)

@@ -36,7 +36,7 @@ class Shares(NamedTuple):
 
     found: np.ndarray  # (threads, candidates + 1) pairs that have come within reach in the present step
     waiting: np.ndarray  # (threads, blocks) blocks of lanes in which a contact has parted
-    counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; of two threads on two cache lines
+    counts: np.ndarray  # (threads, state.CACHE_LINE) layout.ShareColumns; each thread's on a cache line of its own
     present: np.ndarray  # (threads, 1, width * LANES) layout.PresentColumns
     load: np.ndarray  # (threads, n, width) layout.LoadColumns, of the present step
     body_load: np.ndarray  # (threads, bodies, width) as Clock.load

@@ -165,8 +165,9 @@ class Process:
 
         The groups one after another. With Q the inverse of the covariance of all log values y, noise included, and c
         the mean of those that are kept, y_B - mean = Q_BB^-1 [Q (y - c)]_B with the covariance Q_BB^-1 (Dubrule, Math.
-        Geol. 15 (1983) 687). So one inverse serves every group, where predicting anew takes one for each; `inverse`:
-        that of `inverse()`, for those who leave out groups of several kinds.
+        Geol. 15 (1983) 687). So one inverse serves every group; a new prediction would take one for each group.
+
+        inverse: the result of `inverse()`, where it is needed more than once; without it, it is made here.
         """
         inverse = inverse or self.inverse()
         weighted, sums = inverse.times(self.logs), inverse.times(np.ones(len(self.logs)))
