@@ -17,17 +17,28 @@ DRAWN_COLUMNS = ["panel", "kind", "label", "part", "x", "y", "value"]
 
 def drawn(figure: Figure) -> pd.DataFrame:
     """Every point of every line, outline, mark and map of a figure, in the order in which they were drawn."""
-    rows = []
+    parts = []
     for panel, axes in enumerate(figure.axes, start=1):
         # A colour bar explains the values; it shows none of its own.
-        if hasattr(axes, "_colorbar"):
-            continue
-        for part, (artist, points, values) in enumerate(_parts(axes), start=1):
-            table = pd.DataFrame(points, columns=["x", "y"]).assign(
-                panel=panel, kind=_kind(artist), label=_label(artist), part=part, value=values
-            )
-            rows.append(table)
-    return pd.concat(rows, ignore_index=True)[DRAWN_COLUMNS] if rows else pd.DataFrame(columns=DRAWN_COLUMNS)
+        if not hasattr(axes, "_colorbar"):
+            parts += [(panel, part, *found) for part, found in enumerate(_parts(axes), start=1)]
+    if not parts:
+        return pd.DataFrame(columns=DRAWN_COLUMNS)
+    # One table of all parts: a map has thousands of outlines, and a table of each would take longer than the drawing.
+    panels, numbers, artists, points, values = zip(*parts, strict=True)
+    x, y = np.concatenate(points).T
+    lengths = [len(part) for part in points]
+    filled = [np.broadcast_to(value, length) for value, length in zip(values, lengths, strict=True)]
+    columns = {
+        "panel": np.repeat(panels, lengths),
+        "kind": np.repeat([_kind(artist) for artist in artists], lengths),
+        "label": np.repeat([_label(artist) for artist in artists], lengths),
+        "part": np.repeat(numbers, lengths),
+        "x": x,
+        "y": y,
+        "value": np.concatenate(filled),
+    }
+    return pd.DataFrame(columns)[DRAWN_COLUMNS]
 
 
 def _kind(artist: Artist) -> str:
