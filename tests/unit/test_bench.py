@@ -40,7 +40,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
-from millprint.dem.packing import pack
+from millprint.dem.packing import inside, pack
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError, SimulationError
 from millprint.mill.vessel import build_vessel
@@ -338,14 +338,23 @@ def test_a_jar_scales_with_its_inner_parts(mill):
         scaled_mill(MillConfig.model_validate({**mill.model_dump(), "geometry": box}), 8.0)
 
 
-def test_large_start_is_a_bed_in_the_lower_part_of_the_jar(config, mill, contact):
-    few = config.large.model_copy(update={"balls": 8000, "settle_s": 0.0005})
+@pytest.mark.parametrize(("compared_with", "balls", "share"), [("764x5mm", 8000, 0.75), ("191x5mm", 2000, 0.35)])
+def test_large_start_is_a_bed_in_the_lower_part_of_the_jar(config, mill, contact, compared_with, balls, share):
+    """Also where the bed is lower than the jar's fillet, as at the lower fill ratio."""
+    few = config.large.model_copy(update={"balls": balls, "compared_with": compared_with, "settle_s": 0.0005})
     setup = large_setup(config.model_copy(update={"large": few}), mill, contact)
-    start = large_start(setup)
-    height = setup.jar.vessel.bounds[1, 2]
-    loose = pack(setup.jar.vessel, setup.diameter_m, 8000, 0, setup.jar.vessel.volume_m3)
-    assert start.shape == (8000, 3)
-    assert start[:, 2].max() < 0.75 * height < loose[:, 2].max()
+    start, vessel = large_start(setup), setup.jar.vessel
+    height = vessel.bounds[1, 2]
+    loose = pack(vessel, setup.diameter_m, balls, 0, vessel.volume_m3)
+    assert start.shape == (balls, 3)
+    assert inside(vessel, start, 0.499 * setup.diameter_m).all()
+    assert start[:, 2].max() < share * height < loose[:, 2].max()
+
+
+def test_large_start_refuses_more_balls_than_the_jar_holds(config, mill, contact):
+    setup = large_setup(config, mill, contact)
+    with pytest.raises(SimulationError, match=r"60000 balls of 5 mm do not fit into the vessel; \d+ do"):
+        large_start(replace(setup, balls=60_000))
 
 
 def test_quick_bench_runs_the_same_cases_shorter(config):

@@ -1,5 +1,6 @@
 """What measures growth: the time of a command, runs of many simulations, fingerprints of many conditions."""
 
+import json
 import sys
 
 import numpy as np
@@ -15,6 +16,7 @@ from millprint.figures.growth import draw_growth
 from millprint.files import write_table
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.curves import CURVES
+from millprint.growth import measure
 from millprint.growth.measure import measure_pages, row
 from millprint.growth.page import growth_text
 from millprint.growth.planning import write_plain, write_project
@@ -62,26 +64,35 @@ def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
     assert unopened["note"] == "no browser here"
     rows = [
         unopened,
-        row("planning", "dry run", 300, Spent(10.0, 200.0, ""), unit="cases"),
-        row("planning", "dry run", 3000, None, unit="cases"),
-        row("simulation", "one thread", 24, Spent(10.0, 200.0, ""), unit="balls", value=40.0),
+        row("planning", "dry run", 300, Spent(10.0, 200.0, ""), 10, unit="cases"),
+        row("planning", "dry run", 3000, None, 10, unit="cases"),
+        row("simulation", "one thread", 24, Spent(10.0, 200.0, ""), 10, unit="balls", value=40.0),
     ]
     whole = pd.DataFrame([each | this_machine() for each in rows], columns=list(GROWTH_COLUMNS))
     write_table(whole, tmp_path / STORED)
     table = read_growth(tmp_path / STORED)
-    assert "limit" in table["note"].iloc[2]
+    assert table["note"].iloc[2] == "not within 10 s"
     text = growth_text(tmp_path)
     assert "| dry run | 300 | 10 | 200 |" in text and "| one thread | 24 | 40 | 200 |" in text
-    assert "| dry run, not within the limit of time | 3,000 |  |  |" in text
+    assert "| dry run, not within 10 s | 3,000 |  |  |" in text
     draw_growth(table, tmp_path / "growth.svg", tmp_path / "growth.png")
     assert "cost model" in (tmp_path / "growth.svg").read_text()
+
+
+def test_a_simulation_with_threads_says_its_wall_time_too(monkeypatch, tmp_path):
+    said = json.dumps({"processor_s": 2.0, "processor_ns": 30.0, "ns_per_ball_step": 16.0})
+    monkeypatch.setattr(measure, "spent", lambda *_: Spent(5.0, 300.0, said))
+    rows = list(measure.measure_simulations(tmp_path / "bench.yaml", [764], [1, 2], 10))
+    assert [row["what"] for row in rows] == ["one thread", "2 threads"]
+    assert [row["value"] for row in rows] == [30.0, 30.0]
+    assert [row["note"] for row in rows] == ["", "16 ns by the clock"]
 
 
 def test_what_is_measured_again_takes_the_place_of_its_row_and_all_others_stay(tmp_path, monkeypatch):
     measured = {"fingerprint": [("fit", 100, 3.0), ("fit", 300, 20.0)]}
 
     def rows(options, part):
-        return (row(part, what, size, Spent(cost, 100.0, "")) for what, size, cost in measured[part])
+        return (row(part, what, size, Spent(cost, 100.0, ""), 10) for what, size, cost in measured[part])
 
     monkeypatch.setattr(measure_growth, "measured", rows)
     for fitted in (measured["fingerprint"], [("fit", 1000, 15.0), ("fit", 300, 21.0)]):

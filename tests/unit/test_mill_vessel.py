@@ -145,7 +145,7 @@ def test_the_cells_list_what_they_would_if_no_feature_were_passed_over(vessels, 
     walls = build_walls([vessels[name]], radius, margin, 4e-4, pitch)
     first, features = walls.cell_first.copy(), len(walls.body)
     reach = margin + pitch * math.sqrt(3) / 2
-    found, sure = fill_cells(walls, radius, reach, np.zeros((features, 3)), np.full(features, np.inf))
+    found, sure = fill_cells(walls, radius, reach, np.full((features, 3), -1.0), np.full((features, 3), 1.0))
     assert np.array_equal(first, walls.cell_first)
     assert np.array_equal(walls.cell_feature, found) and np.array_equal(walls.cell_sure, sure)
     assert len(found) > features

@@ -142,7 +142,7 @@ def at_rest(mill: MillConfig) -> MillConfig:
     return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
 
 
-def settle(setup: Setup, seed: int, packed: np.ndarray | None = None) -> np.ndarray:
+def settle(setup: Setup, seed: int, packed: np.ndarray | None = None, threads: int = 1) -> np.ndarray:
     """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame.
 
     packed: positions (n, 3) [m] in that frame to begin from, in place of the seed's packing.
@@ -150,7 +150,8 @@ def settle(setup: Setup, seed: int, packed: np.ndarray | None = None) -> np.ndar
     still = replace(setup, jar=replace(setup.jar, mill=at_rest(setup.mill)))
     # A jar at rest has samples at fractions of the window: one per step, so that the step is not reduced.
     window = SAMPLES * setup.time_step_s
-    simulation = still.simulation(setup.case(seed, settle_s=setup.settle_s, discard_s=0, window_s=window))
+    times = {"settle_s": setup.settle_s, "discard_s": 0, "window_s": window}
+    simulation = still.simulation(setup.case(seed, threads=threads, **times))
     if packed is not None:
         simulation.balls.position[:] = packed + simulation.motion.position(0.0)
     simulation.run(f"{setup.name}: settle")

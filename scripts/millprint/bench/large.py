@@ -13,13 +13,8 @@ from millprint.config.bench import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import CylinderGeometry, StadiumGeometry
 from millprint.config.mill import MillConfig
-from millprint.dem.packing import pack
+from millprint.dem.packing import pack_from_below
 from millprint.errors import ConfigError
-from millprint.mill.vessel import build_vessel
-
-# Share of its room that the start fills [-]: that of balls at rest, so that they need not fall far to be so. A looser
-# start would still be falling when the mill sets off, with fewer contacts and so at too low a cost.
-START_DENSITY = 0.6
 
 
 def scaled_lengths(values: dict[str, Any], scale: float) -> dict[str, Any]:
@@ -58,11 +53,11 @@ def large_setup(config: BenchConfig, mill: MillConfig, contact: ContactConfig) -
     return replace(setup, settle_s=large.settle_s)
 
 
-def large_start(setup: Setup) -> np.ndarray:
-    """Positions (n, 3) [m] of balls at rest, packed into the lower part of the jar and settled from there."""
-    geometry, vessel = setup.mill.geometry, setup.jar.vessel
-    density = setup.balls * np.pi / 6 * setup.diameter_m**3 / vessel.volume_m3
-    lower = geometry.model_copy(update={"height_mm": geometry.height_mm * min(1.0, density / START_DENSITY)})
-    part = build_vessel(setup.mill.model_copy(update={"geometry": lower}))
-    packed = pack(part, setup.diameter_m, setup.balls, 0, part.volume_m3)
-    return settle(setup, seed=0, packed=packed)
+def large_start(setup: Setup, threads: int = 1) -> np.ndarray:
+    """Positions (n, 3) [m] of balls at rest, packed densely from the floor of the jar up and settled from there.
+
+    So dense that they need not fall far to be at rest: a looser start would still be falling when the mill sets off,
+    with fewer contacts and so at too low a cost.
+    """
+    packed = pack_from_below(setup.jar.vessel, setup.diameter_m, setup.balls, seed=0)
+    return settle(setup, seed=0, packed=packed, threads=threads)

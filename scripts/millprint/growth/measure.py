@@ -13,14 +13,14 @@ from millprint.growth.table import MEASURED_COLUMNS
 # More empty jobs are planned, but not run.
 RUN_MAX = 3000
 ASKED = 200
-OVER = "not within the limit of time"
 # A browser without a window that opens a page, runs its scripts, and ends.
 OPEN = ("--headless", "--no-sandbox", "--disable-gpu", "--dump-dom")
 
 
-def row(part: str, what: str, size: float, used: Spent | None, **given: float | str) -> dict:
-    """A row of the table; what was not measured stays empty."""
-    values = {"processor_s": used.processor_s, "memory_MB": used.memory_mb} if used else {"note": OVER}
+def row(part: str, what: str, size: float, used: Spent | None, limit_s: float, **given: float | str) -> dict:
+    """A row of the table; what was not measured, or not within `limit_s`, stays empty."""
+    over = {"note": f"not within {limit_s:g} s"}
+    values = {"processor_s": used.processor_s, "memory_MB": used.memory_mb} if used else over
     return {**dict.fromkeys(MEASURED_COLUMNS, ""), "part": part, "what": what, "size": size, **values, **given}
 
 
@@ -32,7 +32,7 @@ def measure_planning(snakefile: Path, mills: Path, sizes: Sequence[int], limit_s
             cases = write_project(whole, mills, size)
             write_plain(plain, cases)
             for what, folder, command in commands(snakefile, plain, whole, size <= RUN_MAX):
-                yield row("planning", what, cases, spent(command, folder, limit_s), unit="cases")
+                yield row("planning", what, cases, spent(command, folder, limit_s), limit_s, unit="cases")
 
 
 def measure_fingerprints(descriptors: Path, sizes: Sequence[int], limit_s: float) -> Iterator[dict]:
@@ -42,14 +42,14 @@ def measure_fingerprints(descriptors: Path, sizes: Sequence[int], limit_s: float
             out = Path(place) / f"{size}.json"
             used = spent(own_work("fit", descriptors.absolute(), size, out), place, limit_s)
             found = json.loads(used.said) if used else {}
-            yield row("fingerprint", "fit", size, used, unit="conditions", **found)
+            yield row("fingerprint", "fit", size, used, limit_s, unit="conditions", **found)
             if used is None:
                 # A larger one takes longer still.
                 return
             used = spent(own_work("ask", out, ASKED), place, limit_s)
             found = json.loads(used.said) if used else {}
             once = {"processor_s": found["processor_s"]} if found else {}
-            yield row("fingerprint", "ask once", size, used, unit="conditions", **once)
+            yield row("fingerprint", "ask once", size, used, limit_s, unit="conditions", **once)
 
 
 def measure_pages(pages: Sequence[Path], browser: str | None, limit_s: float) -> Iterator[dict]:
@@ -57,17 +57,17 @@ def measure_pages(pages: Sequence[Path], browser: str | None, limit_s: float) ->
     for page in pages:
         size = page.stat().st_size / 1e6
         if browser is None:
-            yield row("pages", page.name, size, None, file_MB=size, unit="MB", note="no browser here")
+            yield row("pages", page.name, size, None, limit_s, file_MB=size, unit="MB", note="no browser here")
             continue
         with tempfile.TemporaryDirectory() as place:
             command = [browser, *OPEN, f"--user-data-dir={place}/profile", page.absolute().as_uri()]
-            yield row("pages", page.name, size, spent(command, place, limit_s), file_MB=size, unit="MB")
+            yield row("pages", page.name, size, spent(command, place, limit_s), limit_s, file_MB=size, unit="MB")
 
 
 def measure_simulations(config: Path, sizes: Sequence[int], threads: Sequence[int], limit_s: float) -> Iterator[dict]:
     """Memory and cost of a ball and a step of a short stretch with so many balls; value: processor time of one [ns].
 
-    Processor time, which other programs disturb less, and of all threads together.
+    Processor time, which other programs disturb less, and of all threads together; with several, wall time is noted.
     """
     for size in sizes:
         for number in threads:
@@ -76,7 +76,9 @@ def measure_simulations(config: Path, sizes: Sequence[int], threads: Sequence[in
             found = json.loads(used.said) if used else {}
             timed = {"processor_s": found["processor_s"], "value": found["processor_ns"]} if found else {}
             name = "one thread" if number == 1 else f"{number} threads"
-            yield row("simulation", name, size, used, unit="balls", **timed)
+            if found and number > 1:
+                timed["note"] = f"{found['ns_per_ball_step']:.3g} ns by the clock"
+            yield row("simulation", name, size, used, limit_s, unit="balls", **timed)
 
 
 def find_browser() -> str | None:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.cases import ONE_STEP_S, Setup, count_steps, settle
+from millprint.bench.cases import ONE_STEP_S, Setup, count_steps
 from millprint.bench.large import large_setup, large_start
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
@@ -27,10 +27,10 @@ from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.fingerprint.model import Fingerprint
 
-# A ball-step is measured over so many of them, and at least over STEPS_MIN.
-BALL_STEPS, STEPS_MIN = 2e8, 300
-# The case of the bench whose fill ratio they have, and from how many balls on a run starts from a dense packing.
-COMPARED_WITH, PACKED_LOW = "191x5mm", 1000
+# A ball-step is measured over so many of them, and at least over the time of the bench's large case.
+BALL_STEPS = 2e8
+# The case of the bench whose fill ratio they have.
+COMPARED_WITH = "191x5mm"
 # The scatter of made conditions about the measured ones [-].
 JITTER, SCATTER = 0.03, 0.02
 
@@ -77,14 +77,14 @@ def simulate(config_file: str, balls: str, threads: str) -> dict:
     mill = load_named(MILL_FOLDER, config.mill, MillConfig, "mill")
     contact = load_named(CONTACT_FOLDER, config.contact, ContactConfig, "contact set")
     setup = large_setup(config, mill, contact)
-    # Few balls do not fit into the lower part of a jar that is as small.
-    start = large_start(setup) if setup.balls >= PACKED_LOW else settle(setup, seed=0)
-    return timed(setup, start, int(threads))
+    # With as many threads, so that their code is compiled or read before anything is timed.
+    start = large_start(setup, int(threads))
+    return timed(setup, start, int(threads), config.large.driven_s)
 
 
-def timed(setup: Setup, start: np.ndarray, threads: int) -> dict:
-    """Time the driven mill from balls at rest, over about BALL_STEPS."""
-    driven_s = max(STEPS_MIN, BALL_STEPS / setup.balls) * setup.time_step_s
+def timed(setup: Setup, start: np.ndarray, threads: int, least_s: float) -> dict:
+    """Time the driven mill from balls at rest, over about BALL_STEPS, and at least over `least_s` of its motion."""
+    driven_s = max(least_s, BALL_STEPS / setup.balls * setup.time_step_s)
     times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
     simulation = setup.simulation(setup.case(0, threads=threads, **times))
     simulation.balls.position[:] = start + simulation.motion.position(0.0)

@@ -49,6 +49,10 @@ class Surfaces(NamedTuple):
     smooth: int  # without friction
 
 
+# The most cells of the grids, of 8 bytes each: where they would be more, as in a vessel of 20 L with balls of 5 mm,
+# they are wider. They only find what may be near a ball, so that a run does not depend on their size.
+CELLS_MAX = 1 << 24
+
 PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
 
 
@@ -137,22 +141,22 @@ def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
     return surface
 
 
-def _spheres(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
-    """Middles (f + e + c, 3) and radii (f + e + c,) of spheres that hold every feature [m]."""
+def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper corners (f + e + c, 3) of boxes that hold every feature [m]."""
     outlines = [np.concatenate(facet.loops) for body in bodies for facet in body.facets]
     outlines += [np.array([edge.start, edge.end]) for body in bodies for edge in body.convex_edges]
     outlines += [np.array([corner.point]) for body in bodies for corner in body.corners]
-    middles = np.array([(outline.min(axis=0) + outline.max(axis=0)) / 2 for outline in outlines])
-    ways = [outline - middle for outline, middle in zip(outlines, middles, strict=True)]
-    return middles, np.array([np.linalg.norm(way, axis=1).max() for way in ways])
+    return np.array([each.min(axis=0) for each in outlines]), np.array([each.max(axis=0) for each in outlines])
 
 
 def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
     """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
     margin: how far a ball may move before the lists are rebuilt [m]; overlap: bound on any overlap [m];
-    pitch: size of the grids' cells [m].
+    pitch: size of the grids' cells [m], if these are not more than CELLS_MAX.
     """
+    boxes = sum(float(np.prod(np.ptp(body.bounds, axis=0))) for body in bodies)
+    pitch = max(pitch, math.cbrt(boxes / CELLS_MAX))
     counts, sides = zip(*(_sides(body, radius, overlap) for body in bodies), strict=True)
     side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
@@ -180,9 +184,10 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
     )
     # Nothing of a cell is farther from its middle than half its diagonal.
     reach = margin + pitch * math.sqrt(3) / 2
-    middles, sizes = _spheres(bodies)
-    sizes[: len(facets)] += walls.facet_reach
-    features, sure = fill_cells(walls, radius, reach, middles, (1 + 1e-9) * (sizes + radius + 2 * reach))
+    low, high = _boxes(bodies)
+    around = np.full((len(low), 1), (1 + 1e-9) * (radius + 2 * reach))
+    around[: len(facets), 0] += walls.facet_reach
+    features, sure = fill_cells(walls, radius, reach, low - around, high + around)
     return walls._replace(cell_feature=features, cell_sure=sure)
 
 
@@ -345,33 +350,54 @@ def cell_of(walls, body, point):
     return walls.grid_first[body] + int((x * shape[1] + y) * shape[2] + z)
 
 
+@inlined()
+def cells_between(walls, body, axis, low, high):
+    """First and last plus one of a grid's cells, along an axis, whose middles lie between two numbers [m]."""
+    origin, cells = walls.grid_origin[body, axis], walls.grid_shape[body, axis]
+    first = math.floor((low - origin) / walls.grid_pitch - 0.5)
+    last = math.ceil((high - origin) / walls.grid_pitch - 0.5)
+    return int(min(max(first, 0.0), cells)), int(min(max(last + 1, 0.0), cells))
+
+
+@inner()
+def visit_cells(walls, radius, margin, low, high, feature, features, sure):
+    """Count a feature in the cells near it or, where there is room in `features`, write it there from the back."""
+    body = walls.body[feature]
+    shape = row(walls.grid_shape, body)
+    x_from, x_to = cells_between(walls, body, 0, low[feature, 0], high[feature, 0])
+    y_from, y_to = cells_between(walls, body, 1, low[feature, 1], high[feature, 1])
+    z_from, z_to = cells_between(walls, body, 2, low[feature, 2], high[feature, 2])
+    for x in range(x_from, x_to):
+        for y in range(y_from, y_to):
+            for z in range(z_from, z_to):
+                middle = add_scaled(row(walls.grid_origin, body), walls.grid_pitch, (x + 0.5, y + 0.5, z + 0.5))
+                closeness = near(walls, feature, middle, radius, margin)
+                if closeness == 0:
+                    continue
+                cell = walls.grid_first[body] + (x * shape[1] + y) * shape[2] + z
+                if features.size == 0:
+                    walls.cell_first[cell] += 1
+                else:
+                    walls.cell_first[cell] -= 1
+                    features[walls.cell_first[cell]] = feature
+                    sure[walls.cell_first[cell]] = closeness - 1
+
+
 @array_maker()
-def fill_cells(walls, radius, margin, middles, limits):
+def fill_cells(walls, radius, margin, low, high):
     """List for every cell the features near its middle; fills walls.cell_first; returns features and sureness.
 
-    middles, limits: of spheres outside of which nothing is near a feature (features, 3), (features,) [m].
+    low, high: corners (features, 3) of boxes outside of which nothing is near a feature [m].
     """
-    pitch = walls.grid_pitch
-    found = np.empty((1024, 2), dtype=np.int64)
-    count = 0
-    cell = 0
-    for body in range(walls.grid_first.size):
-        features = np.flatnonzero(walls.body == body)
-        shape = (walls.grid_shape[body, 0], walls.grid_shape[body, 1], walls.grid_shape[body, 2])
-        for place in np.ndindex(shape):
-            half = (place[0] + 0.5, place[1] + 0.5, place[2] + 0.5)
-            middle = add_scaled(row(walls.grid_origin, body), pitch, half)
-            for feature in features:
-                away = subtract(middle, row(middles, feature))
-                if dot(away, away) > limits[feature] * limits[feature]:
-                    continue
-                closeness = near(walls, feature, middle, radius, margin)
-                if closeness:
-                    if count == len(found):
-                        found = np.append(found, np.empty_like(found), axis=0)
-                    found[count, 0] = feature
-                    found[count, 1] = closeness - 1
-                    count += 1
-            cell += 1
-            walls.cell_first[cell] = count
-    return found[:count, 0].copy(), found[:count, 1].astype(np.uint8)
+    walls.cell_first[:] = 0
+    features, sure = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.uint8)
+    for feature in range(walls.body.size):
+        visit_cells(walls, radius, margin, low, high, feature, features, sure)
+    # Counts become ends; filling from the back turns ends into beginnings.
+    for cell in range(1, walls.cell_first.size):
+        walls.cell_first[cell] += walls.cell_first[cell - 1]
+    count = walls.cell_first[-1]
+    features, sure = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.uint8)
+    for feature in range(walls.body.size - 1, -1, -1):
+        visit_cells(walls, radius, margin, low, high, feature, features, sure)
+    return features, sure
