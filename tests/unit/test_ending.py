@@ -1,11 +1,13 @@
 """What a run says at its end: of each target, and of jobs that failed."""
 
 import re
+import threading
 
 import pytest
 
 from millprint.ending.failure import advice, failure_lines, failures_of
 from millprint.ending.success import endings, success_lines
+from millprint.ending.timers import stop_timers
 from tests.conftest import ROOT
 
 VALUES = {"results": "results", "mill": "emax", "contact": "calibrated"}
@@ -98,3 +100,11 @@ def test_a_log_of_snakemake_that_is_gone_is_no_second_failure(tmp_path):
 )
 def test_what_to_try_depends_on_how_jobs_ended(signals, word):
     assert word in advice(signals)
+
+
+def test_a_run_that_has_ended_waits_for_no_timer():
+    timer = threading.Timer(60, lambda: None)
+    timer.start()
+    stop_timers()
+    timer.join(timeout=10)
+    assert not timer.is_alive()
