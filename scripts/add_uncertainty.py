@@ -1,27 +1,23 @@
 """Adds the intervals by contact parameters, and by the shape of a fitted jar, to the fingerprint of a mill.
 
-Of a mill's own sweep, also writes its sheet and its curves, with every interval of its own origin.
+Also writes its sheet and its curves, with every interval of its own origin, and draws indices, intervals and sheet.
 """
 
 import numpy as np
 
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import read_spectra
-from millprint.dose.spectra_shown import sheet_rows, with_rows
+from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
+from millprint.figures.mill_sheet import plot_sheet
+from millprint.figures.style import save
+from millprint.figures.uncertainty import plot_indices, plot_intervals
 from millprint.files import read_table, write_table
-from millprint.fingerprint.bands import FURTHER, read_factors
+from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.descriptors import read_descriptors
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
-
-
-def main(fingerprint: str, factors: dict[str, str], output: str) -> Fingerprint:
-    """Write the fingerprint with the factors of each origin, whose files are given by its name, and return it."""
-    plain = Fingerprint.read(fingerprint)
-    further = {origin: read_factors(path, origin, plain.about) for origin, path in factors.items()}
-    found = plain.with_further(further)
-    found.write(output)
-    return found
+from millprint.view.mill_picture import picture_mill
 
 
 def tabulate(tables, output, mill: MillConfig) -> None:
@@ -37,15 +33,25 @@ def tabulate(tables, output, mill: MillConfig) -> None:
     write_table(with_rows(sheet, sheet_rows(read_spectra(tables.spectra_summary), fingerprint)), output.sheet)
 
 
+def draw(tables, output, mill: MillConfig) -> None:
+    """Draw all three, from the written tables."""
+    save(plot_indices(read_table(tables.indices), mill.title), output.indices_svg, output.indices_png)
+    intervals = plot_intervals(read_table(tables.intervals), read_table(tables.sets), mill.title)
+    save(intervals, output.intervals_svg, output.intervals_png)
+    sheet = read_table(output.sheet)
+    spectra = [of_sheet(read_spectra(path), sheet) for path in (tables.spectra, tables.spectra_summary)]
+    shown = sheet, read_descriptors(tables.descriptors), read_table(output.curves), *spectra
+    save(plot_sheet(picture_mill(mill), *shown), output.sheet_svg, output.sheet_png, output.sheet_pdf)
+
+
 if "snakemake" in globals():
+    given, made = snakemake.input, snakemake.output
     with job(snakemake.log[0], f"intervals of {snakemake.wildcards.mill}") as logger:
-        given = {origin: snakemake.input.get(origin) for origin in FURTHER}
-        found = main(
-            snakemake.input.fingerprint,
-            {origin: str(path) for origin, path in given.items() if path},
-            snakemake.output.fingerprint,
-        )
+        files = {origin: str(path) for origin in FURTHER if (path := given.get(origin))}
+        found = Fingerprint.read(given.fingerprint).with_factors(files)
+        found.write(made.fingerprint)
         for origin, factors in found.further.items():
             logger.info("%s: fill ratios from %g to %g", FURTHER[origin].title, *factors.fill_range)
-        if snakemake.params.mill:
-            tabulate(snakemake.input, snakemake.output, MillConfig(**snakemake.params.mill))
+        mill = MillConfig(**snakemake.params.mill)
+        tabulate(given, made, mill)
+        draw(given, made, mill)

@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 import analyse_variance
-import design_experiments
+import tabulate_experiments
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import read_part
@@ -23,7 +23,7 @@ from millprint.files import read_table, write_table
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:
     """Write the tables, and return one line for each departure of the runs from the design."""
-    departures = design_experiments.main(runs, **design_experiments.paths_in(folder), settings=config)
+    departures = tabulate_experiments.make_design(runs, tabulate_experiments.design_paths(folder), config)
     paths = analyse_variance.paths_in(folder)
     analyse_variance.main(runs, paths, config)
     both = [read_table(paths[name], text=["term"]) for name in analyse_variance.VARIANCE]

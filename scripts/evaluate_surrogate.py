@@ -70,6 +70,7 @@ def step_errors(
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     rollouts = iter(given.rollouts)
+    graphs = zip(given.get("weights", []), made.get("single_steps", []), strict=True)
     with job(snakemake.log[0], f"evaluate {', '.join(own.variants)}") as log:
         for number, (variant, edges) in enumerate(own.variants.items()):
             parts = []
@@ -78,7 +79,9 @@ if "snakemake" in globals():
                 log.info("measured: %s, %s", variant, test)
             for name in parts[0]:
                 write_table(join_tables([part[name] for part in parts]), made[name][number])
-            if own.starts_s:
-                weights, stepped = given.weights[number], list(given.stepped)
-                found = step_errors(weights, stepped, EdgeConfig(**edges), own.starts_s, variant, snakemake.threads)
-                write_table(found, made.single_steps[number])
+            # Only a graph network has edges.
+            if edges:
+                weights, single_steps = next(graphs)
+                stepped, rule = list(given.stepped), EdgeConfig(**edges)
+                found = step_errors(weights, stepped, rule, own.starts_s, variant, snakemake.threads)
+                write_table(found, single_steps)

@@ -24,7 +24,7 @@ def main(
         measured = measure(samples, space, fills, contact, others, settings)
     write_table(samples, output.samples)
     for name in ("emulator", "indices", "intervals", "sets"):
-        write_table(getattr(measured, name), output[name])
+        write_table(getattr(measured, name), getattr(output, name))
     write_json(measured.factors.model_dump(mode="json", exclude_none=True), output.contact)
     return measured
 

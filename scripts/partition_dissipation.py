@@ -1,11 +1,18 @@
-"""Shear against compression: Tables 4.2 to 4.5 and the two regression lines, from published and from our curves."""
+"""Shear against compression: Tables 4.2 to 4.5 and the two regression lines, from published and from our curves.
+
+Also doses of these cases and of the screening runs, and the kinetics of their yields.
+"""
 
 import pandas as pd
 
 from millprint.config.partition import PartitionConfig
+from millprint.dose.dose import AXES, regime_doses, screening_doses
+from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, verdict
+from millprint.dose.shear import said_of_shear
 from millprint.figures.chapter4 import plot_mass_per_watt, plot_specific_yield, plot_yield
+from millprint.figures.spectra import plot_doses
 from millprint.figures.style import save
-from millprint.files import read_table, write_table
+from millprint.files import read_table, whole_file, write_table
 from millprint.fingerprint import regimes
 from millprint.fingerprint.energy import (
     Chemistry,
@@ -16,6 +23,9 @@ from millprint.fingerprint.energy import (
 )
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
+
+# The sets of runs whose yields are held against their doses, as the verdict names them.
+SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}
 
 
 def best_run(runs: pd.DataFrame, cases: pd.DataFrame) -> dict[str, float]:
@@ -86,6 +96,37 @@ def draw(tables) -> None:
     save(plot_mass_per_watt(published, ours), tables.mass_svg, tables.mass_png)
 
 
+def tabulate_doses(inputs, output, ball_diameter_m: float, density_kg_m3: float) -> None:
+    """Write doses, kinetics, the best curve over each axis, and a verdict on each set of runs."""
+    cases = read_table(output.table_4_2, text=["curves", "case"])
+    cases = cases[cases["curves"] == "published"].drop(columns="curves")
+    balls = (ball_diameter_m, density_kg_m3)
+    tables = {
+        "screening": screening_doses(inputs.screening, *balls),
+        "regimes": regime_doses(regimes.read_regimes(inputs.regimes), cases, *balls),
+    }
+    kinetics = {name: fit_kinetics(table) for name, table in tables.items()}
+    curves = []
+    for name, fits in kinetics.items():
+        for axis in AXES:
+            if (best := best_of(fits, axis)) is not None:
+                curve = curve_of(best, tables[name][axis].max())
+                curves.append(curve.rename(columns={"x": "value"}).assign(set=name, x=axis, model=best["model"]))
+    for path, parts in ((output.doses, tables), (output.kinetics, kinetics)):
+        write_table(pd.concat([table.assign(set=name) for name, table in parts.items()], ignore_index=True), path)
+    write_table(pd.concat(curves, ignore_index=True), output.curves)
+    lines = [f"{verdict(own, kinetics[name], SETS[name])} {said_of_shear(own)}" for name, own in tables.items()]
+    # The screening gives the law over the dose, the five cases differ in how it is divided.
+    lines.append(f"Both sets together: {said_of_shear(pd.concat(tables.values(), ignore_index=True))}")
+    with whole_file(output.verdict) as partial:
+        partial.write_text("\n".join(lines) + "\n")
+
+
+def draw_doses(tables) -> None:
+    """Draw yields against time, doses and hits, with the best kinetics over each, from the written tables."""
+    save(plot_doses(read_table(tables.doses), read_table(tables.curves)), tables.dose_svg, tables.dose_png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "partition dissipation"):
         main(
@@ -95,3 +136,10 @@ if "snakemake" in globals():
             PartitionConfig(**snakemake.params.settings),
         )
         draw(snakemake.output)
+        tabulate_doses(
+            snakemake.input,
+            snakemake.output,
+            snakemake.params.settings["ball_diameter_mm"] * 1e-3,
+            snakemake.params.density_kg_m3,
+        )
+        draw_doses(snakemake.output)

@@ -79,7 +79,7 @@ def read_plan(words: list[str]) -> tuple[list[PlannedJob], dict[str, int], dict,
             places = {job: place for place, job in enumerate(jobs)}
             planned = [translate(job, workflow.dag, places, workflow.globals) for job in jobs]
             # Snakemake keeps them in no order; here they stand as they were given.
-            named = {target_name(job): places[job] for job in workflow.dag.targetjobs}
+            named = {name: places[job] for job in workflow.dag.targetjobs for name in target_names(job, words)}
             targets = dict(sorted(named.items(), key=lambda each: words.index(each[0]) if each[0] in words else -1))
             found = planned, targets, dict(workflow.globals["config"]), cores
         except Exception as error:
@@ -90,9 +90,10 @@ def read_plan(words: list[str]) -> tuple[list[PlannedJob], dict[str, int], dict,
     return found
 
 
-def target_name(job: Any) -> str:
-    """The name of a target: that of its rule, or its first file."""
-    return str(job.output[0]) if job.output else job.rule.name
+def target_names(job: Any, words: list[str]) -> list[str]:
+    """The files of a job that were asked for; if none was, its first file, or the name of its rule."""
+    files = [str(file) for file in job.output]
+    return [file for file in files if file in words] or files[:1] or [job.rule.name]
 
 
 def translate(job: Any, dag: Any, places: dict, names: dict) -> PlannedJob:

@@ -1,5 +1,10 @@
-"""Figures 3.5 to 3.12 and 3.14: single revolutions, master curves of each contact set, their scaling, and maps."""
+"""Figures 3.5 to 3.12 and 3.14: single revolutions, master curves of each contact set, their scaling, and maps.
 
+Also the energy spectra of the conditions of the maps: collisions a second, power, and its share above an energy.
+"""
+
+from millprint.dose.spectra import read_spectra
+from millprint.dose.spectra_shown import shown
 from millprint.errors import ConfigError
 from millprint.figures.chapter3 import (
     plot_cycle_densities,
@@ -10,6 +15,7 @@ from millprint.figures.chapter3 import (
     plot_master_curves,
     plot_universal_curves,
 )
+from millprint.figures.spectra import plot_spectra
 from millprint.figures.style import save
 from millprint.files import read_table
 from millprint.fingerprint.curves import conditions_of, universal_descriptors
@@ -69,6 +75,11 @@ def draw_maps(runs: dict[float, str], svg: str, png: str, tsv: str) -> None:
     save(plot_maps([read_occupancy(path, f"fill {fill:g}") for fill, path in runs.items()]), svg, png, tsv=tsv)
 
 
+def draw_spectra(spectra_path: str, title: str, svg: str, png: str, rule: str, chosen: dict) -> None:
+    """Draw the spectra of the chosen conditions, by one counting rule."""
+    save(plot_spectra(shown(read_spectra(spectra_path), rule, **chosen), title), svg, png)
+
+
 if "snakemake" in globals():
     with job(snakemake.log[0], "plot the fingerprint"):
         files, own = (snakemake.input, snakemake.output), snakemake.params
@@ -78,3 +89,6 @@ if "snakemake" in globals():
         made = snakemake.output
         for runs, *paths in zip(own.maps, made.maps_svgs, made.maps_pngs, made.maps_tsvs, strict=True):
             draw_maps(runs, *paths)
+        spectra = zip(snakemake.input.spectra, own.titles, made.spectra_svgs, made.spectra_pngs, strict=True)
+        for spectra_path, *about in spectra:
+            draw_spectra(spectra_path, *about, own.counting_rule, own.conditions)

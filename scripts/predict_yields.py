@@ -1,4 +1,7 @@
-"""Predicts yields of new conditions: python scripts/predict_yields.py MODEL conditions.tsv out.tsv"""
+"""Predicts yields of new conditions: python scripts/predict_yields.py MODEL conditions.tsv out.tsv
+
+In the workflow it also proposes the next experiments, within the configured region.
+"""
 
 import argparse
 import sys
@@ -6,14 +9,19 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from millprint.config.doe import ChemistryConfig
 from millprint.config.load import check_model, read_yaml
-from millprint.config.proposals import PredictionConfig
+from millprint.config.proposals import PredictionConfig, ProposalConfig
 from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
 from millprint.files import write_table
 from millprint.job import job
 from millprint.predict.domain import MillCurves
+from millprint.predict.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.predict.model_files import load_averaged, training_rows
 from millprint.predict.new_conditions import predict_conditions
+from millprint.predict.proposals import count_reasons, propose, split_region
+from millprint.predict.region import Mill, region_conditions
 from millprint.predict.tables import read_rows
 
 
@@ -37,6 +45,37 @@ def main(
         table = predict_conditions(model, rows, limits, training, folds, level, extrapolate, own)
     write_table(table, out)
     return int(table["predicted_percent"].isna().sum())
+
+
+def propose_experiments(
+    model: str,
+    mill: str,
+    output,
+    volume: float,
+    settings: ProposalConfig,
+    limits: PredictionConfig,
+    reaction: ChemistryConfig,
+) -> str:
+    """Write the proposals, and what may not be proposed with its reasons; return a line for the log.
+
+    model: path of the final model, which predicts the proposals too; mill: path of the curves of the mill; volume: of
+    its jar [m3]; limits: those of predictions.
+    """
+    with threadpool_limits(1):
+        process, known, own = load_averaged(model), training_rows(model), MillCurves.read(mill)
+        machine = Mill(own.density, own.amplitude, volume)
+        conditions = region_conditions(settings.region, own.curves, machine)
+        allowed, left_out = split_region(process, known, conditions, settings, limits, reaction, machine, own)
+        running, taken = None, []
+        if settings.experiments:
+            told = read_experiments(settings.experiments, own.curves)
+            running, taken = experiment_rows(told, RUNNING, own.curves, machine), told["case"].tolist()
+        table = propose(process, known, allowed, settings, running, limits.curve_tolerance, taken)
+    write_table(table, output.proposals)
+    write_table(left_out, output.left_out)
+    write_table(count_reasons(left_out, len(conditions)), output.reasons)
+    free = settings.replicates + settings.centre_points + 2 * settings.runs - len(table)
+    return f"{len(allowed)} of {len(conditions)} conditions may be proposed; {free} slots of the batch are left empty"
 
 
 def read_settings(path: str) -> YieldConfig:
@@ -82,17 +121,30 @@ def command_line() -> int:
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "predict yields"):
+    given, made, asked = snakemake.input, snakemake.output, snakemake.params
+    limits = PredictionConfig(**asked.settings)
+    with job(snakemake.log[0], "predict yields") as logger:
         main(
-            snakemake.input.model,
-            snakemake.input.conditions,
-            snakemake.output.predicted,
-            PredictionConfig(**snakemake.params.settings),
-            TrainingConfig(**snakemake.params.training),
-            snakemake.params.conformal_folds,
-            snakemake.params.interval_level,
+            given.model,
+            given.conditions,
+            made.predicted,
+            limits,
+            TrainingConfig(**asked.training),
+            asked.conformal_folds,
+            asked.interval_level,
             extrapolate=False,
-            mill=snakemake.input.mill,
+            mill=given.mill,
         )
+        logger.info("predicted: %s", given.conditions)
+        line = propose_experiments(
+            given.proposing,
+            given.mill,
+            made,
+            asked.volume_m3,
+            ProposalConfig(**asked.proposals),
+            limits,
+            ChemistryConfig(**asked.chemistry),
+        )
+        logger.info(line)
 elif __name__ == "__main__":
     raise SystemExit(command_line())

@@ -1,4 +1,4 @@
-"""Trains one variant of the surrogate, of any kind; continues from the last checkpoint after a kill."""
+"""Trains variants of the surrogate, of one kind; continues from the last checkpoint after a kill."""
 
 import logging
 from pathlib import Path
@@ -23,12 +23,10 @@ def main(kind: str, dataset: str, weights: str, history: str, settings: dict, th
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], f"train the surrogate {snakemake.wildcards.variant}"):
-        main(
-            snakemake.params.kind,
-            snakemake.input.dataset,
-            snakemake.output.weights,
-            snakemake.output.history,
-            snakemake.params.settings,
-            threads=snakemake.threads,
-        )
+    own, made = snakemake.params, snakemake.output
+    with job(snakemake.log[0], f"train {', '.join(own.variants)}"):
+        for (variant, settings), weights, history in zip(
+            own.variants.items(), made.weights, made.histories, strict=True
+        ):
+            logger.info("%s", variant)
+            main(own.kind, snakemake.input.dataset, weights, history, settings, threads=snakemake.threads)

@@ -1,16 +1,13 @@
 """The rules' scripts of chapter 2 from tables to claims, for the thesis and for another design."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import analyse_variance
-import compute_wet_lab
-import design_experiments
-import tabulate_literature
+import tabulate_experiments
 from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
 from millprint.config.doe import DoeConfig
@@ -25,7 +22,7 @@ CLAIMS = ROOT / "config/data/claims.tsv"
 def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
     """Everything that the claims of chapter 2 read, under results/doe; returns the audit's departures."""
     doe = results / "doe"
-    departures = design_experiments.main(str(screening), **design_experiments.paths_in(doe), settings=config)
+    departures = tabulate_experiments.make_design(str(screening), tabulate_experiments.design_paths(doe), config)
     analysis = analyse_variance.paths_in(doe)
     analyse_variance.main(str(screening), analysis, config)
     outputs = {
@@ -38,9 +35,9 @@ def run_chapter(results: Path, screening: Path, config: DoeConfig) -> list[str]:
 
 
 def run_wet_lab(results: Path, config: DoeConfig) -> None:
-    output = SimpleNamespace(**{name: results / f"doe/{name}.tsv" for name in ("half_life", "wear", "powder")})
+    outputs = {name: str(results / f"doe/{name}.tsv") for name in ("half_life", "wear", "powder")}
     own = (config.factors, config.half_life, config.powder, config.chemistry, config.gas)
-    compute_wet_lab.main(str(SCREENING), str(ROOT / "config/data/wear.tsv"), output, *own)
+    tabulate_experiments.compute_wet_lab(str(SCREENING), str(ROOT / "config/data/wear.tsv"), outputs, *own)
 
 
 def verdicts(results: Path) -> dict[str, str]:
@@ -119,7 +116,7 @@ def test_the_interaction_figures_and_the_literature_are_drawn_as_svg_and_png(the
         "tsv": "l.tsv",
     }
     names |= {"missingness_svg": "m.svg", "missingness_png": "m.png"}
-    tabulate_literature.main(
+    tabulate_experiments.tabulate_literature(
         str(ROOT / "config/data/literature.tsv"),
         str(ROOT / "config/data/literature_yields.tsv"),
         {name: str(tmp_path / file) for name, file in names.items()},

@@ -191,7 +191,8 @@ def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):
     files = {name: tmp_path / f"{name}.json" for name in ("plain", "contact", "fingerprint")}
     plain.write(files["plain"])
     write_json(factors_of(), files["contact"])
-    found = add_uncertainty.main(str(files["plain"]), {"contact": str(files["contact"])}, str(files["fingerprint"]))
+    found = Fingerprint.read(files["plain"]).with_factors({"contact": str(files["contact"])})
+    found.write(files["fingerprint"])
     assert list(found.further) == list(Fingerprint.read(files["fingerprint"]).further) == ["contact"]
     tables = {
         "collapse": tabulate_mill_collapse(descriptors(), 0.95, 0.2),

@@ -12,7 +12,7 @@ NEEDLESS = {
     "run_dem_case": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
     "tabulate_descriptors": ["matplotlib", "numba", "scipy", "sklearn", "torch"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
-    "plot_spectra": ["numba", "sklearn", "torch", "trimesh"],
+    "plot_fingerprint": ["numba", "sklearn", "torch", "trimesh"],
     "split_screening": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "draw_mill": ["sklearn", "statsmodels", "torch"],
     "draw_sheet": ["sklearn", "statsmodels", "torch"],

@@ -94,7 +94,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
         ("tables_2.html#analysis-of-variance-as-in-table-2-5", "doe/anova_printed.tsv"),
         ("../doe/pareto.tsv", "doe/pareto.tsv"),
     ]
-    assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule compute_wet_lab, millprint.doe" in text
+    assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule tabulate_experiments, millprint.doe" in text
     assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
     assert "1.5 (1.4 to 1.6, trainings)" in text and "1.5 (" not in text.replace("1.5 (1.4 to 1.6", "")
 

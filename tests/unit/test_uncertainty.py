@@ -1,10 +1,13 @@
 """Design, emulator, Sobol indices and intervals recover what is known in closed form; what was done is kept."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 from pydantic import ValidationError
 
+import measure_uncertainty
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
@@ -21,7 +24,7 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
-from millprint.files import write_json
+from millprint.files import write_json, write_table
 from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.curves import CURVES
 from millprint.uncertainty import sampler
@@ -354,6 +357,23 @@ def test_tables_and_factors_of_a_known_mill(tmp_path):
     read = read_factors(str(tmp_path / "contact.json"), "contact", about)
     assert read.factors["En"].lower == pytest.approx(ends[[0, 0]], rel=0.03)
     assert read.parameters["restitution"]["source"] and read.samples == 64
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_samples_of_several_jobs_are_one_table_in_order(jobs, tmp_path):
+    settings = UncertaintyConfig(samples=16, base_samples=32, draws=4, fill_ratios=[0.1, 0.2], jobs=jobs)
+    samples = synthetic_samples(settings).assign(varied="")
+    samples.insert(0, "sample", samples.index)
+    names = ("samples", "emulator", "indices", "intervals", "sets", "contact")
+    output = SimpleNamespace(**{name: tmp_path / name for name in names})
+    parts = [tmp_path / f"{number}.tsv" for number in range(jobs)]
+    for number, path in enumerate(parts):
+        write_table(samples.iloc[number::jobs], path, digits=17)
+    given = SimpleNamespace(samples=parts)
+    measure_uncertainty.main(given, output, EMAX, CALIBRATED, [], settings)
+    written = pd.read_csv(output.samples, sep="\t")
+    assert written["sample"].tolist() == list(range(16))
+    assert written["restitution"].tolist() == pytest.approx(samples["restitution"].tolist())
 
 
 def test_faults_of_the_whole_run_are_found_before_it():

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import propose_experiments
+import predict_yields
 import train_averaged_models
 from millprint.config.proposals import ProposalConfig
 from millprint.errors import ConfigError
@@ -47,7 +47,7 @@ def batch(folder: Path, experiments: pd.DataFrame | None = None, **changes) -> S
     train_averaged_models.collect(screening, CASES, None, paths["rows"], mill, REFERENCE, "emax", 125e-6, proposals)
     train_averaged_models.main([paths["rows"]], model, folder / "members.tsv", config.averaging)
     output = SimpleNamespace(proposals=paths["next"], left_out=paths["left_out"], reasons=paths["reasons"])
-    propose_experiments.main(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
+    predict_yields.propose_experiments(model, mill, output, 125e-6, proposals, config.prediction, CHEMISTRY)
     text = ["case", "status", "purpose", "gain_unit", "repeats"]
     return SimpleNamespace(
         model=model, mill=mill, path=paths["next"], next=read_table(paths["next"], text=text), config=config

@@ -8,19 +8,16 @@ import pandas as pd
 import pytest
 from scipy.stats import f_oneway
 
-import compare_libraries
 import evaluate_yield_models
 import hold_out_yields
-import leave_regimes_out
-import permute_yields
+import leave_groups_out
 import plot_yields
 import predict_yields
-import propose_experiments
 import search_retrospectively
 import split_screening
 import train_averaged_models
 import train_yield_model
-import try_yield_models
+import try_alternatives
 from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
 from millprint.files import read_table
@@ -160,15 +157,15 @@ def run_chapter(results: Path, screening: Path, to_the_end: bool = True) -> Path
 
 def follow_up(folder: Path, parts: list[str], config) -> None:
     """What comes after the evaluation: other regimes, the next experiments, and what the models are worth."""
-    regimes = SimpleNamespace(regimes=folder / "regimes.tsv", summary=folder / "regimes_summary.tsv")
+    regimes = SimpleNamespace(regimes=folder / "regimes.tsv", regimes_summary=folder / "regimes_summary.tsv")
     own = (config.training, config.honest, config.averaging, config.interval_level)
     cases = read_regimes(str(REGIMES))
-    leave_regimes_out.main(parts, cases, regimes, REFERENCE, *own)
+    leave_groups_out.leave_regimes(parts, cases, regimes, REFERENCE, *own)
     mill, final = str(folder / "models/mill.json"), str(folder / "models/averaged_gpr_final.json")
     names = {"proposals": "next_experiments", "left_out": "not_proposed", "reasons": "not_proposed_reasons"}
     proposed = SimpleNamespace(**{key: folder / f"{name}.tsv" for key, name in names.items()})
     chemistry = doe_settings().chemistry
-    propose_experiments.main(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
+    predict_yields.propose_experiments(final, mill, proposed, 125e-6, config.proposals, config.prediction, chemistry)
     searched = SimpleNamespace(
         retrospective=folder / "retrospective.tsv",
         summary=folder / "retrospective_summary.tsv",
@@ -176,16 +173,18 @@ def follow_up(folder: Path, parts: list[str], config) -> None:
     )
     search_retrospectively.main(parts, searched, config.retrospective, config.averaging, config.honest.level)
     trust(folder, parts, config)
-    try_yield_models.main(parts, str(folder / "tried.tsv"), config.training, config.averaging)
+    try_alternatives.try_models(parts, str(folder / "tried.tsv"), config.training, config.averaging)
 
 
 def trust(folder: Path, parts: list[str], config) -> None:
     """The libraries, the permutation test, and the sentences."""
     libraries = SimpleNamespace(libraries=folder / "libraries.tsv", members=folder / "library_members.tsv")
     own = (config.training, config.honest, config.averaging, config.library_trial)
-    compare_libraries.main(*parts, libraries, *own)
-    permuted = SimpleNamespace(permutations=folder / "permutations.tsv", test=folder / "permutation_test.tsv")
-    permute_yields.main(parts, permuted, config.averaging, config.library_trial)
+    try_alternatives.try_libraries(*parts, libraries, *own)
+    permuted = SimpleNamespace(
+        permutations=folder / "permutations.tsv", permutation_test=folder / "permutation_test.tsv"
+    )
+    try_alternatives.try_shuffles(parts, permuted, config.averaging, config.library_trial)
     stated = {name: folder / f"{name}.tsv" for name in plot_yields.STATED}
     stated |= {"search": folder / "retrospective_summary.tsv", "learning": folder / "retrospective_learning.tsv"}
     plot_yields.write_statements(SimpleNamespace(**stated), folder / "statements.tsv")

@@ -185,3 +185,5 @@ def test_regressors_of_few_fits_share_a_job_and_those_of_many_do_not():
     assert [name for name in REGRESSORS if not is_quick(name, few)] == ["extra_trees"]
     assert not thesis.honest.is_quick
     assert quick.honest.model_copy(update={"outer_folds": 2, "outer_repeats": 1, "random_splits": 1}).is_quick
+    assert not thesis.library_trial.is_quick
+    assert thesis.library_trial.model_copy(update={"permutations": 19}).is_quick

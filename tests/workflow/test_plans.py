@@ -103,9 +103,10 @@ def test_contact_parameters_of_a_mill_of_ones_own_are_sampled_in_a_few_jobs(proj
         mill = yaml.safe_load(file.read_text())
         del mill["sweep"]
         file.write_text(yaml.safe_dump(mill))
+    content["uncertainty"]["jobs"] = 2
     jobs = jobs_of(planned(project, content, "uncertainty", "--config", "mill=mine"))
-    assert jobs["sample_contacts"] == content["uncertainty"]["jobs"] == 2
-    assert jobs["measure_uncertainty"] == jobs["plot_uncertainty"] == 1
+    assert jobs["sample_contacts"] == 2
+    assert jobs["measure_uncertainty"] == jobs["add_uncertainty"] == 1
     assert ("derive_sweep" in jobs) != sweep
     # The printed values of the thesis are about its own mill.
-    assert "tabulate_contact_intervals" not in jobs
+    assert "add_uncertainty_to_chapters" not in jobs

@@ -130,7 +130,7 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     assert rules & yield_rules
     # It compares claims with our results, as the report does.
     report_rules = (
-        rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"tabulate_contact_intervals"}
+        rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"add_uncertainty_to_chapters"}
     )
     assert rules <= yield_rules | report_rules | {"all", "everything"}
 
@@ -138,23 +138,20 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
 @pytest.mark.parametrize(
     ("change", "rerun"),
     [
-        ("doe={half_life: {ph: 12}}", {"compute_wet_lab"}),
-        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint", "plot_spectra"}),
-        ("yields={proposals: {seed: 5}}", {"propose_experiments", "plot_yields"}),
+        ("doe={half_life: {ph: 12}}", {"tabulate_experiments"}),
+        ("fingerprint={maps: {fill_ratios: [0.06]}}", {"plot_fingerprint"}),
+        ("yields={proposals: {seed: 5}}", {"predict_yields", "plot_yields"}),
         (
             "yields={honest: {level: 0.9}}",
             {
                 "evaluate_yield_models",
                 "search_retrospectively",
-                "leave_sources_out",
+                "leave_groups_out",
                 "plot_yields",
             },
         ),
-        (
-            "validation={alumina_impact: {speed_m_s: 3.8}}",
-            {"predict_setup", "plot_setups", "tabulate_verdicts"},
-        ),
-        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution", "plot_calibration"}),
+        ("validation={alumina_impact: {speed_m_s: 3.8}}", {"predict_setup", "judge_setups"}),
+        ("calibration={drop_test: {heights_mm: [10, 20]}}", {"calibrate_restitution"}),
     ],
 )
 def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):

@@ -12,30 +12,6 @@ wildcard_constraints:
     experiment="|".join(EXPERIMENTS),
 
 
-rule calibrate_restitution:
-    input:
-        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
-        measured=[path for path in [CONFIG.calibration.drop_test.measured] if path],
-    output:
-        drops=f"{CALIBRATION}/drop_test.tsv",
-        restitution=f"{CALIBRATION}/restitution.tsv",
-    log:
-        f"{LOGS}/calibration/calibrate_restitution.log",
-    benchmark:
-        f"{BENCHMARKS}/calibrate_restitution/calibrate_restitution.tsv"
-    params:
-        contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
-        time_step_s=CONFIG.dem.time_step_s,
-        rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
-        settings=CONFIG.calibration.drop_test.model_dump(mode="json"),
-        interval=CONFIG.calibration.interval,
-        library=library("calibrate_restitution.py"),
-    message:
-        "Simulating the drop test and fitting the restitution"
-    script:
-        "../../scripts/calibrate_restitution.py"
-
-
 rule fit_friction:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
@@ -71,12 +47,15 @@ rule fit_friction:
         "../../scripts/fit_friction.py"
 
 
-rule plot_calibration:
+# The figures of the friction fits too: drawn here, a change of a figure repeats no fit.
+rule calibrate_restitution:
     input:
         **{name: expand(rules.fit_friction.output[name], experiment=EXPERIMENTS) for name in FRICTION_TABLES},
-        drops=rules.calibrate_restitution.output.drops,
-        restitution=rules.calibrate_restitution.output.restitution,
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        measured=[path for path in [CONFIG.calibration.drop_test.measured] if path],
     output:
+        drops=f"{CALIBRATION}/drop_test.tsv",
+        restitution=f"{CALIBRATION}/restitution.tsv",
         drops_svg=report(
             f"{CALIBRATION}/drop_test.svg",
             caption="../report/drop_test.rst",
@@ -95,20 +74,25 @@ rule plot_calibration:
         ],
         friction_pngs=[f"{CALIBRATION}/{name}/friction_fit.png" for name in EXPERIMENTS],
     log:
-        f"{LOGS}/calibration/plot_calibration.log",
-    localrule: True
+        f"{LOGS}/calibration/calibrate_restitution.log",
+    benchmark:
+        f"{BENCHMARKS}/calibrate_restitution/calibrate_restitution.tsv"
     params:
-        library=library("plot_calibration.py"),
+        contacts=[CONTACTS[name].model_dump(mode="json") for name in CONFIG.contacts],
+        time_step_s=CONFIG.dem.time_step_s,
+        rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
+        settings=CONFIG.calibration.drop_test.model_dump(mode="json"),
+        interval=CONFIG.calibration.interval,
+        library=library("calibrate_restitution.py"),
     message:
-        "Drawing the drop test and the friction fits"
+        "Simulating the drop test, fitting the restitution, and drawing the calibration"
     script:
-        "../../scripts/plot_calibration.py"
+        "../../scripts/calibrate_restitution.py"
 
 
 CALIBRATION_OUTPUTS = [
     *rules.calibrate_restitution.output,
     *expand(rules.fit_friction.output, experiment=EXPERIMENTS),
-    *rules.plot_calibration.output,
 ]
 
 

@@ -149,9 +149,9 @@ def heated_runs(name: str) -> list[str]:
     return [str(Path(summary).with_name("run.h5")) for summary in heated_summaries(name)]
 
 
-def measured_heat(name: str) -> list[str]:
-    """The table of measured values, if a mill is held against one of them."""
-    return [CONFIG.validation.measured] if name in CONFIG.dose.heat.measured else []
+def measured_heat(names) -> list[str]:
+    """The table of measured values, if one of some mills is held against one of them."""
+    return [CONFIG.validation.measured] if CONFIG.dose.heat.measured.keys() & set(names) else []
 
 
 def described(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Chapter 2: the screening design, its analysis of variance, and wet-lab arithmetic."""
+"""Chapter 2: the screening design, its analysis of variance, wet-lab arithmetic, and the literature."""
 
 from millprint.config.doe import AnalysisConfig
 from millprint.config.design import DesignConfig
@@ -8,25 +8,53 @@ FACTORS = [factor.model_dump(mode="json") for factor in CONFIG.doe.factors]
 INTERACTION_TITLES = {figure.name: figure.title for figure in CONFIG.doe.interactions}
 
 
-rule design_experiments:
+rule tabulate_experiments:
     input:
         screening=CONFIG.data.screening,
+        weighings=CONFIG.data.wear,
+        studies=CONFIG.doe.literature,
+        yields=CONFIG.doe.literature_yields,
     output:
         design=f"{DOE}/design.tsv",
         fraction=f"{DOE}/fraction.json",
         aliases=f"{DOE}/aliases.tsv",
         confounding=f"{DOE}/confounding.tsv",
         audit=f"{DOE}/audit.tsv",
+        half_life=f"{DOE}/half_life.tsv",
+        wear=f"{DOE}/wear.tsv",
+        powder=f"{DOE}/powder.tsv",
+        unreported=f"{DOE}/unreported.tsv",
+        missingness=f"{DOE}/missingness.tsv",
+        checks=f"{DOE}/literature_checks.tsv",
+        svg=report(
+            f"{DOE}/literature.svg",
+            caption="../report/literature.rst",
+            category="Chapter 2",
+            labels={"figure": "Yields in the literature (Fig. 1.4)"},
+        ),
+        png=f"{DOE}/literature.png",
+        tsv=f"{DOE}/literature.tsv",
+        missingness_svg=report(
+            f"{DOE}/missingness.svg",
+            caption="../report/missingness.rst",
+            category="Chapter 2",
+            labels={"figure": "What the literature leaves unreported (Table 2.2)"},
+        ),
+        missingness_png=f"{DOE}/missingness.png",
     log:
-        f"{LOGS}/doe/design_experiments.log",
+        f"{LOGS}/doe/tabulate_experiments.log",
     localrule: True
     params:
         design=CONFIG.doe.part(DesignConfig),
-        library=library("design_experiments.py"),
+        half_life=CONFIG.doe.half_life.model_dump(mode="json"),
+        powder=CONFIG.doe.powder.model_dump(mode="json"),
+        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
+        gas=CONFIG.doe.gas.model_dump(mode="json"),
+        library=library("tabulate_experiments.py"),
     message:
-        "Making the screening design and checking the runs in {input.screening} against it"
+        "Checking the runs in {input.screening} against the design; tabulating wet-lab arithmetic and the literature"
     script:
-        "../../scripts/design_experiments.py"
+        "../../scripts/tabulate_experiments.py"
 
 
 rule analyse_variance:
@@ -83,67 +111,7 @@ rule analyse_variance:
         "../../scripts/analyse_variance.py"
 
 
-rule compute_wet_lab:
-    input:
-        screening=CONFIG.data.screening,
-        weighings=CONFIG.data.wear,
-    output:
-        half_life=f"{DOE}/half_life.tsv",
-        wear=f"{DOE}/wear.tsv",
-        powder=f"{DOE}/powder.tsv",
-    log:
-        f"{LOGS}/doe/compute_wet_lab.log",
-    localrule: True
-    params:
-        factors=FACTORS,
-        half_life=CONFIG.doe.half_life.model_dump(mode="json"),
-        powder=CONFIG.doe.powder.model_dump(mode="json"),
-        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
-        gas=CONFIG.doe.gas.model_dump(mode="json"),
-        library=library("compute_wet_lab.py"),
-    message:
-        "Calculating half-lives, wear, powder masses and gas volumes"
-    script:
-        "../../scripts/compute_wet_lab.py"
-
-
-rule tabulate_literature:
-    input:
-        studies=CONFIG.doe.literature,
-        yields=CONFIG.doe.literature_yields,
-    output:
-        unreported=f"{DOE}/unreported.tsv",
-        missingness=f"{DOE}/missingness.tsv",
-        checks=f"{DOE}/literature_checks.tsv",
-        svg=report(
-            f"{DOE}/literature.svg",
-            caption="../report/literature.rst",
-            category="Chapter 2",
-            labels={"figure": "Yields in the literature (Fig. 1.4)"},
-        ),
-        png=f"{DOE}/literature.png",
-        tsv=f"{DOE}/literature.tsv",
-        missingness_svg=report(
-            f"{DOE}/missingness.svg",
-            caption="../report/missingness.rst",
-            category="Chapter 2",
-            labels={"figure": "What the literature leaves unreported (Table 2.2)"},
-        ),
-        missingness_png=f"{DOE}/missingness.png",
-    log:
-        f"{LOGS}/doe/tabulate_literature.log",
-    localrule: True
-    params:
-        library=library("tabulate_literature.py"),
-    message:
-        "Tabulating which parameters the studies in {input.studies} do not report"
-    script:
-        "../../scripts/tabulate_literature.py"
-
-
 DOE_OUTPUTS = [
-    *rules.design_experiments.output,
+    *rules.tabulate_experiments.output,
     *rules.analyse_variance.output,
-    *rules.compute_wet_lab.output,
-    *rules.tabulate_literature.output,
 ]

@@ -82,7 +82,13 @@ rule predict_mill_wear:
 
 
 DOSE_OUTPUTS = [
-    *SPECTRA_OUTPUTS,
-    *YIELD_DOSE_OUTPUTS,
+    *rules.tabulate_spectra.output,
+    # Figures of the spectra and the doses of the measured yields are made with chapters 3 and 4.
+    *(
+        path
+        for made in (rules.plot_fingerprint, rules.partition_dissipation)
+        for path in made.output
+        if path.startswith(f"{DOSE}/")
+    ),
     *rules.fit_wear.output,
 ]

@@ -100,6 +100,7 @@ rule plot_fingerprint:
         exponents=rules.fit_master_curves.output.exponents,
         published=PUBLISHED,
         runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
+        spectra=expand(f"{DOSE}/spectra_{{contact}}.tsv", contact=CONFIG.contacts),
     output:
         densities_svg=report(
             f"{FINGERPRINT_FIGURES}/cycle_densities.svg",
@@ -160,6 +161,16 @@ rule plot_fingerprint:
         ],
         maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
         maps_tsvs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.tsv", contact=CONFIG.contacts),
+        spectra_svgs=[
+            report(
+                f"{DOSE}/spectra_{contact}.svg",
+                caption="../report/spectra.rst",
+                category="Chapter 3",
+                labels={"figure": "energy spectra", "shows": f"energies of single collisions, {contact}"},
+            )
+            for contact in CONFIG.contacts
+        ],
+        spectra_pngs=expand(f"{DOSE}/spectra_{{contact}}.png", contact=CONFIG.contacts),
     log:
         f"{LOGS}/fingerprint/plot_fingerprint.log",
     localrule: True
@@ -168,9 +179,12 @@ rule plot_fingerprint:
         contacts=CONFIG.contacts,
         cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
         maps=[mapped_runs(contact) for contact in CONFIG.contacts],
+        titles=[f"{MILLS[CONFIG.mill].title}, contact set {contact}" for contact in CONFIG.contacts],
+        counting_rule=CONFIG.fingerprint.counting_rule,
+        conditions=CONFIG.fingerprint.maps.model_dump(mode="json"),
         library=library("plot_fingerprint.py"),
     message:
-        "Drawing the figures of chapter 3: revolutions, master curves, their scaling, and maps"
+        "Drawing the figures of chapter 3: revolutions, master curves, their scaling, maps, and energy spectra"
     script:
         "../../scripts/plot_fingerprint.py"
 

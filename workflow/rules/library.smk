@@ -36,6 +36,7 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.dem.batches import make_again
 from millprint.ending.failure import failure_lines
 from millprint.ending.success import success_lines
+from millprint.ending.timers import stop_timers
 from millprint.errors import ConfigError
 from millprint.input_check import check_once
 from millprint.liveness import announce, end_with_run, hold, outlive_run

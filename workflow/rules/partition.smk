@@ -1,4 +1,4 @@
-"""Shear against compression: the five cases of thesis chapter 4."""
+"""Shear against compression: the five cases of thesis chapter 4, and the dose and kinetics of the measured yields."""
 
 PARTITION = f"{RESULTS}/partition"
 PARTITION_FIGURES = f"{PARTITION}/figures"
@@ -7,6 +7,7 @@ PARTITION_FIGURES = f"{PARTITION}/figures"
 rule partition_dissipation:
     input:
         regimes=CONFIG.data.regimes,
+        screening=CONFIG.data.screening,
         fingerprint=f"{RESULTS}/fingerprint/fingerprint_{CONFIG.partition.contact}.json",
     output:
         table_4_2=f"{PARTITION}/table_4_2.tsv",
@@ -36,14 +37,26 @@ rule partition_dissipation:
             labels={"figure": "4.5", "shows": "converted mass per watt against fill ratio"},
         ),
         mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
+        doses=f"{DOSE}/dose.tsv",
+        kinetics=f"{DOSE}/kinetics.tsv",
+        curves=f"{DOSE}/kinetics_curves.tsv",
+        verdict=f"{DOSE}/dose_verdict.txt",
+        dose_svg=report(
+            f"{DOSE}/dose.svg",
+            caption="../report/dose.rst",
+            category="Chapter 4",
+            labels={"figure": "dose", "shows": "yield against time and dose"},
+        ),
+        dose_png=f"{DOSE}/dose.png",
     log:
         f"{LOGS}/partition/partition_dissipation.log",
     localrule: True
     params:
         settings=settings("partition"),
+        density_kg_m3=CONTACTS[CONFIG.partition.contact].density_kg_m3,
         library=library("partition_dissipation.py"),
     message:
-        "Calculating and drawing the cases of constant speed and constant power, their yields and energy costs"
+        "Calculating and drawing the cases of constant speed and constant power, their yields, energy costs and doses"
     script:
         "../../scripts/partition_dissipation.py"
 

@@ -21,34 +21,3 @@ rule tabulate_spectra:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:
         "../../scripts/tabulate_spectra.py"
-
-
-rule plot_spectra:
-    input:
-        spectra=rules.tabulate_spectra.output.spectra,
-    output:
-        svgs=[
-            report(
-                f"{DOSE}/spectra_{contact}.svg",
-                caption="../report/spectra.rst",
-                category="Chapter 3",
-                labels={"figure": "energy spectra", "shows": f"energies of single collisions, {contact}"},
-            )
-            for contact in CONFIG.contacts
-        ],
-        pngs=expand(f"{DOSE}/spectra_{{contact}}.png", contact=CONFIG.contacts),
-    log:
-        f"{LOGS}/dose/plot_spectra.log",
-    localrule: True
-    params:
-        titles=[f"{MILLS[CONFIG.mill].title}, contact set {contact}" for contact in CONFIG.contacts],
-        rule=CONFIG.fingerprint.counting_rule,
-        chosen=CONFIG.fingerprint.maps.model_dump(mode="json"),
-        library=library("plot_spectra.py"),
-    message:
-        "Drawing the energy spectra of {CONFIG.contacts}"
-    script:
-        "../../scripts/plot_spectra.py"
-
-
-SPECTRA_OUTPUTS = [*rules.tabulate_spectra.output, *rules.plot_spectra.output]

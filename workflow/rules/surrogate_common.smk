@@ -1,5 +1,7 @@
 """Shared by the rules of chapter 6 and appendix A: their files, and the tests of each surrogate."""
 
+import math
+
 SURROGATE = f"{RESULTS}/surrogate"
 SURROGATE_TESTS = list(CONFIG.surrogate.tests)
 # By variant, the names of all of its trainings.
@@ -20,6 +22,15 @@ QUICK_TRAININGS = [
     for variant, trainings in TRAININGS.items()
     if CONFIG.surrogate.variant(variant).rollout.length_s <= QUICK_ROLLOUT_S
     for training in trainings
+]
+# Those of them whose single steps are measured too.
+QUICK_GRAPHS = [training for training in QUICK_TRAININGS if training in CONFIG.surrogate.of_kind("graph")]
+# The graph networks of the variants whose trainings end before a first checkpoint: they share a job.
+TRAINED_TOGETHER = [
+    training
+    for variant, trainings in TRAININGS.items()
+    for training in trainings
+    if variant in CONFIG.surrogate.of_kind("graph") and CONFIG.surrogate.variant(training).training.is_quick
 ]
 
 
@@ -52,11 +63,6 @@ def measured_trainings(variant: str) -> list[str]:
 def edges_of(variant: str) -> dict:
     """The rules for the edges of a variant, as plain values."""
     return CONFIG.surrogate.variant(variant).edges.model_dump(mode="json")
-
-
-def quick_of(kind: str) -> list[str]:
-    """The trainings of a kind that share a job."""
-    return [training for training in QUICK_TRAININGS if training in CONFIG.surrogate.of_kind(kind)]
 
 
 def rollout_in(variant: str, test: str) -> dict:
@@ -113,3 +119,13 @@ def changes(variant: str) -> str:
 def stepped_in(tests) -> list[str]:
     """The simulations from whose states single steps are evaluated, for some tests."""
     return [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_in(tests)]
+
+
+def recipe_of(variant: str) -> dict:
+    """How the graph network of a variant is trained, as plain values."""
+    return CONFIG.surrogate.variant(variant).recipe().model_dump(mode="json")
+
+
+def training_minutes(variants) -> int:
+    """The time that trainings one after another request: twice their own limits, plus 20 min to start [min]."""
+    return 20 + math.ceil(sum(CONFIG.surrogate.variant(each).training.wall_time_max_s for each in variants) / 30)

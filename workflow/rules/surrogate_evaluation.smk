@@ -98,56 +98,32 @@ use rule evaluate_surrogate as evaluate_graph_surrogate with:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
 
 
-if quick_of("contact"):
+if QUICK_TRAININGS:
 
     use rule evaluate_surrogate as evaluate_quick_surrogates with:
         input:
             **compared_runs(SURROGATE_TESTS),
-            rollouts=expand(ROLLOUT, variant=quick_of("contact"), test=SURROGATE_TESTS),
+            rollouts=expand(ROLLOUT, variant=QUICK_TRAININGS, test=SURROGATE_TESTS),
             claims=CONFIG.data.claims,
+            weights=list(map(weights_for, QUICK_GRAPHS)),
+            stepped=stepped_in(SURROGATE_TESTS) if QUICK_GRAPHS else [],
         output:
             **{
-                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=quick_of("contact"))
+                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=QUICK_TRAININGS)
                 for name in SURROGATE_TABLES
             },
+            single_steps=expand(f"{SURROGATE}/{{variant}}/single_steps.tsv", variant=QUICK_GRAPHS),
         log:
             f"{LOGS}/surrogate/evaluate_surrogates.log",
         benchmark:
             f"{BENCHMARKS}/evaluate_surrogate/quick.tsv"
         params:
-            variants={each: {} for each in quick_of("contact")},
-            tests=SURROGATE_TESTS,
-            starts_s={},
-            library=library("evaluate_surrogate.py"),
-        message:
-            "Comparing every quick contact surrogate with the simulation"
-
-
-if quick_of("graph"):
-
-    use rule evaluate_surrogate as evaluate_quick_graphs with:
-        input:
-            **compared_runs(SURROGATE_TESTS),
-            rollouts=expand(ROLLOUT, variant=quick_of("graph"), test=SURROGATE_TESTS),
-            claims=CONFIG.data.claims,
-            weights=list(map(weights_for, quick_of("graph"))),
-            stepped=stepped_in(SURROGATE_TESTS),
-        output:
-            **{
-                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=quick_of("graph"))
-                for name in STEPPED_TABLES
-            },
-        log:
-            f"{LOGS}/surrogate/evaluate_graphs.log",
-        benchmark:
-            f"{BENCHMARKS}/evaluate_graph_surrogate/quick.tsv"
-        params:
-            variants={each: edges_of(each) for each in quick_of("graph")},
+            variants={each: edges_of(each) if each in QUICK_GRAPHS else {} for each in QUICK_TRAININGS},
             tests=SURROGATE_TESTS,
             starts_s=single_steps_in(SURROGATE_TESTS),
             library=library("evaluate_surrogate.py"),
         message:
-            "Comparing every quick graph network with the simulation, over roll-outs and single steps"
+            "Comparing {QUICK_TRAININGS} with the simulation"
 
 
 rule check_measures:

@@ -1,7 +1,5 @@
 """Surrogates: training data and training."""
 
-import math
-
 # Settings of the simulations that train the contact surrogate.
 TRACES = CONFIG.surrogate.contact.traces
 TRACED_MODELS = {
@@ -54,8 +52,8 @@ rule train_contact_surrogate:
     input:
         dataset=rules.trace_surrogate_contacts.output.dataset,
     output:
-        weights=f"{SURROGATE}/{{variant}}/weights.pt",
-        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+        weights=[f"{SURROGATE}/{{variant}}/weights.pt"],
+        histories=[f"{SURROGATE}/{{variant}}/loss.tsv"],
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
@@ -65,7 +63,9 @@ rule train_contact_surrogate:
     threads: CONFIG.surrogate.contact.training.threads
     params:
         kind="contact",
-        settings={"settings": CONFIG.surrogate.contact.model_dump(mode="json"), "models": TRACED_MODELS},
+        variants=lambda wildcards: {
+            wildcards.variant: {"settings": CONFIG.surrogate.contact.model_dump(mode="json"), "models": TRACED_MODELS}
+        },
         library=library("train_surrogate.py"),
     message:
         "Training the ensemble of the surrogate {wildcards.variant}"
@@ -77,26 +77,45 @@ rule train_surrogate:
     input:
         dataset=rules.build_surrogate_dataset.output.dataset,
     output:
-        weights=f"{SURROGATE}/{{variant}}/weights.pt",
-        history=f"{SURROGATE}/{{variant}}/loss.tsv",
+        weights=[f"{SURROGATE}/{{variant}}/weights.pt"],
+        histories=[f"{SURROGATE}/{{variant}}/loss.tsv"],
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
     wildcard_constraints:
-        variant=any_of(CONFIG.surrogate.of_kind("graph")),
+        variant=any_of([name for name in CONFIG.surrogate.of_kind("graph") if name not in TRAINED_TOGETHER]),
     # It runs early: the longest chain of jobs of the thesis begins here.
     priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
-        # Twice its own time limit, plus 20 min to start [min].
-        runtime=lambda wildcards: 20
-        + math.ceil(CONFIG.surrogate.variant(wildcards.variant).training.wall_time_max_s / 30),
+        runtime=lambda wildcards: training_minutes([wildcards.variant]),
     params:
         kind="graph",
-        settings=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
+        variants=lambda wildcards: {wildcards.variant: recipe_of(wildcards.variant)},
         library=library("train_surrogate.py"),
     message:
         "Training the surrogate {wildcards.variant}"
     script:
         "../../scripts/train_surrogate.py"
+
+
+if TRAINED_TOGETHER:
+
+    use rule train_surrogate as train_quick_surrogates with:
+        output:
+            weights=expand(f"{SURROGATE}/{{variant}}/weights.pt", variant=TRAINED_TOGETHER),
+            histories=expand(f"{SURROGATE}/{{variant}}/loss.tsv", variant=TRAINED_TOGETHER),
+        log:
+            f"{LOGS}/surrogate/train_surrogates.log",
+        benchmark:
+            f"{BENCHMARKS}/train_surrogate/quick.tsv"
+        threads: max(CONFIG.surrogate.variant(each).training.threads for each in TRAINED_TOGETHER)
+        resources:
+            runtime=training_minutes(TRAINED_TOGETHER),
+        params:
+            kind="graph",
+            variants={each: recipe_of(each) for each in TRAINED_TOGETHER},
+            library=library("train_surrogate.py"),
+        message:
+            "Training {TRAINED_TOGETHER}"

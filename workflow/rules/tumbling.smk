@@ -1,4 +1,4 @@
-"""Tumbling mills of the validation: their simulations, one after another in a process, and pictures of the charge."""
+"""Tumbling mills of the validation: their simulations, one after another in a process."""
 
 
 rule simulate_tumbling:
@@ -24,31 +24,3 @@ rule simulate_tumbling:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:
         "../../scripts/simulate_tumbling.py"
-
-
-rule plot_charge:
-    input:
-        runs=rules.simulate_tumbling.output.runs,
-        charge=rules.simulate_tumbling.output.charge,
-    output:
-        svg=report(
-            f"{RESULTS}/validation/{{setup}}/charge.svg",
-            caption="../report/validation_charge.rst",
-            category="Validation",
-            labels={"figure": "{setup}", "shows": "the charge at several speeds, with toe and shoulder"},
-        ),
-        png=f"{RESULTS}/validation/{{setup}}/charge.png",
-        intervals=f"{RESULTS}/validation/{{setup}}/intervals.tsv",
-    log:
-        f"{LOGS}/validation/plot_charge_{{setup}}.log",
-    wildcard_constraints:
-        setup=any_of(CONFIG.validation.tumbling),
-    localrule: True
-    params:
-        settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
-        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
-        library=library("plot_charge.py"),
-    message:
-        "Drawing the charge of {wildcards.setup}"
-    script:
-        "../../scripts/plot_charge.py"

@@ -1,6 +1,5 @@
 """How much a mill's fingerprint depends on contact parameters: samples, emulator, Sobol indices, intervals."""
 
-UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
 # The contact set of the predictions, then those that are compared with it.
 UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
 
@@ -61,18 +60,25 @@ rule measure_uncertainty:
         "../../scripts/measure_uncertainty.py"
 
 
-rule plot_uncertainty:
+rule add_uncertainty:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
-        sheet=rules.add_uncertainty.output.sheet,
+        fingerprint=rules.describe_mill.output.fingerprint,
+        contact=rules.measure_uncertainty.output.contact,
+        shape=lambda wildcards: shape_of(wildcards.mill),
+        collapse=rules.describe_mill.output.collapse,
+        zones=rules.describe_mill.output.zones,
         descriptors=rules.describe_mill.output.descriptors,
-        curves=rules.add_uncertainty.output.curves,
+        curves=rules.describe_mill.output.curves,
         spectra=rules.describe_mill.output.spectra,
         spectra_summary=rules.describe_mill.output.spectra_summary,
         indices=rules.measure_uncertainty.output.indices,
         intervals=rules.measure_uncertainty.output.intervals,
         sets=rules.measure_uncertainty.output.sets,
     output:
+        fingerprint=f"{UNCERTAINTY}/fingerprint.json",
+        sheet=f"{UNCERTAINTY}/fingerprint.tsv",
+        curves=f"{UNCERTAINTY}/curves.tsv",
         indices_svg=report(
             f"{UNCERTAINTY}/indices.svg",
             caption="../report/uncertainty_indices.rst",
@@ -96,15 +102,15 @@ rule plot_uncertainty:
         sheet_png=f"{UNCERTAINTY}/fingerprint.png",
         sheet_pdf=f"{UNCERTAINTY}/fingerprint.pdf",
     log:
-        f"{LOGS}/uncertainty/{{mill}}_plot.log",
+        f"{LOGS}/uncertainty/{{mill}}_add.log",
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("plot_uncertainty.py"),
+        library=library("add_uncertainty.py"),
     message:
-        "Drawing Sobol indices, intervals and the fingerprint of mill {wildcards.mill}"
+        "Adding the intervals by contact parameters to the fingerprint of mill {wildcards.mill}, and drawing them"
     script:
-        "../../scripts/plot_uncertainty.py"
+        "../../scripts/add_uncertainty.py"
 
 
 # Part of a whole run.

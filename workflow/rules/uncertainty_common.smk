@@ -2,14 +2,14 @@
 
 from millprint.fit import FEWEST_JARS, fitted_mill
 
-INTERVALS = f"{RESULTS}/uncertainty/{{mill}}"
+UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
 FIT_SEARCH = f"{RESULTS}/fingerprint/fit_search.tsv"
 
 
-def shape_of(wildcards) -> list[str]:
+def shape_of(mill: str) -> list[str]:
     """The file of a fitted jar's shape, if the target `fit` has run: nothing else waits for its search."""
     fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS else None
-    if fitted is None or fitted.name != wildcards.mill or CONFIG.fit.screening.jars < FEWEST_JARS:
+    if fitted is None or fitted.name != mill or CONFIG.fit.screening.jars < FEWEST_JARS:
         return []
     return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"] if Path(FIT_SEARCH).exists() else []
 
@@ -34,13 +34,7 @@ def own_sweep(wildcards) -> dict | None:
 
 def uncertainty_of(mills) -> list[str]:
     """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
-    own = expand([*rules.measure_uncertainty.output, *rules.plot_uncertainty.output], mill=mills)
-    return [*own, *intervals_of(mills)]
-
-
-def intervals_of(mills) -> list[str]:
-    """The fingerprints with intervals of some mills."""
-    files = [*rules.add_uncertainty.output]
-    own = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
+    own = expand([*rules.measure_uncertainty.output, *rules.add_uncertainty.output], mill=mills)
     # The curves of chapter 3 are those of the run's mill.
-    return [*expand(files, mill=mills), *(own if CHAPTERS and CONFIG.mill in mills else [])]
+    chapter = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
+    return [*own, *(chapter if CHAPTERS and CONFIG.mill in mills else [])]

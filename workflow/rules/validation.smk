@@ -36,11 +36,24 @@ rule predict_setup:
         "../../scripts/predict_setup.py"
 
 
-rule plot_setups:
+# Verdicts and figures alike are read off the predictions.
+rule judge_setups:
     input:
         predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
+        runs=expand(rules.simulate_tumbling.output.runs, setup=CONFIG.validation.tumbling),
+        charges=expand(rules.simulate_tumbling.output.charge, setup=CONFIG.validation.tumbling),
         measured=CONFIG.validation.measured,
+        fixed=CONFIG.validation.fixed,
     output:
+        verdicts=f"{VALIDATION}/verdicts.tsv",
+        counts=f"{VALIDATION}/counts.tsv",
+        assumptions=f"{VALIDATION}/assumptions.tsv",
+        page=report(
+            f"{VALIDATION}/tables.html",
+            caption="../report/validation.rst",
+            category="Validation",
+            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
+        ),
         svgs=[
             report(
                 f"{VALIDATION}/{name}/predictions.svg",
@@ -54,16 +67,32 @@ rule plot_setups:
         # The first quantity alone, for a page.
         first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
         first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
+        charge_svgs=[
+            report(
+                f"{VALIDATION}/{name}/charge.svg",
+                caption="../report/validation_charge.rst",
+                category="Validation",
+                labels={"figure": name, "shows": "the charge at several speeds, with toe and shoulder"},
+            )
+            for name in CONFIG.validation.tumbling
+        ],
+        charge_pngs=expand(f"{VALIDATION}/{{setup}}/charge.png", setup=CONFIG.validation.tumbling),
+        intervals=expand(f"{VALIDATION}/{{setup}}/intervals.tsv", setup=CONFIG.validation.tumbling),
     log:
-        f"{LOGS}/validation/plot_setups.log",
+        f"{LOGS}/validation/judge_setups.log",
     localrule: True
     params:
-        setups=list(CONFIG.validation.chosen),
-        library=library("plot_setups.py"),
+        setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
+        tumbling=CONFIG.validation.tumbling,
+        dem=settings("dem"),
+        chapter=VALIDATION_CHAPTER,
+        name=CONFIG.name,
+        results=lambda wildcards, output: str(Path(output.page).parents[1]),
+        library=library("judge_setups.py"),
     message:
-        "Drawing what was measured in each set-up over its predictions"
+        "Comparing every measured number with its prediction, and drawing both"
     script:
-        "../../scripts/plot_setups.py"
+        "../../scripts/judge_setups.py"
 
 
 rule plot_bed:
@@ -91,43 +120,10 @@ rule plot_bed:
         "../../scripts/plot_bed.py"
 
 
-rule tabulate_verdicts:
-    input:
-        predictions=expand(rules.predict_setup.output.predictions, setup=CONFIG.validation.chosen),
-        measured=CONFIG.validation.measured,
-        fixed=CONFIG.validation.fixed,
-    output:
-        verdicts=f"{VALIDATION}/verdicts.tsv",
-        counts=f"{VALIDATION}/counts.tsv",
-        assumptions=f"{VALIDATION}/assumptions.tsv",
-        page=report(
-            f"{VALIDATION}/tables.html",
-            caption="../report/validation.rst",
-            category="Validation",
-            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
-        ),
-    log:
-        f"{LOGS}/validation/tabulate_verdicts.log",
-    localrule: True
-    params:
-        setups={name: setup_inputs(name) for name in CONFIG.validation.chosen},
-        dem=settings("dem"),
-        chapter=VALIDATION_CHAPTER,
-        name=CONFIG.name,
-        results=lambda wildcards, output: str(Path(output.page).parents[1]),
-        library=library("tabulate_verdicts.py"),
-    message:
-        "Comparing every measured number with its prediction"
-    script:
-        "../../scripts/tabulate_verdicts.py"
-
-
 VALIDATION_OUTPUTS = [
     *expand(rules.predict_setup.output, setup=CONFIG.validation.chosen),
-    *rules.plot_setups.output,
     *expand(rules.plot_bed.output, setup=[name for name in CONFIG.validation.chosen if name in FLOWING_BEDS]),
-    *rules.tabulate_verdicts.output,
-    *expand([*rules.plot_charge.output], setup=CONFIG.validation.tumbling),
+    *rules.judge_setups.output,
 ]
 
 

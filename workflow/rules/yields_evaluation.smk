@@ -1,4 +1,4 @@
-"""Evaluation of the yield models: locked split, held-out runs, other choices, other regimes, SHAP values."""
+"""Evaluation of the yield models: locked split, held-out runs, other choices, SHAP values."""
 
 from millprint.config.yields import HeldOutConfig
 
@@ -93,50 +93,3 @@ rule evaluate_yield_models:
         "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
     script:
         "../../scripts/evaluate_yield_models.py"
-
-
-rule try_yield_models:
-    input:
-        rules.split_screening.output.train,
-        rules.split_screening.output.test,
-    output:
-        tried=f"{YIELDS}/tried.tsv",
-    log:
-        f"{LOGS}/yields/try_yield_models.log",
-    benchmark:
-        f"{BENCHMARKS}/try_yield_models/try_yield_models.tsv"
-    params:
-        training=yield_settings("training"),
-        averaging=yield_settings("averaging"),
-        library=library("try_yield_models.py"),
-    message:
-        "Cross-validating the alternative yield models, leaving one run out"
-    script:
-        "../../scripts/try_yield_models.py"
-
-
-rule leave_regimes_out:
-    input:
-        train=rules.split_screening.output.train,
-        test=rules.split_screening.output.test,
-        sources=MILLS[CONFIG.mill].source_files,
-        regimes=CONFIG.data.regimes,
-    output:
-        regimes=f"{YIELDS}/regimes.tsv",
-        summary=f"{YIELDS}/regimes_summary.tsv",
-    log:
-        f"{LOGS}/yields/leave_regimes_out.log",
-    benchmark:
-        f"{BENCHMARKS}/leave_regimes_out/leave_regimes_out.tsv"
-    params:
-        machine=YIELD_MACHINE,
-        mill=dumped(MILLS[CONFIG.mill]),
-        training=yield_settings("training"),
-        honest=CONFIG.yields.honest.part(HeldOutConfig),
-        averaging=yield_settings("averaging"),
-        interval_level=CONFIG.yields.interval_level,
-        library=library("leave_regimes_out.py"),
-    message:
-        "Predicting the fill ratios of {input.regimes}, without and with cases of them in the training rows"
-    script:
-        "../../scripts/leave_regimes_out.py"

@@ -1,29 +1,35 @@
 """The next experiments, and predicted yields of new conditions."""
 
 
-rule propose_experiments:
+rule predict_yields:
     input:
         **TOLD_EXPERIMENTS,
-        model=f"{YIELDS}/models/averaged_gpr_final.json",
+        model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
+        proposing=f"{YIELDS}/models/averaged_gpr_final.json",
         mill=rules.train_averaged_models.output.mill,
+        conditions=CONFIG.yields.prediction.conditions,
     output:
+        predicted=f"{YIELDS}/predicted_conditions.tsv",
         proposals=f"{YIELDS}/next_experiments.tsv",
         left_out=f"{YIELDS}/not_proposed.tsv",
         reasons=f"{YIELDS}/not_proposed_reasons.tsv",
     log:
-        f"{LOGS}/yields/propose_experiments.log",
+        f"{LOGS}/yields/predict_yields.log",
     benchmark:
-        f"{BENCHMARKS}/propose_experiments/propose_experiments.tsv"
+        f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
     params:
+        settings=yield_settings("prediction"),
+        training=yield_settings("training"),
+        conformal_folds=CONFIG.yields.honest.conformal_folds,
+        interval_level=CONFIG.yields.interval_level,
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
-        settings=yield_settings("proposals"),
-        prediction=yield_settings("prediction"),
+        proposals=yield_settings("proposals"),
         chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
-        library=library("propose_experiments.py"),
+        library=library("predict_yields.py"),
     message:
-        "Proposing the next experiments within the region that can be reached"
+        "Predicting the yields of {input.conditions}, and proposing the next experiments within the region"
     script:
-        "../../scripts/propose_experiments.py"
+        "../../scripts/predict_yields.py"
 
 
 rule search_retrospectively:
@@ -47,26 +53,3 @@ rule search_retrospectively:
         "Counting how many runs it would have taken to find the best one"
     script:
         "../../scripts/search_retrospectively.py"
-
-
-rule predict_yields:
-    input:
-        model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
-        mill=rules.train_averaged_models.output.mill,
-        conditions=CONFIG.yields.prediction.conditions,
-    output:
-        predicted=f"{YIELDS}/predicted_conditions.tsv",
-    log:
-        f"{LOGS}/yields/predict_yields.log",
-    benchmark:
-        f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
-    params:
-        settings=yield_settings("prediction"),
-        training=yield_settings("training"),
-        conformal_folds=CONFIG.yields.honest.conformal_folds,
-        interval_level=CONFIG.yields.interval_level,
-        library=library("predict_yields.py"),
-    message:
-        "Predicting the yields of {input.conditions}"
-    script:
-        "../../scripts/predict_yields.py"

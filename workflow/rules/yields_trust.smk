@@ -1,47 +1,51 @@
-"""How far the averaged model can be trusted: its library, and chance."""
+"""How far the averaged model can be trusted: other models, other libraries, and chance."""
 
 from millprint.config.yields import HeldOutConfig
 
+# Few shuffles take less time than the start of a job, so that they share one.
+PERMUTED = {
+    "permutations": f"{YIELDS}/permutations.tsv",
+    "permutation_test": f"{YIELDS}/permutation_test.tsv",
+}
 
-rule compare_libraries:
+
+rule try_alternatives:
     input:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
+        **(PERMUTED if CONFIG.yields.library_trial.is_quick else {}),
+        tried=f"{YIELDS}/tried.tsv",
         libraries=f"{YIELDS}/libraries.tsv",
         members=f"{YIELDS}/library_members.tsv",
     log:
-        f"{LOGS}/yields/compare_libraries.log",
+        f"{LOGS}/yields/try_alternatives.log",
     benchmark:
-        f"{BENCHMARKS}/compare_libraries/compare_libraries.tsv"
+        f"{BENCHMARKS}/try_alternatives/try_alternatives.tsv"
     params:
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
         trial=yield_settings("library_trial"),
-        library=library("compare_libraries.py"),
+        library=library("try_alternatives.py"),
     message:
-        "Scoring the declared library, the one before it and random halves of both"
+        "Scoring other yield models, leaving one run out, and the library declared, the one before it and random halves"
     script:
-        "../../scripts/compare_libraries.py"
+        "../../scripts/try_alternatives.py"
 
 
-rule permute_yields:
-    input:
-        rules.split_screening.output.train,
-        rules.split_screening.output.test,
-    output:
-        permutations=f"{YIELDS}/permutations.tsv",
-        test=f"{YIELDS}/permutation_test.tsv",
-    log:
-        f"{LOGS}/yields/permute_yields.log",
-    benchmark:
-        f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
-    params:
-        averaging=yield_settings("averaging"),
-        trial=yield_settings("library_trial"),
-        library=library("permute_yields.py"),
-    message:
-        "Scoring the averaged model on shuffled yields"
-    script:
-        "../../scripts/permute_yields.py"
+if not CONFIG.yields.library_trial.is_quick:
+
+    use rule try_alternatives as permute_yields with:
+        output:
+            **PERMUTED,
+        log:
+            f"{LOGS}/yields/permute_yields.log",
+        benchmark:
+            f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
+        params:
+            averaging=yield_settings("averaging"),
+            trial=yield_settings("library_trial"),
+            library=library("try_alternatives.py"),
+        message:
+            "Scoring the averaged model on shuffled yields"

@@ -7,16 +7,16 @@ from fnmatch import fnmatch
 # column has a function of its own, its name follows the path. Functions are named, not imported: claims read files, and
 # what computed these would bring most of the library.
 ORIGINS: dict[str, tuple[str, str]] = {
-    "doe/fraction.json": ("design_experiments", "millprint.doe.design.describe"),
-    "doe/audit.tsv": ("design_experiments", "millprint.doe.audit.audit_table"),
+    "doe/fraction.json": ("tabulate_experiments", "millprint.doe.design.describe"),
+    "doe/audit.tsv": ("tabulate_experiments", "millprint.doe.audit.audit_table"),
     "doe/anova_printed.tsv": ("analyse_variance", "millprint.doe.variance.printed_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.doe.variance.pareto_table"),
-    "doe/half_life.tsv": ("compute_wet_lab", "millprint.doe.wet_lab.half_life_table"),
-    "doe/wear.tsv": ("compute_wet_lab", "millprint.doe.wet_lab.wear_table"),
+    "doe/half_life.tsv": ("tabulate_experiments", "millprint.doe.wet_lab.half_life_table"),
+    "doe/wear.tsv": ("tabulate_experiments", "millprint.doe.wet_lab.wear_table"),
     "calibration/drop_test.tsv": ("calibrate_restitution", "millprint.calibration.drop_test.simulate_drops"),
     "calibration/*/friction_fit.tsv": ("fit_friction", "millprint.calibration.experiment.fit_experiment"),
-    "convergence/modulus.tsv": ("compare_moduli", "millprint.dem.convergence.convergence_table"),
+    "convergence/modulus.tsv": ("tabulate_convergence", "millprint.dem.convergence.convergence_table"),
     "dem/*/summary.json": ("run_dem_case", "millprint.dem.summary.summarise"),
     "fingerprint/descriptors.tsv": ("tabulate_descriptors", "millprint.fingerprint.descriptors.tabulate_descriptors"),
     "fingerprint/cycles.tsv": ("tabulate_descriptors", "millprint.fingerprint.cycles.tabulate_cycles"),
@@ -48,8 +48,8 @@ class Source:
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
     file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several, and for the errors
-    of a network evaluate_graph_surrogate, also where evaluate_quick_graphs holds several; function: what computes its
-    content.
+    of a network evaluate_graph_surrogate, also where evaluate_quick_surrogates holds several; function: what computes
+    its content.
     """
 
     path: str

@@ -10,8 +10,8 @@ from millprint.config.proposals import PredictionConfig, ProposalConfig, Retrosp
 from millprint.config.regressors import TABLE_5_6, UNTUNED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
-# Outer folds that all models together go through within seconds.
-FEW_FOLDS = 5
+# Outer folds that all models together go through within seconds, and shuffles that the averaged process does.
+FEW_FOLDS, FEW_SHUFFLES = 5, 20
 
 
 class SearchConfig(Section):
@@ -108,6 +108,11 @@ class LibraryTrialConfig(Section):
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
     seed: Seed = 42
     """of the halves and of the shuffles"""
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether there are so few shuffles that they share a job, as in a smoke test."""
+        return self.permutations <= FEW_SHUFFLES
 
 
 class YieldConfig(Section):

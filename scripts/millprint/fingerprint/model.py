@@ -14,7 +14,16 @@ from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.files import write_json
-from millprint.fingerprint.bands import FURTHER, Band, Factors, Interval, checked_factors, interval_columns, share_of
+from millprint.fingerprint.bands import (
+    FURTHER,
+    Band,
+    Factors,
+    Interval,
+    checked_factors,
+    interval_columns,
+    read_factors,
+    share_of,
+)
 from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
@@ -130,6 +139,10 @@ class Fingerprint:
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
         """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
         return Fingerprint(self.about, self.processes, {**self.further, **further})
+
+    def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
+        """The same fingerprint with the factors in some files, by the origin of their intervals."""
+        return self.with_further({origin: read_factors(path, origin, self.about) for origin, path in files.items()})
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""

@@ -1,0 +1,102 @@
+"""Predicts what no training row covers: fill ratios of other regimes, and the runs of other groups and mills."""
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.averaging import AveragingConfig
+from millprint.config.design import Factor
+from millprint.config.mill import MillConfig
+from millprint.config.other_sources import OtherSourcesConfig
+from millprint.config.proposals import PredictionConfig
+from millprint.config.yields import EvaluationConfig, HeldOutConfig, TrainingConfig
+from millprint.files import write_table
+from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.regimes import read_regimes
+from millprint.job import job
+from millprint.predict.other_runs import GIVEN, read_other_runs, with_other_runs
+from millprint.predict.other_sources import leave_sources_out, score_sources, sources_out
+from millprint.predict.procedures import procedure_of
+from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
+from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
+from millprint.predict.tables import read_parts, read_rows
+from millprint.progress import progress
+
+# For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8.
+REGIME_PROCEDURES = {
+    (AVERAGED, "power and share"): (AVERAGED, PRIMARY, False),
+    (AVERAGED, "power alone"): (AVERAGED, PRIMARY, True),
+    ("gpr two_step", "energies and frequency"): ("gpr", TWO_STEP, False),
+    ("xgb two_step", "energies and frequency"): ("xgb", TWO_STEP, False),
+}
+# For sources, the averaged Gaussian process, the best model of Table 5.6, and its baseline.
+SOURCE_MODELS = [(AVERAGED, PRIMARY), ("gpr", TWO_STEP), ("linear", PRIMARY)]
+
+
+def leave_regimes(
+    parts: list[str],
+    cases: pd.DataFrame,
+    output,
+    reference: Condition[float],
+    training: TrainingConfig,
+    budget: HeldOutConfig,
+    averaging: AveragingConfig,
+    level: float,
+) -> None:
+    """Write predictions for every regime left out, without and with one or two cases of it in the training rows."""
+    screening = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    rows = regime_rows(cases, reference)
+    procedures = {
+        name: (procedure_of(model, strategy, training, budget, averaging), hidden)
+        for name, (model, strategy, hidden) in REGIME_PROCEDURES.items()
+    }
+    with threadpool_limits(1), progress(len(procedures) * 12, "leaving regimes out", "fit") as bar:
+        table = leave_regimes_out(screening, rows, procedures, level, bar.update)
+    write_table(table, output.regimes)
+    write_table(summarise_regimes(table), output.regimes_summary)
+
+
+def leave_sources(
+    own: pd.DataFrame,
+    others: pd.DataFrame,
+    output,
+    name: str,
+    training: TrainingConfig,
+    budget: EvaluationConfig,
+    averaging: AveragingConfig,
+    limits: PredictionConfig,
+    level: float,
+) -> None:
+    """Write the runs of all sources, their predictions by models of the other sources, and the scores of every one."""
+    rows = with_other_runs(own, others, name)
+    procedures = {key: procedure_of(*key, training, budget, averaging) for key in SOURCE_MODELS}
+    fits = len(sources_out(rows)) * len(SOURCE_MODELS)
+    with threadpool_limits(1), progress(fits, "leaving sources out", "fit") as bar:
+        predictions = leave_sources_out(rows, procedures, limits, level, bar.update)
+    # Ours are the descriptors of the screening table.
+    origins = [*[GIVEN] * len(own), *others["descriptors"]]
+    write_table(rows.assign(descriptors=origins), output.sources_runs)
+    write_table(predictions, output.sources_predictions)
+    write_table(score_sources(predictions, rows, budget, level), output.sources)
+
+
+if "snakemake" in globals():
+    given, made, settings = snakemake.input, snakemake.output, snakemake.params
+    models = (
+        TrainingConfig(**settings.training),
+        EvaluationConfig(**settings.honest),
+        AveragingConfig(**settings.averaging),
+    )
+    with job(snakemake.log[0], "leave groups out") as log:
+        own = pd.concat(
+            read_parts(given.screening, given.split, [Factor(**factor) for factor in settings.factors]),
+            ignore_index=True,
+        )
+        told = OtherSourcesConfig(**settings.other_sources)
+        others = read_other_runs(told, {given.screening: own["case"]}, "the configuration")
+        limits = PredictionConfig(**settings.prediction)
+        leave_sources(own, others, made, told.own, *models, limits, settings.interval_level)
+        log.info("left out: sources")
+        cases = read_regimes(given.regimes)
+        reference = reference_of_mill(cases, MillConfig(**settings.mill), **settings.machine)
+        leave_regimes([given.train, given.test], cases, made, reference, *models, settings.interval_level)
+        log.info("left out: regimes")

@@ -1,0 +1,71 @@
+"""What is held against the averaged process: other models, other libraries, and yields that were shuffled."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from millprint.config.averaging import AveragingConfig
+from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
+from millprint.doe.runs import YIELD
+from millprint.files import write_table
+from millprint.job import job
+from millprint.predict.held_out import outer_folds
+from millprint.predict.library_trials import compare_libraries, permutation_p, permute
+from millprint.predict.metrics import YieldWeights
+from millprint.predict.scores import WHOLE
+from millprint.predict.tables import read_rows
+from millprint.predict.trials import run_trials, trial_table
+from millprint.progress import progress
+
+
+def try_models(parts: Sequence[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
+    """Write one row for each alternative model, cross-validated by leaving one run out."""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
+        trials = run_trials(rows, averaging, training.seed, bar.update)
+    write_table(trial_table(trials, rows[YIELD].to_numpy(float), YieldWeights.of(training)), tried_path)
+
+
+def try_libraries(
+    train: str,
+    test: str,
+    output,
+    training: TrainingConfig,
+    budget: HeldOutConfig,
+    averaging: AveragingConfig,
+    trial: LibraryTrialConfig,
+) -> None:
+    """Write scores of the library, of the one before it and of random halves of both; and those of their members."""
+    parts = [read_rows(train).assign(role="train"), read_rows(test).assign(role="test")]
+    rows = pd.concat(parts, ignore_index=True)
+    folds = [fold for fold in outer_folds(rows, budget) if fold.scheme in WHOLE]
+    with threadpool_limits(1), progress(len(folds), "comparing libraries", "fold") as bar:
+        table, members = compare_libraries(rows, folds, averaging, trial, YieldWeights.of(training), bar.update)
+    write_table(table, output.libraries)
+    write_table(members, output.members)
+
+
+def try_shuffles(parts: Sequence[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:
+    """Write the score of every shuffle of the yields, and the p-value: could chance score as well?"""
+    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
+    with threadpool_limits(1), progress(trial.permutations + 1, "permuting yields", "shuffle") as bar:
+        table = permute(rows, averaging, trial, bar.update)
+    write_table(table, output.permutations)
+    write_table(permutation_p(table), output.permutation_test)
+
+
+if "snakemake" in globals():
+    made, own = snakemake.output, snakemake.params
+    parts = snakemake.input.train, snakemake.input.test
+    averaging, trial = AveragingConfig(**own.averaging), LibraryTrialConfig(**own.trial)
+    with job(snakemake.log[0], "try alternatives") as log:
+        if made.get("tried"):
+            training = TrainingConfig(**own.training)
+            try_models(parts, made.tried, training, averaging)
+            log.info("tried: models")
+            try_libraries(*parts, made, training, HeldOutConfig(**own.honest), averaging, trial)
+            log.info("tried: libraries")
+        if made.get("permutations"):
+            try_shuffles(parts, made, averaging, trial)
+            log.info("tried: shuffled yields")
