@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 import psutil
@@ -39,7 +40,6 @@ TARGETS = [
     "results/doe/anova_printed.tsv",
 ]
 CONFIGURATION = ("--configfile", "config/smoke.yaml", "tests/data/faults.yaml")
-ARGUMENTS = (*CONFIGURATION, "--", *TARGETS)
 RUNS = ".snakemake/millprint/runs"
 
 # Only measured times differ between two runs.
@@ -88,23 +88,39 @@ def verify(
     )
 
 
+class Workplace(NamedTuple):
+    """A project without results, the results of an undisturbed run with their digests, and what to ask for."""
+
+    project: Path
+    undisturbed: dict[str, str]
+    targets: list[str]
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        return (*CONFIGURATION, "--", *self.targets)
+
+
 @pytest.fixture(scope="module")
-def workplace(tmp_path_factory) -> tuple[Path, dict[str, str]]:
-    """A project without results, and the digests of the results of an undisturbed run."""
+def workplace(tmp_path_factory) -> Workplace:
+    """A project to disturb. Its targets are whole jobs.
+
+    Of a job that was killed, a case that nobody asks for need not be made again.
+    """
     project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
     share_kernels(project)
-    done = run_snakemake(project, *ARGUMENTS, timeout=1800)
+    done = run_snakemake(project, *CONFIGURATION, "--", *TARGETS, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     undisturbed = results_of(project)
     shutil.rmtree(project / "results")
     shutil.rmtree(project / ".snakemake")
-    return project, undisturbed
+    simulated = {f"results/{name}" for name in undisturbed if Path(name).name == "summary.json"}
+    return Workplace(project, undisturbed, [*TARGETS, *sorted(simulated - set(TARGETS))])
 
 
 class Session:
     """Snakemake in a process group of its own."""
 
-    def __init__(self, project: Path, log: Path, arguments: tuple[str, ...] = ARGUMENTS):
+    def __init__(self, project: Path, log: Path, arguments: tuple[str, ...]):
         self.project, self.log = project, log.open("a")
         self.process = subprocess.Popen(
             [sys.executable, "-m", "snakemake", "--cores", "2", "--keep-going", *arguments],
@@ -157,18 +173,18 @@ class Session:
 
 
 def test_kills_at_random_moments_change_nothing(workplace):
-    project, undisturbed = workplace
+    project, undisturbed, targets = workplace
     rng, log = random.Random(SEED), project / "sessions.log"
-    session, kills, resumable, said = Session(project, log), 0, 0, ""
+    session, kills, resumable, said = Session(project, log, workplace.arguments), 0, 0, ""
     while kills < KILLS:
         # While Snakemake starts, while a job starts, or in the middle of a job.
         moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
         if session.process.poll() is not None or not moment():
-            if results_complete(project):
+            if all((project / target).is_file() for target in targets):
                 # Everything is done before the last kill: start again for the others.
                 shutil.rmtree(project / "results")
             said += verified(project)
-            session = Session(project, log)
+            session = Session(project, log, workplace.arguments)
             continue
         time.sleep(rng.uniform(0, 2))
         resumable += bool(left_behind(project))
@@ -178,7 +194,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
     session.process.wait()
     # The next command of a user needs no manual unlocking and no further option.
     said += verified(project)
-    done = run_snakemake(project, *ARGUMENTS, timeout=1800)
+    done = run_snakemake(project, *workplace.arguments, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     assert "Traceback" not in done.stdout
     assert results_of(project) == undisturbed
@@ -207,10 +223,6 @@ def left_behind(project: Path) -> list[Path]:
     return [path for name in ("restart.h5", "*.checkpoint.pt") for path in (project / "results").rglob(name)]
 
 
-def results_complete(project: Path) -> bool:
-    return all((project / target).is_file() for target in TARGETS)
-
-
 def damage(path: Path, how: str) -> None:
     content = bytearray(path.read_bytes())
     if how == "truncated":
@@ -230,8 +242,8 @@ def damage(path: Path, how: str) -> None:
     ],
 )
 def test_only_the_damaged_result_is_found_and_made_again(workplace, file, how, rule):
-    project, undisturbed = workplace
-    assert run_snakemake(project, *ARGUMENTS, timeout=1800).returncode == 0
+    project, undisturbed, _ = workplace
+    assert run_snakemake(project, *workplace.arguments, timeout=1800).returncode == 0
     dates = dates_of(project)
     damage(project / file, how)
     damaged = results_of(project)
@@ -252,7 +264,7 @@ def test_only_the_damaged_result_is_found_and_made_again(workplace, file, how, r
     changed = {name for name in now if now[name] != dates.get(name)}
     assert file in changed
     assert all(name.startswith("results/dem/emax/") and file.startswith("results/dem/") for name in changed - {file})
-    assert "Nothing to be done" in run_snakemake(project, *ARGUMENTS).stdout
+    assert "Nothing to be done" in run_snakemake(project, *workplace.arguments).stdout
 
 
 def dates_of(project: Path) -> dict[str, int]:
@@ -261,14 +273,14 @@ def dates_of(project: Path) -> dict[str, int]:
 
 
 def test_an_edited_file_stays_until_the_user_decides(workplace):
-    project, undisturbed = workplace
+    project, undisturbed, _ = workplace
     file = "results/doe/anova_printed.tsv"
-    assert run_snakemake(project, *ARGUMENTS, timeout=1800).returncode == 0
+    assert run_snakemake(project, *workplace.arguments, timeout=1800).returncode == 0
     edited = (project / file).read_text() + "# a remark of mine\n"
     (project / file).write_text(edited)
     # A missing file, so that there is a job, and the run reports the edited file.
     (project / "results/yield/models/xgb_primary.json").unlink()
-    done = run_snakemake(project, *ARGUMENTS, timeout=600)
+    done = run_snakemake(project, *workplace.arguments, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     assert re.search(rf"^found: {re.escape(file)}: changed .*; make verify tells more$", done.stdout, re.MULTILINE)
     assert verify(project).returncode == 1
@@ -276,17 +288,17 @@ def test_an_edited_file_stays_until_the_user_decides(workplace):
     assert verify(project, "--keep").returncode == 0
     assert verify(project).returncode == 0
     assert (project / file).read_text() == edited
-    assert "Nothing to be done" in run_snakemake(project, *ARGUMENTS).stdout
+    assert "Nothing to be done" in run_snakemake(project, *workplace.arguments).stdout
     # It is made again only if it is missing.
     (project / file).unlink()
-    assert run_snakemake(project, *ARGUMENTS, timeout=600).returncode == 0
+    assert run_snakemake(project, *workplace.arguments, timeout=600).returncode == 0
     assert results_of(project) == undisturbed
 
 
 def test_a_lock_stays_if_a_run_is_or_may_be_alive(workplace):
-    project, _ = workplace
+    project = workplace.project
     (project / TARGETS[0]).unlink(missing_ok=True)
-    session, held = Session(project, project / "sessions.log"), []
+    session, held = Session(project, project / "sessions.log", workplace.arguments), []
     other = project / RUNS / "another-host-12"
     try:
         assert session.wait_for_a_job()
@@ -297,7 +309,7 @@ def test_a_lock_stays_if_a_run_is_or_may_be_alive(workplace):
         done = verify(project)
         assert done.returncode == 0, done.stdout
         assert f"found: a run that is alive: process {session.process.pid} on this machine" in done.stdout
-        second = run_snakemake(project, *ARGUMENTS)
+        second = run_snakemake(project, *workplace.arguments)
         assert second.returncode == 1
         assert "cannot be locked" in second.stdout
         other.write_text("of another machine")
@@ -310,18 +322,18 @@ def test_a_lock_stays_if_a_run_is_or_may_be_alive(workplace):
     assert done.returncode == 0, done.stdout
     assert "process 12 on machine another-host; its locks stay" in done.stdout
     assert f"snakemake --unlock; rm {RUNS}/another-host-12" in done.stdout
-    assert "cannot be locked" in run_snakemake(project, *ARGUMENTS).stdout
+    assert "cannot be locked" in run_snakemake(project, *workplace.arguments).stdout
     assert other.read_text() == "of another machine"
     assert (project / RUNS / f"{socket.gethostname()}-{session.process.pid}").exists()
     # The user has ended the run on the other machine.
     other.unlink()
     done = verify(project)
     assert "its locks are removed: snakemake --cores 2 --configfile" in done.stdout
-    assert run_snakemake(project, *ARGUMENTS, timeout=600).returncode == 0
+    assert run_snakemake(project, *workplace.arguments, timeout=600).returncode == 0
 
 
 def test_locks_in_a_database_are_removed_too(workplace):
-    project, _ = workplace
+    project = workplace.project
     backend = ("--persistence-backend", "db")
     shutil.rmtree(project / "results/doe")
     arguments = (*backend, *CONFIGURATION, "--", "results/doe/anova_printed.tsv")
