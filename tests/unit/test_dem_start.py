@@ -179,6 +179,22 @@ def test_aligned_step():
     assert step <= 3e-6
 
 
+def test_a_simulation_begins_from_a_given_start():
+    mill = load_mill("planetary")
+    contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
+    times = {"settle_s": 0.01, "discard_s": 0.0, "window_s": 0.01}
+    dem = DemConfig(time_step_s=2e-6, **times)
+    case = Case(mill="planetary", contact="steel", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=300, seed=3, **times)
+    packed = Simulation(case, mill, contact, dem)
+    start = pack(packed.vessel, 0.010, packed.count, 3, mill.volume_ml / 1e6)
+    given = Simulation(case.model_copy(update={"seed": 4}), mill, contact, dem, start)
+    packed.run("packed")
+    given.run("given")
+    assert np.array_equal(given.balls.position, packed.balls.position)
+    with pytest.raises(SimulationError, match=rf"a start of shape \(1, 3\): it must have {packed.count} rows"):
+        Simulation(case, mill, contact, dem, start[:1])
+
+
 def test_a_step_over_the_rayleigh_fraction_is_refused():
     case = Case(
         mill="emax", contact="calibrated", ball_diameter_mm=5, fill_ratio=0.1, speed_rpm=600, seed=0,

@@ -82,10 +82,15 @@ def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
 def test_a_simulation_with_threads_says_its_wall_time_too(monkeypatch, tmp_path):
     said = json.dumps({"processor_s": 2.0, "processor_ns": 30.0, "ns_per_ball_step": 16.0})
     monkeypatch.setattr(measure, "spent", lambda *_: Spent(5.0, 300.0, said))
-    rows = list(measure.measure_simulations(tmp_path / "bench.yaml", [764], [1, 2], 10))
-    assert [row["what"] for row in rows] == ["one thread", "2 threads"]
-    assert [row["value"] for row in rows] == [30.0, 30.0]
-    assert [row["note"] for row in rows] == ["", "16 ns by the clock"]
+    rows = list(measure.measure_simulations(tmp_path / "bench.yaml", [764, 20000], [1, 2], 10))
+    # A step of few balls is shorter than what threads wait for each other.
+    assert [(row["size"], row["what"]) for row in rows] == [
+        (764, "one thread"),
+        (20000, "one thread"),
+        (20000, "2 threads"),
+    ]
+    assert [row["value"] for row in rows] == [30.0] * 3
+    assert [row["note"] for row in rows] == ["", "", "16 ns by the clock"]
 
 
 def test_what_is_measured_again_takes_the_place_of_its_row_and_all_others_stay(tmp_path, monkeypatch):

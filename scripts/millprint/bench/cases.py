@@ -92,9 +92,9 @@ class Setup:
             occupancy_interval_s=1.0,
         )
 
-    def simulation(self, case: Case) -> Simulation:
-        """millprint's simulation of a case in this jar."""
-        return Simulation(case, self.mill, self.contact, self.settings())
+    def simulation(self, case: Case, start: np.ndarray | None = None) -> Simulation:
+        """millprint's simulation of a case in this jar, from `start` (n, 3) [m] in its frame or the seed's packing."""
+        return Simulation(case, self.mill, self.contact, self.settings(), start)
 
 
 def emax_jar(mill: MillConfig) -> Jar:
@@ -151,9 +151,7 @@ def settle(setup: Setup, seed: int, packed: np.ndarray | None = None, threads: i
     # A jar at rest has samples at fractions of the window: one per step, so that the step is not reduced.
     window = SAMPLES * setup.time_step_s
     times = {"settle_s": setup.settle_s, "discard_s": 0, "window_s": window}
-    simulation = still.simulation(setup.case(seed, threads=threads, **times))
-    if packed is not None:
-        simulation.balls.position[:] = packed + simulation.motion.position(0.0)
+    simulation = still.simulation(setup.case(seed, threads=threads, **times), packed)
     simulation.run(f"{setup.name}: settle")
     return simulation.balls.position.copy()
 
@@ -174,12 +172,10 @@ class Timing:
         return self.wall_s / self.steps / self.balls * 1e9
 
 
-def start_from(setup: Setup, start: np.ndarray, driven_s: float) -> Simulation:
+def start_from(setup: Setup, start: np.ndarray, driven_s: float, threads: int = 1) -> Simulation:
     """A simulation whose mill starts at time 0, with balls at rest at `start` (n, 3) [m] in the jar's frame."""
     times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
-    simulation = setup.simulation(setup.case(0, **times))
-    simulation.balls.position[:] = start + simulation.motion.position(0.0)
-    return simulation
+    return setup.simulation(setup.case(0, threads=threads, **times), start)
 
 
 def time_millprint(setup: Setup, start: np.ndarray, driven_s: float) -> Timing:

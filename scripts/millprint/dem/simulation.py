@@ -44,9 +44,20 @@ ASSUMED_NS = 30
 
 
 class Simulation:
-    """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest."""
+    """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest.
 
-    def __init__(self, case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> None:
+    start: centres (n, 3) [m] in the vessel's frame to begin from, of balls of one size, in place of the seed's packing.
+    Raises SimulationError for balls that do not fit, a step that is too long, and a start of another number of balls.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        mill: MillConfig,
+        contact: ContactConfig,
+        dem: DemConfig,
+        start: np.ndarray | None = None,
+    ) -> None:
         mill, contact = overridden(case, mill, contact)
         self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
         # With several sizes, those of the ball of mean volume.
@@ -62,13 +73,7 @@ class Simulation:
             )
         self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
         self._choose_steps()
-        inserts = inserts_in_vessel(self.bodies)
-        if case.mixture:
-            counts = case.mixture.counts(self.count)
-            start, species = pack_mixture(self.vessel, 2 * self.radii, counts, case.seed, inserts)
-        else:
-            start = pack(self.vessel, self.diameter, self.count, case.seed, volume, inserts=inserts)
-            species = np.zeros(self.count, dtype=np.int64)
+        start, species = self._start(volume) if start is None else self._given(start)
         self.balls = state.make_balls(
             self.bodies[0].to_laboratory(start, 0.0), species, self.radii, contact.density_kg_m3
         )
@@ -111,6 +116,23 @@ class Simulation:
     def frequency_hz(self) -> float:
         """Turns of the mill in a second: of the vessel, or of what turns in it; 0 for a mill at rest."""
         return max(body.motion.frequency_hz for body in self.bodies)
+
+    def _start(self, volume_m3: float) -> tuple[np.ndarray, np.ndarray]:
+        """Centres (n, 3) [m] in the vessel's frame, packed by the seed, and the size (n,) of each."""
+        inserts = inserts_in_vessel(self.bodies)
+        if self.case.mixture:
+            counts = self.case.mixture.counts(self.count)
+            return pack_mixture(self.vessel, 2 * self.radii, counts, self.case.seed, inserts)
+        start = pack(self.vessel, self.diameter, self.count, self.case.seed, volume_m3, inserts=inserts)
+        return start, np.zeros(self.count, dtype=np.int64)
+
+    def _given(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A given start (n, 3) [m], and the size (n,) of each ball."""
+        if self.case.mixture or start.shape != (self.count, 3):
+            raise SimulationError(
+                f"a start of shape {start.shape}: it must have {self.count} rows and 3 columns, for balls of one size"
+            )
+        return start, np.zeros(self.count, dtype=np.int64)
 
     def _choose_steps(self) -> None:
         """The step: a whole number of them makes a snapshot interval or else an energy sample."""

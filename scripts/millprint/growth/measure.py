@@ -13,6 +13,8 @@ from millprint.growth.table import MEASURED_COLUMNS
 # More empty jobs are planned, but not run.
 RUN_MAX = 3000
 ASKED = 200
+# Threads wait for each other in every step: with fewer balls than this, for longer than they work.
+THREADED_FROM = 5000
 # A browser without a window that opens a page, runs its scripts, and ends.
 OPEN = ("--headless", "--no-sandbox", "--disable-gpu", "--dump-dom")
 
@@ -68,9 +70,10 @@ def measure_simulations(config: Path, sizes: Sequence[int], threads: Sequence[in
     """Memory and cost of a ball and a step of a short stretch with so many balls; value: processor time of one [ns].
 
     Processor time, which other programs disturb less, and of all threads together; with several, wall time is noted.
+    Several threads are measured from THREADED_FROM balls on.
     """
     for size in sizes:
-        for number in threads:
+        for number in (number for number in threads if number == 1 or size >= THREADED_FROM):
             # In the folder of the project, from which mills and contact sets are read.
             used = spent(own_work("simulate", config, size, number), Path.cwd(), limit_s)
             found = json.loads(used.said) if used else {}

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.cases import ONE_STEP_S, Setup, count_steps
+from millprint.bench.cases import Setup, count_steps, start_from
 from millprint.bench.large import large_setup, large_start
 from millprint.config.bench import BenchConfig
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
@@ -85,9 +85,7 @@ def simulate(config_file: str, balls: str, threads: str) -> dict:
 def timed(setup: Setup, start: np.ndarray, threads: int, least_s: float) -> dict:
     """Time the driven mill from balls at rest, over about BALL_STEPS, and at least over `least_s` of its motion."""
     driven_s = max(least_s, BALL_STEPS / setup.balls * setup.time_step_s)
-    times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
-    simulation = setup.simulation(setup.case(0, threads=threads, **times))
-    simulation.balls.position[:] = start + simulation.motion.position(0.0)
+    simulation = start_from(setup, start, driven_s, threads)
     simulation.run(None)
     ball_steps = count_steps(simulation) * setup.balls
     return {
