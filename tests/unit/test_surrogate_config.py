@@ -324,14 +324,16 @@ def test_a_trace_without_time_is_refused(content):
 def test_a_claim_says_how_many_trainings_failed(tmp_path):
     folder = tmp_path / "surrogate"
     claim_tables(folder)
-    draws = ((1.0, 0, 1.0), (2.5, 1, 1.1), (3e20, 24, 1e20))
+    measures = ("dissipation_error_percent", "position_mse_plateau_m2", "balls_left", "mean_square_speed_ratio")
+    draws = ((1.0, 2e-4, 0, 1.0), (2.5, 3e-4, 1, 1.1), (3e20, 1e15, 24, 1e20))
     rows = [
         {"variant": "thesis", "training": number, "test": "trained", "measure": measure, "value": value}
         for number, draw in enumerate(draws, start=1)
-        for measure, value in zip(
-            ("dissipation_error_percent", "balls_left", "mean_square_speed_ratio"), draw, strict=True
-        )
+        for measure, value in zip(measures, draw, strict=True)
     ]
     write_table(pd.DataFrame(rows), folder / "trainings.tsv")
-    told = surrogate_findings(tmp_path)["6.energy"].explanation
-    assert "1 of 3 trainings failed (lost balls and ran away); the others: 1, 2.5 %" in told and "3e+20" not in told
+    findings = surrogate_findings(tmp_path)
+    for name, others in (("6.energy", "1, 2.5 %"), ("6.mse", "0.0002, 0.0003 m2")):
+        told = findings[name].explanation
+        assert f"1 of 3 trainings failed (lost balls and ran away); the others: {others}" in told
+        assert "e+" not in told

@@ -68,7 +68,8 @@ def plateau(evidence: Evidence) -> Finding:
     return Finding(
         float(row["value"]),
         f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
-        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories",
+        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories"
+        f"{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
     )
 
 
