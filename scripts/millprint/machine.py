@@ -9,6 +9,8 @@ from pathlib import Path
 # Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
 # can never be given more than it began with.
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+# How threads of OpenMP wait for each other; read when they are started.
+WAIT_POLICY = "OMP_WAIT_POLICY"
 
 # The packages that results depend on.
 PACKAGES = ("snakemake", "numpy", "numba", "scipy", "pandas", "statsmodels", "scikit-learn", "torch", "torch-geometric")
@@ -24,7 +26,7 @@ def prepare_environment() -> None:
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
     # Waiting threads must not spin: next to another job, spinning doubles the time of a training step.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    os.environ.setdefault(WAIT_POLICY, "PASSIVE")
     folder = Path(__file__).parents[1]
     if folder.name != "site-packages":
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))

@@ -1,6 +1,9 @@
 """The step loop with threads gives the result of the serial one, up to rounding, and the same in every run."""
 
 import itertools
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -105,3 +108,16 @@ def test_a_case_may_have_threads_of_its_own():
     assert threads_of(CASE, DEM) == 1
     assert threads_of(CASE, dem) == 2
     assert threads_of(CASE.model_copy(update={"threads": 4}), dem) == 4
+
+
+def test_threads_of_a_job_wait_awake(tmp_path):
+    """The library of the threads, GNU's OpenMP, says how they wait: it reads that when it starts them."""
+    code = "import os, millprint.dem.threads as t\nwith t.use_threads(2): print(os.environ['OMP_WAIT_POLICY'])"
+    given = {"OMP_WAIT_POLICY": "PASSIVE", "OMP_DISPLAY_ENV": "VERBOSE", "NUMBA_NUM_THREADS": "2"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | given, cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    # What is set for libraries that are loaded later stays.
+    assert done.stdout == "PASSIVE\n"
+    assert "GOMP_SPINCOUNT" in done.stderr
+    assert "GOMP_SPINCOUNT = '0'" not in done.stderr

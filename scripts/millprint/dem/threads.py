@@ -7,6 +7,7 @@ first, nor on how many the machine has. Contacts open and close in one thread, i
 A loop over `prange` cannot take groups of arrays within groups, so a clock is passed as its parts.
 """
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -29,6 +30,7 @@ from millprint.dem.steps import (
 )
 from millprint.dem.touching import find_pairs, near_pairs_listed, open_pairs, open_walls
 from millprint.kernel import inlined, inner, threaded
+from millprint.machine import WAIT_POLICY
 
 
 class Shares(NamedTuple):
@@ -57,12 +59,29 @@ def make_shares(
 
 
 @contextmanager
+def _waiting_awake() -> Iterator[None]:
+    """Let threads that are started in here wait for each other awake, for some milliseconds, before they sleep.
+
+    Every job has OMP_WAIT_POLICY=PASSIVE (millprint.machine), with which threads sleep at once. A step wakes them four
+    times, and to be woken takes as long as their share of the work: two threads would take longer than one.
+    """
+    policy = os.environ.pop(WAIT_POLICY, None)
+    try:
+        yield
+    finally:
+        if policy is not None:
+            os.environ[WAIT_POLICY] = policy
+
+
+@contextmanager
 def use_threads(threads: int) -> Iterator[None]:
     """Let loops run in up to `threads` threads; where the process has been given fewer, in those, with equal results.
 
     A nested call keeps the number it was given; the number is restored at the end.
     """
-    given = numba.get_num_threads()
+    with _waiting_awake():
+        # Numba starts its threads at the first call.
+        given = numba.get_num_threads()
     numba.set_num_threads(min(threads, given))
     try:
         yield

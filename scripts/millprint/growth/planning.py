@@ -56,8 +56,9 @@ def write_plain(folder: Path, jobs: int) -> None:
 
 
 def commands(snakefile: Path, plain: Path, whole: Path, run_plain: bool) -> Iterator[tuple[str, Path, list[str]]]:
-    """What is measured: its name, its folder and its command."""
-    snakemake = [sys.executable, "-m", "snakemake"]
+    """What is measured: its name, its folder and its command. All have the options of our profile."""
+    profile = snakefile.parent / "profiles/default"
+    snakemake = [sys.executable, "-m", "snakemake", "--workflow-profile", str(profile)]
     ours = ["--snakefile", str(snakefile)]
     yield "reading the Snakefile", whole, [*snakemake, *ours, "--list-target-rules"]
     yield "dry run", whole, [*snakemake, *ours, "-n", "--quiet", "rules", "--", "fingerprint"]
