@@ -104,7 +104,7 @@ class Workplace(NamedTuple):
 def workplace(tmp_path_factory) -> Workplace:
     """A project to disturb. Its targets are whole jobs.
 
-    Of a job that was killed, a case that nobody asks for need not be made again.
+    After a kill, Snakemake makes only what the targets need, not every case of the job that was killed.
     """
     project = copy_project(tmp_path_factory.mktemp("kills") / "millprint")
     share_kernels(project)
