@@ -217,6 +217,14 @@ def known_cases() -> list[dict]:
     return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *both, *swept]
 
 
+def urgency(cases) -> int:
+    """The priority of a job with some cases: 1 if a surrogate is trained on one of them or compared with it, else 0.
+
+    The longest chain of jobs of a run begins with these.
+    """
+    return int(any(case.path in SURROGATE_CASES for case in cases))
+
+
 def log_of(case) -> str:
     """The log of a case, also where several cases are one job."""
     return f"{LOGS}/dem/{case.path}.log"
@@ -261,6 +269,8 @@ def of_cases(made, cases):
 
 # The sweep of the configuration that a case belongs to, the first of several, by path.
 SWEEP_OF = {path: block.name for block in reversed(CONFIG.sweeps) for path in cases_of_sweep(block.name)}
+# The paths of the simulations that surrogates are trained on or compared with.
+SURROGATE_CASES = set(CONFIG.surrogate.simulated_cases()) if CONFIG.surrogate else set()
 # The simulations of the milling cards, by path.
 CARD_CASES = {case.path: case for name in CARD_EXPERIMENTS for case in cases_of_card(name)}
 

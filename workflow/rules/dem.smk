@@ -32,6 +32,7 @@ rule run_dem_case:
     wildcard_constraints:
         mill=IN_OWN_JOB,
         case=none_of(LONG_CASES),
+    priority: lambda wildcards: urgency([case_at(wildcards)])
     threads: lambda wildcards: resources_at(wildcards).threads
     # Each attempt continues where the last one ended, and gets more time and memory.
     resources:
@@ -74,6 +75,7 @@ for seeds, conditions in SEED_RULES.items():
             f"{BENCHMARKS}/run_dem_case/{{condition}}.tsv"
         wildcard_constraints:
             condition=conditions,
+        priority: lambda wildcards: urgency(seeds_of(wildcards))
         # The groups of a cluster's profile name rules; these have names of their own.
         group:
             "simulations"
@@ -106,6 +108,7 @@ for number, batch in enumerate(BATCHES, 1):
             f"{LOGS}/dem/{batch[0].path}_and_others.log",
         benchmark:
             f"{BENCHMARKS}/run_dem_case/{batch[0].path}_and_others.tsv"
+        priority: urgency(batch)
         # The groups of a cluster's profile name rules; these have names of their own.
         group:
             "simulations"

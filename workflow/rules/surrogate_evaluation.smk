@@ -17,6 +17,7 @@ rule roll_out_surrogate:
         f"{BENCHMARKS}/roll_out_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=none_of([*ABLATED, *QUICK_TRAININGS]),
+    priority: 1
     params:
         variants=lambda wildcards: {wildcards.variant: rolled_out(wildcards.variant)},
         library=library("roll_out_surrogate.py"),
@@ -67,6 +68,7 @@ rule evaluate_surrogate:
         f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=none_of([*CONFIG.surrogate.of_kind("graph"), *QUICK_TRAININGS]),
+    priority: 1
     params:
         variants=lambda wildcards: {wildcards.variant: {}},
         tests=lambda wildcards: tests_of(wildcards.variant),
@@ -157,6 +159,7 @@ rule time_surrogates:
         f"{LOGS}/surrogate/time_surrogates.log",
     benchmark:
         f"{BENCHMARKS}/time_surrogates/time_surrogates.tsv"
+    priority: 1
     # The job uses one thread. With a request for more than any machine has, Snakemake reserves all cores for it, so that
     # no other job disturbs the timing.
     threads: 1024

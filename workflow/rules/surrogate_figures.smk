@@ -63,6 +63,7 @@ rule plot_surrogates:
         pngs=[f"{SURROGATE}/{variant}/{name}.png" for variant in CONFIG.surrogate.variants for name in VARIANT_FIGURES],
     log:
         f"{LOGS}/surrogate/plot_surrogates.log",
+    priority: 1
     localrule: True
     params:
         window=CONFIG.surrogate.graph.window,
@@ -113,6 +114,7 @@ rule compare_motion:
         f"{LOGS}/surrogate/compare_motion.log",
     benchmark:
         f"{BENCHMARKS}/compare_motion/compare_motion.tsv"
+    priority: 1
     params:
         moved=MOVED,
         trained=CONFIG.surrogate.trained_test,

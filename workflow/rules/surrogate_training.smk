@@ -1,4 +1,7 @@
-"""Surrogates: training data and training."""
+"""Surrogates: training data and training.
+
+The longest chain of jobs goes through them, so their jobs have priority.
+"""
 
 # Settings of the simulations that train the contact surrogate.
 TRACES = CONFIG.surrogate.contact.traces
@@ -19,6 +22,7 @@ rule build_surrogate_dataset:
         f"{LOGS}/surrogate/build_surrogate_dataset.log",
     benchmark:
         f"{BENCHMARKS}/build_surrogate_dataset/build_surrogate_dataset.tsv"
+    priority: 1
     params:
         settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
         library=library("build_surrogate_dataset.py"),
@@ -37,6 +41,7 @@ rule trace_surrogate_contacts:
         f"{LOGS}/surrogate/trace_surrogate_contacts.log",
     benchmark:
         f"{BENCHMARKS}/trace_surrogate_contacts/trace_surrogate_contacts.tsv"
+    priority: 1
     params:
         # Nothing of the training: other settings of it need no other traces.
         settings=CONFIG.surrogate.contact.model_dump(mode="json", include={"traces", "coarse", "judge"}),
@@ -60,6 +65,7 @@ rule train_contact_surrogate:
         f"{BENCHMARKS}/train_contact_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=any_of(CONFIG.surrogate.of_kind("contact")),
+    priority: 1
     threads: CONFIG.surrogate.contact.training.threads
     params:
         kind="contact",
@@ -85,7 +91,6 @@ rule train_surrogate:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
     wildcard_constraints:
         variant=any_of([name for name in CONFIG.surrogate.of_kind("graph") if name not in TRAINED_TOGETHER]),
-    # It runs early: the longest chain of jobs of the thesis begins here.
     priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
