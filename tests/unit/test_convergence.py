@@ -53,6 +53,16 @@ def table_of(runs, varied="time_step_s", further=()):
     return convergence_table(runs, varied, "gap_3ms", list(further))
 
 
+def chance_sweeps(noise):
+    """Runs of a mill for each sweep, at three steps with four seeds: noise of shape (sweeps, 3, 4)."""
+    return [
+        run(step, seed, noise=noise[k, i, seed]) | {"mill": f"mill{k}"}
+        for k in range(len(noise))
+        for i, step in enumerate((1e-6, 2e-6, 4e-6))
+        for seed in range(4)
+    ]
+
+
 def test_a_row_each_step_with_means_and_errors_over_seeds():
     runs = sweep((10.0, 5.0), seeds=3)
     table = table_of(reversed(runs), further=["lifetimes"])
@@ -92,11 +102,10 @@ def test_deviations_and_their_pooled_error():
 def test_the_pooled_error_is_as_large_as_deviations_are_by_chance():
     """Of many made-up sweeps without any effect of the step, deviations over their errors have unit variance."""
     rng = np.random.default_rng(3)
-    scores = []
-    for _ in range(150):
-        runs = [run(step, s, noise=0.02 * rng.standard_normal()) for step in (1e-6, 2e-6, 4e-6) for s in range(4)]
-        row = table_of(runs).iloc[2]
-        scores.append(row["normal_energy_deviation_percent"] / row["normal_energy_deviation_se_percent"])
+    table = table_of(chance_sweeps(0.02 * rng.standard_normal((150, 3, 4))))
+    coarsest = table[table["time_step_s"] == 4e-6]
+    scores = coarsest["normal_energy_deviation_percent"] / coarsest["normal_energy_deviation_se_percent"]
+    assert len(scores) == 150
     # Nine degrees of freedom: the variance of Student's t is 9/7; its estimate from 150 draws is within a third.
     assert np.var(scores) == pytest.approx(9 / 7, rel=1 / 3)
 
@@ -152,12 +161,9 @@ def test_chance_is_not_taken_for_a_deviation_and_is_reported():
 def test_chance_alone_rarely_fails_a_step():
     """A confidence of 95 %: at most one in twenty sweeps without an effect fails, within its own chance."""
     rng = np.random.default_rng(5)
-    failed = 0
-    for _ in range(100):
-        noise = 0.03 * rng.standard_normal((3, 4))
-        runs = [run(step, s, noise=noise[k, s]) for k, step in enumerate((1e-6, 2e-6, 4e-6)) for s in range(4)]
-        failed += choose_step(table_of(runs), SETTINGS, 1e-6)["largest_step_s"] < 4e-6
-    assert failed <= 11
+    choice = choose_step(table_of(chance_sweeps(0.03 * rng.standard_normal((100, 3, 4)))), SETTINGS, 1e-6)
+    assert len(choice["series"]) == 100
+    assert sum(series["largest_step_s"] < 4e-6 for series in choice["series"]) <= 11
 
 
 def test_no_step_passes_where_the_finest_leaves_the_balance_open():
