@@ -12,7 +12,7 @@ import select
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.resources import files
 from io import BytesIO
@@ -70,6 +70,7 @@ class Browser:
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
         self._buffer, self._sent = b"", 0
+        self._pages: dict[str, Page] = {}
 
     def receive(self) -> dict:
         """The next message, an answer or an event."""
@@ -84,15 +85,20 @@ class Browser:
         message, self._buffer = self._buffer.split(b"\0", 1)
         return json.loads(message)
 
-    def send(self, method: str, note: Callable[[dict], None], session: str | None = None, **parameters) -> dict:
-        """The result of a command; `note` gets every event that comes before it."""
+    def note(self, message: dict) -> None:
+        """Give an event to the page that it is about, if that is open."""
+        if page := self._pages.get(message.get("sessionId", "")):
+            page.note(message)
+
+    def send(self, method: str, session: str | None = None, **parameters) -> dict:
+        """The result of a command; pages get the events that come before it."""
         self._sent += 1
         message = {"id": self._sent, "method": method, "params": parameters}
         if session:
             message["sessionId"] = session
         os.write(self._commands, json.dumps(message).encode() + b"\0")
         while (answer := self.receive()).get("id") != self._sent:
-            note(answer)
+            self.note(answer)
         if "error" in answer:
             raise RuntimeError(f"{method}: {answer['error']['message']}")
         return answer["result"]
@@ -100,17 +106,17 @@ class Browser:
     @contextmanager
     def page(self, width: int = DESKTOP, height: int = 900) -> Iterator["Page"]:
         """A new page, empty and of that size [px]."""
-
-        def ignore(message: dict) -> None:
-            """Nothing is noted of other pages."""
-
-        context = self.send("Target.createBrowserContext", ignore)["browserContextId"]
-        target = self.send("Target.createTarget", ignore, url="about:blank", browserContextId=context)["targetId"]
-        session = self.send("Target.attachToTarget", ignore, targetId=target, flatten=True)["sessionId"]
-        page = Page(self, session)
-        page.resize(width, height)
-        yield page
-        self.send("Target.disposeBrowserContext", ignore, browserContextId=context)
+        context = self.send("Target.createBrowserContext")["browserContextId"]
+        target = self.send("Target.createTarget", url="about:blank", browserContextId=context)["targetId"]
+        session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        page = self._pages[session] = Page(self, session)
+        try:
+            page.listen()
+            page.resize(width, height)
+            yield page
+        finally:
+            del self._pages[session]
+            self.send("Target.disposeBrowserContext", browserContextId=context)
 
 
 class Page:
@@ -121,13 +127,14 @@ class Page:
         self._loaded = False
         self.requests: list[str] = []
         self.errors: list[str] = []
+
+    def listen(self) -> None:
+        """Ask for the events that `note` records."""
         for domain in ("Page", "Runtime", "Network", "Log"):
             self._send(f"{domain}.enable")
 
-    def _note(self, message: dict) -> None:
-        """Record an event of the page, and none of other pages."""
-        if message.get("sessionId") != self._session:
-            return
+    def note(self, message: dict) -> None:
+        """Record an event of the page."""
         about = message.get("params", {})
         match message.get("method"):
             case "Page.loadEventFired":
@@ -140,7 +147,7 @@ class Page:
                 self.errors.append(about["entry"]["text"])
 
     def _send(self, method: str, **parameters) -> dict:
-        return self._browser.send(method, self._note, self._session, **parameters)
+        return self._browser.send(method, self._session, **parameters)
 
     def resize(self, width: int, height: int) -> None:
         """Set the size of the window [px]."""
@@ -155,7 +162,7 @@ class Page:
         self._loaded = False
         self._send("Page.navigate", url=address)
         while not self._loaded:
-            self._note(self._browser.receive())
+            self._browser.note(self._browser.receive())
         self.draw()
 
     def draw(self) -> None:
@@ -230,10 +237,3 @@ def open_browser(folder: Path) -> Iterator[Browser]:
         process.wait(timeout=30)
         os.close(commands)
         os.close(answers)
-
-
-@contextmanager
-def browser_page(folder: Path, width: int = DESKTOP, height: int = 900) -> Iterator[Page]:
-    """An empty page in a browser of its own, which keeps its files in `folder`."""
-    with open_browser(folder) as browser, browser.page(width, height) as page:
-        yield page

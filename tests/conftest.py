@@ -28,8 +28,8 @@ with open(ROOT / "config/data/claims.tsv") as file:
     PRINTED = {row["id"]: row["value"] for row in csv.DictReader(file, delimiter="\t")}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser(tmp_path_factory) -> Iterator[Browser]:
-    """A browser for all tests of a file, whose pages share nothing."""
+    """A browser for all tests, whose pages share nothing."""
     with open_browser(tmp_path_factory.mktemp("browser")) as browser:
         yield browser

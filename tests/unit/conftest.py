@@ -15,6 +15,14 @@ def close_figures():
     plt.close("all")
 
 
+@pytest.fixture(scope="session")
+def built(tmp_path_factory) -> dict:
+    """The explorer of two made-up mills, which tests open and read, and do not change."""
+    from tests.unit.explorer_pages import two_mills
+
+    return two_mills(tmp_path_factory.mktemp("two_mills"))
+
+
 @pytest.fixture
 def run(tmp_path) -> Path:
     """A run.h5 of a few snapshots."""

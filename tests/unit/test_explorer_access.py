@@ -3,7 +3,6 @@
 import pytest
 
 from tests.browser import DESKTOP, PHONE, needs_browser
-from tests.unit.explorer_pages import two_mills
 
 TAB, RIGHT, SPACE = ("Tab", 9), ("ArrowRight", 39), (" ", 32)
 # The element that has the focus: a name, where it is in the page, and whether its focus can be seen.
@@ -13,11 +12,6 @@ FOCUSED = """
   return { id: focused.id || focused.textContent.slice(0, 30) || focused.tagName, tag: focused.tagName,
     seen: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1,
     within: box.left >= -1 && box.right <= innerWidth + 1 };"""
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory) -> dict:
-    return two_mills(tmp_path_factory.mktemp("access"))
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from millprint.dose.spectra import CHANNELS, PAIRS
 from millprint.errors import ConfigError
 from millprint.explorer.tables import Spectra, spectra_content
 from millprint.files import read_table
-from tests.browser import DESKTOP, PHONE, browser_page, needs_browser
-from tests.unit.explorer_pages import ACCELERATION, BINS, CONDITIONS, HEAT, two_mills
+from tests.browser import DESKTOP, PHONE, needs_browser
+from tests.unit.explorer_pages import ACCELERATION, BINS, CONDITIONS, HEAT
 
 SETTING = {"speed_hz": 12.5, "fill_ratio": 0.09, "ball_diameter_m": 0.01, "density_kg_m3": 7700.0}
 # A condition and powder whose dose is compared with the library's.
@@ -20,15 +20,9 @@ NEXT_FRAME = "await new Promise((done) => requestAnimationFrame(() => requestAni
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory) -> dict:
-    return two_mills(tmp_path_factory.mktemp("panels"))
-
-
-@pytest.fixture(scope="module")
-def pages(built, tmp_path_factory):
+def pages(built, browser):
     """The page at both widths, by width."""
-    folder = tmp_path_factory.mktemp("browsers")
-    with browser_page(folder / "wide", DESKTOP) as wide, browser_page(folder / "narrow", PHONE) as narrow:
+    with browser.page(DESKTOP) as wide, browser.page(PHONE) as narrow:
         found = {DESKTOP: wide, PHONE: narrow}
         for page in found.values():
             page.open(built["page"])

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from tests.browser import needs_browser
-from tests.unit.explorer_pages import two_mills
 
 WAIT = "await new Promise((done) => setTimeout(done, 500));"
 READ = """
@@ -21,11 +20,6 @@ SET = """
   explorer.axis = "speed_hz"; Object.assign(explorer.chosenUnits, { energy: "J", speed: "g", dose: "kWh/t" });
   explorer.spectra.chosen = ["emax/calibrated-d10-f0.06-n600", ""]; explorer.spectra.shown = "above";
   explorer.heat.chosen = explorer.mill.content.heat.conditions[1].id; explorer.render();"""
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory) -> dict:
-    return two_mills(tmp_path_factory.mktemp("state"))
 
 
 @pytest.fixture(scope="module")
