@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.optimize import approx_fprime
-from scipy.stats import norm
+from scipy.stats import multivariate_normal, norm
 
 from millprint.config.averaging import INPUTS
 from millprint.errors import ConfigError
@@ -22,7 +22,17 @@ from millprint.predict.averaging import (
 )
 from millprint.predict.features import Standardisation, describe
 from millprint.predict.model_files import load_any, load_averaged, save_averaged, training_rows
-from millprint.predict.structured import Pairs, Posterior, Process, fit_process, prior_of, terms_of
+from millprint.predict.structured import (
+    JITTER,
+    MEAN_VARIANCE,
+    Pairs,
+    Posterior,
+    Process,
+    covariance_terms,
+    fit_process,
+    prior_of,
+    terms_of,
+)
 from tests.unit.yield_settings import all_runs, parts, settings, thesis_yields
 
 SCALES = ("linear", "linear", "log", "log", "linear")
@@ -45,6 +55,22 @@ def test_gradient_is_the_slope_of_the_posterior(structure):
     posterior = Posterior(terms, Pairs.of(inputs, inputs), target, prior)
     slope = approx_fprime(where, lambda at: posterior.negative_log(at)[0], 1e-6)
     np.testing.assert_allclose(posterior.negative_log(where)[1], slope, rtol=1e-3, atol=1e-4)
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_posterior_is_the_likelihood_of_its_kernel_times_the_prior(structure):
+    """The value, which keeps parts of the covariance from call to call, against densities that know nothing of it."""
+    generator = np.random.default_rng(4)
+    inputs, target = generator.normal(size=(9, len(INPUTS))), generator.normal(size=9)
+    terms = terms_of(structure)
+    prior = prior_of(terms, settings().averaging.priors)
+    posterior = Posterior(terms, Pairs.of(inputs, inputs), target, prior)
+    for spread in (0.0, 0.4, 0.8):
+        logs = prior[0] + spread * generator.normal(size=len(prior[0]))
+        covariance = covariance_terms(logs, terms, Pairs.of(inputs, inputs))[0].sum(axis=0) + MEAN_VARIANCE
+        covariance += (np.exp(logs[-1]) + JITTER) * np.eye(len(target))
+        density = multivariate_normal(cov=covariance).logpdf(target) + norm(*prior).logpdf(logs).sum()
+        assert posterior.negative_log(logs)[0] == pytest.approx(-density, rel=1e-9)
 
 
 def test_evidence_is_the_integral_over_the_noise_where_nothing_else_is_free():

@@ -111,12 +111,16 @@ def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> n
 
 
 def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> Member:
-    """Fit one member on rows with the six conditions and yields (n,) [%]; its evidence is that of the yields.
+    """`fit_described` on rows with the six conditions."""
+    return fit_described(candidate, describe(rows).to_numpy(), yields, settings)
+
+
+def fit_described(candidate: Candidate, raw: np.ndarray, yields: np.ndarray, settings: AveragingConfig) -> Member:
+    """Fit one member on inputs (n, k), as described, and yields (n,) [%]; its evidence is that of the yields.
 
     Raises KeyError for an unknown link or structure.
     """
     conversion, link = to_conversion(yields, settings.margin), LINKS[candidate.link]
-    raw = describe(rows).to_numpy()
     smallest = np.array([getattr(settings.smallest_spread, name, 0.0) for name in INPUTS])
     standard = Standardisation.of(raw, candidate.logarithmic, smallest)
     latent = link.forward(conversion)
@@ -178,7 +182,8 @@ class AveragedModel:
 
 def fit_library(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> list[Member]:
     """Every member of the library, fitted on rows with the six conditions and yields (n,) [%], and nothing else."""
-    return [fit_member(candidate, rows, yields, settings) for candidate in library(settings)]
+    raw = describe(rows).to_numpy()
+    return [fit_described(candidate, raw, yields, settings) for candidate in library(settings)]
 
 
 def average(members: list[Member], settings: AveragingConfig) -> AveragedModel:

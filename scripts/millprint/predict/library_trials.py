@@ -14,7 +14,15 @@ import pandas as pd
 from millprint.config.averaging import INPUTS, AveragingConfig, LibraryConfig
 from millprint.config.yields import LibraryTrialConfig
 from millprint.doe.runs import YIELD
-from millprint.predict.averaging import Candidate, Member, average, evidence_weights, fit_library, fit_member, library
+from millprint.predict.averaging import (
+    Candidate,
+    Member,
+    average,
+    evidence_weights,
+    fit_described,
+    fit_library,
+    library,
+)
 from millprint.predict.distributions import SCORE_COLUMNS, MixtureYields
 from millprint.predict.features import describe
 from millprint.predict.held_out import LEFT_OUT, OuterFold
@@ -49,8 +57,8 @@ def refit_members(
     """All candidates, fitted in every fold on its training rows alone."""
     found = []
     for fold in folds:
-        known, unseen = rows.iloc[fold.kept], describe(rows.iloc[fold.held]).to_numpy()
-        members = [fit_member(each, known, fold.yields[fold.kept], settings) for each in candidates]
+        known, unseen = (describe(rows.iloc[part]).to_numpy() for part in (fold.kept, fold.held))
+        members = [fit_described(each, known, fold.yields[fold.kept], settings) for each in candidates]
         expected = 100 * np.stack([member.expected(unseen) for member in members])
         found.append(Refit(fold, members, expected, np.array([member.log_evidence for member in members])))
         tick()

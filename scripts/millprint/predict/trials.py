@@ -117,7 +117,8 @@ def run_trials(
     for index in range(len(rows)):
         kept, unseen, known = rows.drop(index=rows.index[index]), rows.iloc[[index]], np.delete(yields, index)
         members = fit_library(kept, known, settings)
-        by_member[index] = [100 * member.expected(describe(unseen).to_numpy())[0] for member in members]
+        inputs = describe(unseen).to_numpy()
+        by_member[index] = [100 * member.expected(inputs)[0] for member in members]
         evidence = np.array([member.log_evidence for member in members])
         left_out = np.stack([100 * member.left_out() for member in members], axis=1)
         by_rule["average"][index] = average(members, settings).predict(unseen)[0]
