@@ -16,18 +16,23 @@ COLLAPSE_COLUMNS = [
 MACHINE = "speed and ball size"
 
 
-def _spread(values: pd.Series) -> float:
+def _spread(values: np.ndarray) -> float:
     return float(values.std(ddof=1) / values.mean())
 
 
 def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> list[tuple]:
     universal = universal_descriptors(descriptors)
+    # As arrays: the claims are computed from hundreds of such tables, for their intervals.
+    before = {
+        name: (descriptors[column] / descriptors["balls"]).to_numpy() for name, column in DIMENSIONAL.items() if column
+    }
+    after = {name: (descriptors[name].to_numpy(), universal[name].to_numpy()) for name in DIMENSIONAL}
     rows = []
-    for fill, group in descriptors.groupby("fill_ratio", sort=True):
-        for quantity, column in DIMENSIONAL.items() if len(group) > 1 else ():
-            before = _spread(group[column] / group["balls"]) if column else np.nan
-            after = _spread(group[quantity]), _spread(universal.loc[group.index, quantity])
-            rows.append((scope, compared, quantity, fill, len(group), before, *after))
+    for fill, at in sorted(descriptors.groupby("fill_ratio").indices.items()):
+        for quantity in DIMENSIONAL if len(at) > 1 else ():
+            dimensional = _spread(before[quantity][at]) if quantity in before else np.nan
+            spreads = [_spread(values[at]) for values in after[quantity]]
+            rows.append((scope, compared, quantity, fill, len(at), dimensional, *spreads))
     return rows
 
 

@@ -21,11 +21,10 @@ def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.Data
     return chosen
 
 
-def _pooled_spread(groups: list[pd.DataFrame], quantity: str) -> float:
-    """Relative spread between conditions over all fill ratios that have several; NaN if none has."""
+def _pooled_spread(groups: list[np.ndarray]) -> float:
+    """Relative spread of a quantity between conditions, over all fill ratios that have several; NaN if none has."""
     squares, freedom = 0.0, 0
-    for group in groups:
-        values = group[quantity]
+    for values in groups:
         squares += float(((values / values.mean() - 1.0) ** 2).sum())
         freedom += len(values) - 1
     return float(np.sqrt(squares / freedom)) if freedom else float("nan")
@@ -38,18 +37,18 @@ def average_curves(descriptors: pd.DataFrame) -> pd.DataFrame:
     ratio with one condition takes the relative deviation pooled over the other fill ratios or, if no fill ratio has
     two conditions, the run's own standard error.
     """
-    groups = [group for _, group in descriptors.groupby("fill_ratio", sort=True)]
-    rows = []
-    for group in groups:
-        row = {"fill_ratio": group["fill_ratio"].iloc[0]}
-        for quantity in CURVES:
-            mean = group[quantity].mean()
-            spread = group[quantity].std(ddof=1) if len(group) > 1 else mean * _pooled_spread(groups, quantity)
+    by_fill = sorted(descriptors.groupby("fill_ratio").indices.items())
+    rows = [{"fill_ratio": fill} for fill, _ in by_fill]
+    for quantity in CURVES:
+        values = descriptors[quantity].to_numpy()
+        groups = [values[at] for _, at in by_fill]
+        for row, group, (_, at) in zip(rows, groups, by_fill, strict=True):
+            mean = group.mean()
+            spread = group.std(ddof=1) if len(group) > 1 else mean * _pooled_spread(groups)
             if np.isnan(spread):
-                spread = group[f"{quantity}_se"].iloc[0]
+                spread = descriptors[f"{quantity}_se"].iloc[at[0]]
             row |= {quantity: mean, f"{quantity}_lower": mean - spread, f"{quantity}_upper": mean + spread}
-        rows.append(row | {"conditions": len(group)})
-    return pd.DataFrame(rows)
+    return pd.DataFrame([row | {"conditions": len(at)} for row, (_, at) in zip(rows, by_fill, strict=True)])
 
 
 def at_shared_fills(descriptors: pd.DataFrame) -> pd.DataFrame:
