@@ -1,5 +1,7 @@
 """A verdict follows from the interval of a claim, and two machines do not contradict each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,7 +17,7 @@ from millprint.claims.elsewhere import (
     read_stored,
     with_run,
 )
-from millprint.claims.evidence import Finding, Interval
+from millprint.claims.evidence import Evidence, Finding, Interval
 from millprint.claims.intervals import WINDOWS, Repeated, over_draws, over_repeats, tabulate_intervals
 from millprint.claims.tabulate import collect_findings, tabulate_claims
 from millprint.claims.verdicts import DEVIATES, REPRODUCED, UNDECIDED
@@ -285,6 +287,18 @@ def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     spread = table.loc["3.curve.0.10.Pn"]
     # Revolutions ripple by 10 %, so their mean over two speeds and two sizes by a few per cent at most.
     assert 0 < spread["upper"] / spread["lower"] - 1 < 0.1
+
+
+def test_a_condition_is_asked_again_where_its_columns_have_changed(tmp_path):
+    rows = pd.DataFrame({"fill": [0.1, 0.2, 0.3], "power": [1.0, 2.0, 3.0]})
+    evidence = Evidence(tmp_path, tmp_path, pd.Series(dtype=str), tables={"a.tsv": rows})
+
+    def chosen(table: pd.DataFrame) -> list[float]:
+        own = replace(evidence, tables={"a.tsv": table})
+        return own.table("a.tsv", "fill >= 0.2 and power == power")["power"].tolist()
+
+    drawn = rows.assign(power=[4.0, np.nan, 6.0])
+    assert chosen(rows) == [2, 3] and chosen(drawn) == [6] and chosen(rows[::-1]) == [3, 2] and chosen(rows) == [2, 3]
 
 
 def judged(**verdicts) -> pd.DataFrame:

@@ -62,7 +62,8 @@ class Evidence:
 
     results: folder of the run; data: folder of claims.tsv; printed: every claim's printed value, as text, by id;
     id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`;
-    tables: by path, those that were read before, or that stand in the place of a file.
+    tables: by path, those that were read before, or that stand in the place of a file; conditions: those that a table
+    was asked, with the columns that they name and the answer.
     """
 
     results: Path
@@ -71,6 +72,7 @@ class Evidence:
     id: str = ""
     sources: list[Source] = field(default_factory=list)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    conditions: dict[str, tuple[pd.DataFrame, pd.Series]] = field(default_factory=dict)
 
     def table(self, path: str, where: str = "") -> pd.DataFrame:
         """Rows of a table of the results, for an explanation alone; empty where the run did not write the table.
@@ -83,7 +85,19 @@ class Evidence:
             tables = [pd.DataFrame([read_json(p)]) if p.suffix == ".json" else read_table(p) for p in paths]
             self.tables[path] = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
         table = self.tables[path]
-        return table.query(where, engine="python") if where and len(table.columns) else table.copy()
+        return table[self._holds(table, where)] if where and len(table.columns) else table.copy()
+
+    def _holds(self, table: pd.DataFrame, where: str) -> pd.Series:
+        """Whether a condition holds, by row.
+
+        Its columns hardly ever differ between hundreds of draws of a table: while they are the same, so is the answer.
+        """
+        named = set(re.findall(r"\w+", where))
+        used = table[[name for name in table.columns if name in named]]
+        before = self.conditions.get(where)
+        if before is None or not before[0].equals(used):
+            before = self.conditions[where] = (used, used.eval(where, engine="python"))
+        return before[1]
 
     def rows(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.DataFrame:
         """The rows that decide the claim, at least one; they become its source.
