@@ -124,6 +124,7 @@ class Posterior:
 
     @cached_property
     def _unit(self) -> np.ndarray:
+        """The unit matrix (n, n)."""
         return np.eye(len(self.target))
 
     def negative_log(self, logs: np.ndarray) -> tuple[float, np.ndarray]:
