@@ -24,13 +24,10 @@ def engineer(rows: pd.DataFrame) -> pd.DataFrame:
     the ball-to-powder ratio. Their arguments are unscaled, so they hardly do more than separate 5 h from longer times
     and a ratio of 10 from 30.
     """
-    features = rows[list(CONDITIONS)].astype(float)
-    return features.assign(
-        molar_ratio_squared=features["molar_ratio"] ** 2,
-        bpr_molar_ratio=features["bpr"] * features["molar_ratio"],
-        time_sigmoid=expit(features[TIME]),
-        bpr_sigmoid=expit(features["bpr"]),
-    )[list(FEATURES)]
+    conditions = rows[list(CONDITIONS)].to_numpy(float)
+    bpr, molar_ratio, time = conditions[:, : len(CHEMICAL)].T
+    features = np.column_stack([conditions, molar_ratio**2, bpr * molar_ratio, expit(time), expit(bpr)])
+    return pd.DataFrame(features, rows.index, list(FEATURES))
 
 
 def describe(rows: pd.DataFrame) -> pd.DataFrame:
