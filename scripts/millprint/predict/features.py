@@ -37,10 +37,10 @@ def describe(rows: pd.DataFrame) -> pd.DataFrame:
     Et) [-] in which way. At one fill ratio the power follows the cube of the speed and the share is constant (Eqs 3.28
     and 3.29): another speed changes the power alone, another regime the share as well.
     """
-    values = rows[list(CONDITIONS)].astype(float)
+    values = dict(zip(CONDITIONS, rows[list(CONDITIONS)].to_numpy(float).T, strict=True))
     both = values[NORMAL] + values[TANGENTIAL]
-    derived = {POWER: both * values[FREQUENCY] * MICROJOULE_HZ_IN_MW, SHARE: values[TANGENTIAL] / both}
-    return values.assign(**derived)[list(INPUTS)]
+    values |= {POWER: both * values[FREQUENCY] * MICROJOULE_HZ_IN_MW, SHARE: values[TANGENTIAL] / both}
+    return pd.DataFrame(np.array([values[name] for name in INPUTS]).T, rows.index, list(INPUTS))
 
 
 @dataclass(frozen=True)
