@@ -101,7 +101,7 @@ def test_a_figure_is_shown_with_data_and_origin(tmp_path):
     assert shown.inputs[:2] == ("a.tsv", "b0.tsv") and len(shown.inputs) + shown.more == 21
     page = gallery_page("made", [("Chapter 2", shown)], "abc123")
     assert '<a href="../doe/residuals.tsv">' in page and "plot_doe" in page and "abc123" in page
-    assert '<img src="data:image/png;base64,' in page and 'alt="Residuals &lt;b&gt;."' in page
+    assert '<img src="data:image/webp;base64,' in page and 'alt="Residuals &lt;b&gt;."' in page
     assert "http" not in re.sub("http-equiv", "", page) and "<b>." not in page
 
 
@@ -109,7 +109,7 @@ def test_a_thumbnail_is_small_on_white_and_of_an_animation_the_first_frame(tmp_p
     frames = [Image.new("RGBA", (1600, 400), colour) for colour in ("#ff000000", "#0000ffff")]
     frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
     data, width, height = thumbnail(tmp_path / "a.png")
-    assert (width, height) == (640, 160) and data.startswith("data:image/png;base64,") and len(data) < 2000
+    assert (width, height) == (640, 160) and data.startswith("data:image/webp;base64,") and len(data) < 2000
     (tmp_path / "b.png").write_bytes(b"no picture")
     with pytest.raises(ConfigError, match="not a picture"):
         thumbnail(tmp_path / "b.png")
