@@ -6,12 +6,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.predict.estimators import fit_quietly
 from millprint.predict.features import FEATURES, TIME, Standardisation, engineer
 from millprint.predict.regressors import PRIMARY, Parameters, regressor
+from millprint.quantiles import normal_quantile
 
 T = TypeVar("T")
 
@@ -130,7 +130,7 @@ class YieldModel:
 
     def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
         """Ends (n,), (n,) [%] of the central normal interval of a level; NaN without a distribution, not clipped."""
-        predicted, half = self.predict(rows), norm.ppf(0.5 + level / 2) * self.deviation(rows)
+        predicted, half = self.predict(rows), normal_quantile(0.5 + level / 2) * self.deviation(rows)
         return predicted - half, predicted + half
 
 

@@ -10,6 +10,7 @@ from scipy import stats
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
 from millprint.mill.bodies import build_bodies
+from millprint.quantiles import student_quantile
 from millprint.validation.inputs import Inputs
 from millprint.validation.power_formulas import LIFT_ANGLE_DEG, Mill, hogg_fuerstenau, morrell
 from millprint.validation.predictions import CONTACT, DEM, SCATTER, prediction
@@ -27,7 +28,7 @@ def mean_interval(values: np.ndarray, probability: float = PROBABILITY) -> tuple
     mean = float(values.mean())
     if len(values) < 2:
         return mean, math.nan, math.nan
-    half = float(stats.t.ppf(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
+    half = float(student_quantile(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
     return mean, mean - half, mean + half
 
 
