@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
@@ -37,7 +36,10 @@ def without_jump(angles_deg: np.ndarray) -> np.ndarray:
     angles = np.asarray(angles_deg, dtype=float)
     if not angles.size:
         return angles
-    middle = stats.circmean(angles, high=360)
+    # Slow to import, and every set-up imports this module.
+    from scipy.stats import circmean
+
+    middle = circmean(angles, high=360)
     return middle + (angles - middle + 180) % 360 - 180
 
 
