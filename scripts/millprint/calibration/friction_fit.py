@@ -26,11 +26,11 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 from scipy.optimize import direct, least_squares, minimize_scalar
 
+from millprint.calibration.names import FRICTION_PAIR
 from millprint.calibration.oscillation import PLACES
 from millprint.config.calibration import SwingConfig
 from millprint.quantiles import f_quantile
 
-FRICTION_PAIR = ("static_friction", "rolling_friction")
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends
 NO_BETTER = 0.01  # a pair is better if S falls by this fraction of the variance of the error

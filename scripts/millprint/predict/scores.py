@@ -6,9 +6,9 @@ from statsmodels.stats.multitest import multipletests
 
 from millprint.predict.distributions import SCORE_COLUMNS
 from millprint.predict.evaluation import KEYS
-from millprint.predict.held_out import LEFT_OUT, NESTED
 from millprint.predict.metrics import jackknife_error, without_each
 from millprint.predict.regressors import CLIMATOLOGY
+from millprint.predict.schemes import LEFT_OUT, NESTED
 from millprint.quantiles import student_above
 
 CRPS, LOG_SCORE, PIT = SCORE_COLUMNS
