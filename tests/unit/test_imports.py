@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 # Libraries that each script must not import, not even through another one.
 NEEDLESS = {
+    "check_input": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "run_dem_case": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
     "tabulate_descriptors": ["matplotlib", "numba", "scipy", "sklearn", "torch"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
