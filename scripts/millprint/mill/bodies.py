@@ -10,7 +10,7 @@ from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
 from millprint.mill.distance import signed_distance
 from millprint.mill.motion import Motion, motion_from_law
-from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_facets
+from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_vessel
 
 # Poses at which the inserts are checked for a turn of the fastest body.
 ANGLES = 72
@@ -50,8 +50,7 @@ def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
-        facets, smooth = shape_facets(insert.geometry, place, solid=True), insert.geometry.smooth_axis
-        solid = Vessel(facets, place, solid=True, smooth_axis=smooth)
+        solid = shape_vessel(insert.geometry, place, solid=True)
         own = motion if insert.motion is None else motion_from_law(insert.motion, speed_rpm)
         bodies.append(Body(insert.name, solid, own))
     return bodies

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -286,10 +287,33 @@ def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Fac
     return [Facet.from_loops(loops) for loops in outlines]
 
 
+@dataclass(frozen=True)
+class _Shape:
+    """A shape by its values and by the time at which its file of triangles was written: what its vessel depends on."""
+
+    geometry: GeometrySection = field(compare=False)
+    place: str
+    solid: bool
+    values: str
+    written_ns: int | None
+
+
+@lru_cache(maxsize=16)
+def _vessel_of(shape: _Shape) -> Vessel:
+    facets = shape_facets(shape.geometry, shape.place, shape.solid)
+    return Vessel(facets, shape.place, solid=shape.solid, smooth_axis=shape.geometry.smooth_axis)
+
+
+def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
+    """The walls of a shape, as of `shape_facets`. The same object for the same shape: simulations of a job share it."""
+    path = getattr(geometry, "path", None)
+    written_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else None
+    return _vessel_of(_Shape(geometry, place, solid, geometry.model_dump_json(), written_ns))
+
+
 def build_vessel(mill: MillConfig) -> Vessel:
     """The vessel of a mill, in its body frame, z up. Raises ConfigError."""
-    place = f"config/mills/{mill.name}.yaml: geometry"
-    return Vessel(shape_facets(mill.geometry, place, solid=False), place, smooth_axis=mill.geometry.smooth_axis)
+    return shape_vessel(mill.geometry, f"config/mills/{mill.name}.yaml: geometry", solid=False)
 
 
 def check_volume(mill: MillConfig, vessel: Vessel) -> None:

@@ -11,6 +11,7 @@ first, then the convex edges, then the corners.
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -154,7 +155,14 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
 
     margin: how far a ball may move before the lists are rebuilt [m]; overlap: bound on any overlap [m];
     pitch: size of the grids' cells [m], if these are not more than CELLS_MAX.
+
+    Nothing writes into the arrays, so simulations of a job in the same bodies share them.
     """
+    return _build_walls(tuple(bodies), radius, margin, overlap, pitch)
+
+
+@lru_cache(maxsize=2)
+def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
     boxes = sum(float(np.prod(np.ptp(body.bounds, axis=0))) for body in bodies)
     pitch = max(pitch, math.cbrt(boxes / CELLS_MAX))
     counts, sides = zip(*(_sides(body, radius, overlap) for body in bodies), strict=True)

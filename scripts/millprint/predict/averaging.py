@@ -1,6 +1,6 @@
 """The averaged Gaussian process: a library of links, scales and structures, each weighted by its evidence."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -174,10 +174,10 @@ class AveragedModel:
             low, high = np.where(below < target, middle, low), np.where(below < target, high, middle)
         return 100 * np.clip((low + high) / 2, 0, 1)
 
-    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Ends (n,), (n,) [%] of the central predictive interval of a level."""
-        ends = self.quantiles(rows, np.array([(1 - level) / 2, (1 + level) / 2]))
-        return ends[:, 0], ends[:, 1]
+    def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
+        """Ends (n, levels, 2) [%] of the central predictive intervals."""
+        ends = [((1 - level) / 2, (1 + level) / 2) for level in levels]
+        return self.quantiles(rows, np.ravel(ends)).reshape(len(rows), len(levels), 2)
 
 
 def fit_library(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> list[Member]:

@@ -24,13 +24,10 @@ def engineer(rows: pd.DataFrame) -> pd.DataFrame:
     the ball-to-powder ratio. Their arguments are unscaled, so they hardly do more than separate 5 h from longer times
     and a ratio of 10 from 30.
     """
-    features = rows[list(CONDITIONS)].astype(float)
-    return features.assign(
-        molar_ratio_squared=features["molar_ratio"] ** 2,
-        bpr_molar_ratio=features["bpr"] * features["molar_ratio"],
-        time_sigmoid=expit(features[TIME]),
-        bpr_sigmoid=expit(features["bpr"]),
-    )[list(FEATURES)]
+    conditions = rows[list(CONDITIONS)].to_numpy(float)
+    bpr, molar_ratio, time = conditions[:, : len(CHEMICAL)].T
+    features = np.column_stack([conditions, molar_ratio**2, bpr * molar_ratio, expit(time), expit(bpr)])
+    return pd.DataFrame(features, rows.index, list(FEATURES))
 
 
 def describe(rows: pd.DataFrame) -> pd.DataFrame:
@@ -40,10 +37,10 @@ def describe(rows: pd.DataFrame) -> pd.DataFrame:
     Et) [-] in which way. At one fill ratio the power follows the cube of the speed and the share is constant (Eqs 3.28
     and 3.29): another speed changes the power alone, another regime the share as well.
     """
-    values = rows[list(CONDITIONS)].astype(float)
+    values = dict(zip(CONDITIONS, rows[list(CONDITIONS)].to_numpy(float).T, strict=True))
     both = values[NORMAL] + values[TANGENTIAL]
-    derived = {POWER: both * values[FREQUENCY] * MICROJOULE_HZ_IN_MW, SHARE: values[TANGENTIAL] / both}
-    return values.assign(**derived)[list(INPUTS)]
+    values |= {POWER: both * values[FREQUENCY] * MICROJOULE_HZ_IN_MW, SHARE: values[TANGENTIAL] / both}
+    return pd.DataFrame(np.array([values[name] for name in INPUTS]).T, rows.index, list(INPUTS))
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,7 @@ def own_intervals(model: YieldModel | AveragedModel, rows: pd.DataFrame, levels:
     """Central intervals (m, levels, 2) [%] within 0 and 100 by the name of the model's distribution; {} without one."""
     if model.distribution is None or not levels:
         return {}
-    ends = [np.stack(model.interval(rows, level), axis=1) for level in levels]
-    return {model.distribution: np.clip(np.stack(ends, axis=1), 0, 100)}
+    return {model.distribution: np.clip(model.intervals(rows, levels), 0, 100)}
 
 
 def cross_intervals(centres: np.ndarray, residuals: np.ndarray, levels: list[float]) -> np.ndarray:

@@ -1,6 +1,6 @@
 """A yield model: one step or two, each with its features, their standardisation and an estimator (Sec. 5.2.5)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -128,10 +128,11 @@ class YieldModel:
             variance = variance + (of_mean(step.estimator, step.inputs(features)) ** 2 if of_mean else np.nan)
         return np.sqrt(variance)
 
-    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Ends (n,), (n,) [%] of the central normal interval of a level; NaN without a distribution, not clipped."""
-        predicted, half = self.predict(rows), normal_quantile(0.5 + level / 2) * self.deviation(rows)
-        return predicted - half, predicted + half
+    def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
+        """Ends (n, levels, 2) [%] of the central normal intervals; NaN without a distribution, not clipped."""
+        predicted = self.predict(rows)[:, None]
+        half = normal_quantile(0.5 + np.asarray(levels) / 2) * self.deviation(rows)[:, None]
+        return np.stack([predicted - half, predicted + half], axis=2)
 
 
 def fit_model(
