@@ -3,7 +3,8 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy import stats
+
+from millprint.quantiles import student_quantile
 
 LEVEL = 0.95
 
@@ -19,7 +20,7 @@ def student(values: Sequence[float], level: float = LEVEL) -> tuple[float, float
     if len(known) < len(found):
         return (float(known.min()) if len(known) else np.inf), np.inf
     scaled, back = _scaled(known)
-    reach = stats.t.ppf((1 + level) / 2, len(known) - 1) * scaled.std(ddof=1) / np.sqrt(len(known))
+    reach = student_quantile((1 + level) / 2, len(known) - 1) * scaled.std(ddof=1) / np.sqrt(len(known))
     # A logarithm is rounded: repeats that agree to the last bit are inside all the same.
     low, high = (float(back(scaled.mean() + sign * reach)) for sign in (-1, 1))
     return min(low, float(known.min())), max(high, float(known.max()))
@@ -34,7 +35,7 @@ def once(value: float, values: Sequence[float], level: float = LEVEL) -> tuple[f
     if not (np.isfinite(found).all() and np.isfinite(value)):
         return (0.0 if value > 0 and (found > 0).all() else -np.inf), np.inf
     scaled, back = _scaled(np.append(found, value))
-    reach = stats.t.ppf((1 + level) / 2, len(found) - 1) * scaled[:-1].std(ddof=1)
+    reach = student_quantile((1 + level) / 2, len(found) - 1) * scaled[:-1].std(ddof=1)
     low, high = (float(back(scaled[-1] + sign * reach)) for sign in (-1, 1))
     return min(low, value), max(high, value)
 

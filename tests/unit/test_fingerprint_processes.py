@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.fingerprint import processes
 from millprint.fingerprint.coverage import LEFT_OUT, grouped
@@ -39,13 +40,13 @@ def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(
     table = descriptors()
     whole = Fingerprint.fit(table, VOLUME, 0.95)
     sizes = []
-    likelihood = processes.GaussianProcessRegressor.log_marginal_likelihood
+    likelihood = GaussianProcessRegressor.log_marginal_likelihood
 
     def counted(self, *given, **named):
         sizes.append(len(self.X_train_))
         return likelihood(self, *given, **named)
 
-    monkeypatch.setattr(processes.GaussianProcessRegressor, "log_marginal_likelihood", counted)
+    monkeypatch.setattr(GaussianProcessRegressor, "log_marginal_likelihood", counted)
     few = len(table) // 2
     monkeypatch.setattr(processes, "LEARNT_FROM", few)
     part = Fingerprint.fit(table, VOLUME, 0.95)

@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 # Libraries that each script must not import, not even through another one.
 NEEDLESS = {
+    "check_input": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
     "run_dem_case": ["matplotlib", "scipy.spatial", "sklearn", "statsmodels", "torch", "trimesh"],
     "tabulate_descriptors": ["matplotlib", "numba", "scipy", "sklearn", "torch"],
     "tabulate_spectra": ["matplotlib", "numba", "scipy", "sklearn", "torch", "trimesh"],
@@ -17,8 +18,16 @@ NEEDLESS = {
     "draw_mill": ["sklearn", "statsmodels", "torch"],
     "draw_sheet": ["sklearn", "statsmodels", "torch"],
     "draw_spectra": ["numba", "sklearn", "torch", "trimesh"],
-    "tabulate_claims": ["torch", "trimesh"],
-    "draw_claims": ["torch", "trimesh"],
+    "tabulate_claims": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
+    "draw_claims": ["numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
+    "add_uncertainty_to_chapters": ["matplotlib", "numba", "scipy.stats", "sklearn", "statsmodels", "torch", "trimesh"],
+    "predict_setup": ["matplotlib", "scipy.interpolate", "scipy.optimize", "scipy.stats", "sklearn", "trimesh"],
+    "fit_wear": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
+    "tabulate_fit": ["matplotlib", "scipy.optimize", "scipy.stats", "sklearn", "torch", "trimesh"],
+    "tabulate_ablations": ["matplotlib", "numba", "scipy.stats", "sklearn", "torch"],
+    "tabulate_convergence": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
+    "study_settings": ["numba", "scipy.stats", "sklearn", "torch", "trimesh"],
+    "plot_surrogates": ["scipy.stats", "sklearn", "statsmodels", "trimesh"],
 }
 # Libraries that no script needs to avoid: imported once, before a fork for each script.
 SHARED = ["h5py", "numpy", "pandas", "pydantic", "yaml"]

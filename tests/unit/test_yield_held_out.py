@@ -5,10 +5,11 @@ import pandas as pd
 import pytest
 
 from millprint.predict.evaluation import coverage_table, score_table, split_luck
-from millprint.predict.held_out import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM, outer_folds, predict_held_out
+from millprint.predict.held_out import outer_folds, predict_held_out
 from millprint.predict.intervals import cross_intervals, cross_validated_intervals
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.procedures import procedure_of
+from millprint.predict.schemes import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
 from tests.unit.yield_settings import parts, settings
 
 WEIGH = YieldWeights(70, 2.0)

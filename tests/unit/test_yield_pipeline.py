@@ -23,8 +23,8 @@ from millprint.claims.tabulate import collect_findings
 from millprint.files import read_table
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.held_out import LOCKED_AGAIN
 from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, MODELS, otherwise, searched_again
+from millprint.predict.schemes import LOCKED_AGAIN
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

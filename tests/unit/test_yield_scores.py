@@ -12,7 +12,7 @@ from millprint.predict.distributions import MixtureYields, NormalYields
 from millprint.predict.estimators import LeastSquares, fit_quietly, gaussian_process
 from millprint.predict.features import Standardisation, engineer
 from millprint.predict.forests import QuickForest
-from millprint.predict.held_out import LEFT_OUT, NESTED, outer_folds
+from millprint.predict.held_out import outer_folds
 from millprint.predict.library_trials import (
     closed_form_r2,
     earlier_library,
@@ -24,6 +24,7 @@ from millprint.predict.library_trials import (
 from millprint.predict.metrics import YieldWeights, bootstrap_metrics, jackknife_error, without_each
 from millprint.predict.model import fit_model
 from millprint.predict.procedures import climatology, smaller_forests
+from millprint.predict.schemes import LEFT_OUT, NESTED
 from millprint.predict.scores import paired_test
 from millprint.predict.statements import state
 from tests.unit.yield_settings import all_runs, parts, settings

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from millprint.calibration.friction_fit import FRICTION_PAIR, Fit, fit_friction
+from millprint.calibration.friction_fit import Fit, fit_friction
+from millprint.calibration.names import FRICTION_PAIR, MEASURED, SIMULATED
 from millprint.calibration.oscillation import PLACES, Swing, describe_swings, make_swing, read_track, simulate_track
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
@@ -11,7 +12,6 @@ from millprint.config.mill import MillConfig
 from millprint.progress import progress
 
 FITTED, VARIED = "fit", "varied"
-SIMULATED, MEASURED = "simulated", "measured"
 PATH_STEP_S = 2e-3
 
 

@@ -26,10 +26,11 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 from scipy.optimize import direct, least_squares, minimize_scalar
 
+from millprint.calibration.names import FRICTION_PAIR
 from millprint.calibration.oscillation import PLACES
 from millprint.config.calibration import SwingConfig
+from millprint.quantiles import f_quantile
 
-FRICTION_PAIR = ("static_friction", "rolling_friction")
 STEP = 0.004  # of finite differences, in the logarithm
 CLOSE = 1e-4  # change of a logarithm at which the search ends
 NO_BETTER = 0.01  # a pair is better if S falls by this fraction of the variance of the error
@@ -143,7 +144,7 @@ class _Error(NamedTuple):
         degrees_of_freedom = places - misfit.parameters
         # Errors that go together count less: S belongs to as many places as are independent.
         variance = float((difference**2).sum()) / degrees_of_freedom
-        return cls(places, variance, float(stats.f.ppf(probability, 1, degrees_of_freedom)))
+        return cls(places, variance, float(f_quantile(probability, 1, degrees_of_freedom)))
 
 
 def fit_friction(

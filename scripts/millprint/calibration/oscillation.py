@@ -7,11 +7,10 @@ and rolls once friction has turned it, so that the first swings tell of static f
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from millprint.calibration.drop_test import GRAVITY
 from millprint.config.calibration import SwingConfig
@@ -24,6 +23,9 @@ from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import Vessel, build_vessel
 from millprint.mill.walls import Walls
 from millprint.tables import Number, read_measured, refuse_rows
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 SAMPLE_S = 4e-3  # between positions of the ball: a cubic through them is exact to about a micrometre
 PLACES = ["across_mm", "height_mm"]
@@ -49,11 +51,14 @@ class Swing:
         """The jar's walls for a ball of this radius; made when first asked for, as this takes long."""
         return walls_for(self.vessel, self.radius)
 
-    def positions(self, friction: tuple[float, float], duration: float) -> CubicSpline:
+    def positions(self, friction: tuple[float, float], duration: float) -> "CubicSpline":
         """Position (across, height) [mm] against time [s], for a pair (static, rolling) of friction coefficients.
 
         across is counted from the jar's middle, height from the lowest place of the ball. Raises SimulationError.
         """
+        # Slow to import, and the check of the input imports this module.
+        from scipy.interpolate import CubicSpline
+
         contact = self.contact.model_copy(
             update={"static_friction": float(friction[0]), "rolling_friction": float(friction[1])}
         )
@@ -74,6 +79,8 @@ def make_swing(
     rayleigh_fraction_max: longest step, over the Rayleigh time of the ball [-]. Raises ConfigError if no such place is
     in the jar.
     """
+    from scipy.optimize import brentq
+
     # The ball meets nothing but the wall.
     contact = contact.at_wall
     vessel, radius, release = build_vessel(mill), diameter / 2, settings.release

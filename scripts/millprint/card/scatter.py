@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as student
 
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.dem.collisions import merge_contacts
 from millprint.dose.spectra import read_contacts
 from millprint.fingerprint.redraw import block_length
+from millprint.quantiles import student_quantile
 
 # Energies and number of collisions in each revolution.
 NORMAL, TANGENTIAL, COUNT = range(3)
@@ -113,6 +113,6 @@ def spread(windows: list[Window], values: list[dict[str, float]], probability: f
         between = float(np.log([own[name] for own in values]).var(ddof=1)) if seeds > 1 else 0.0
         inside = sum(variances[name] * own for variances, own in within if name in variances)
         pooled = (inside + (seeds - 1) * between) / freedom
-        quantile = float(student.ppf(0.5 + probability / 2, freedom))
+        quantile = float(student_quantile(0.5 + probability / 2, freedom))
         found[name] = quantile * float(np.sqrt(max(pooled, between) * (1 + 1 / seeds)))
     return found

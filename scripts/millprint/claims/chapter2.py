@@ -1,8 +1,7 @@
 """Claims of thesis chapter 2: the screening design, the analysis of variance, half-life and wear."""
 
-from scipy.stats import f as f_distribution
-
 from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words
+from millprint.quantiles import f_above
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
 # What the printed analysis does not say; for explanations alone.
@@ -137,7 +136,7 @@ def interaction_degrees_of_freedom(evidence: Evidence) -> Finding:
     left = total - int(degrees[list(MAIN_EFFECTS)].sum()) - len(INTERACTIONS) * printed
     p_value = anova.loc["A:B", "p_value"]
     mean_square = anova.loc["Residual", "mean_square"]
-    as_printed = f_distribution.sf(anova.loc["A:B", "sum_of_squares"] / printed / mean_square, printed, residual)
+    as_printed = f_above(anova.loc["A:B", "sum_of_squares"] / printed / mean_square, printed, residual)
     reason = (
         f"The printed p = {printed_p} follows from {own} and {residual} degrees of freedom (p = {p_value:.4f}); "
         f"{printed} for each of the three interactions would leave {left} of {total} for the residual, and even with "

@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.calibration.experiment import SIMULATED
-from millprint.calibration.friction_fit import FRICTION_PAIR
+from millprint.calibration.names import FRICTION_PAIR, SIMULATED
 from millprint.claims.chapter3_causes import (
     AS_BUILT,
     CHANNELS,

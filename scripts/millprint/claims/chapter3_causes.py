@@ -2,10 +2,10 @@
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from millprint.claims.evidence import Evidence, in_words
 from millprint.fingerprint.descriptors import NOTHING
+from millprint.quantiles import chi_squared_quantile
 
 MILL, CONTACT = "emax", "calibrated"
 # Conditions on the rows of a table: the thesis's mill and contact set, and of these the mill as built.
@@ -130,7 +130,7 @@ def spread_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> 
         return ""
     value, printed = here[column].iloc[0], here[f"{column}_published"].iloc[0]
     degrees = here["revolutions"].iloc[0] - 1
-    low, high = (value * np.sqrt(degrees / stats.chi2.ppf(part, degrees)) for part in (0.975, 0.025))
+    low, high = (value * np.sqrt(degrees / chi_squared_quantile(part, degrees)) for part in (0.975, 0.025))
     chance = "chance may explain it" if low <= printed <= high else "more than chance"
     others = in_words(table, f"{{{column}:.1f}} at {{speed_rpm:g}} rpm")
     return f"95 % interval {low:.1f} to {high:.1f} %: {chance}; at all speeds {others}"

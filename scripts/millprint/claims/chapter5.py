@@ -4,9 +4,9 @@ import pandas as pd
 
 from millprint.claims.compare import agrees
 from millprint.claims.evidence import Evidence, Finding, Interval, claim, in_words, interval_of
-from millprint.predict.held_out import LEFT_OUT, NESTED, RANDOM
 from millprint.predict.metrics import GAINS
 from millprint.predict.regressors import regressor
+from millprint.predict.schemes import LEFT_OUT, NESTED, RANDOM
 
 UNITS = {"rmse": " pp", "mae": " pp", "mape": " %", "r2": "", "wmse": " pp2"}
 # Rows of yield/choices.tsv of models that differ in a seed alone.

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
+from millprint.quantiles import student_exceeded
 
 
 def closure_order(series: pd.DataFrame) -> float:
@@ -21,7 +21,7 @@ def chance_factor(series: pd.DataFrame, confidence: float) -> float:
     """
     freedom = int((series["seeds"] - 1).sum())
     comparisons = (len(series) - 1) * len(DESCRIPTORS)
-    return float(stats.t.isf((1 - confidence) / (2 * comparisons), freedom)) if freedom else 0.0
+    return float(student_exceeded((1 - confidence) / (2 * comparisons), freedom)) if freedom else 0.0
 
 
 def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dict:

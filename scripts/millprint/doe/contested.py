@@ -5,13 +5,13 @@ from math import log
 
 import numpy as np
 import pandas as pd
-from scipy.stats import f as f_distribution
 from statsmodels.regression.linear_model import OLS
 
 from millprint.config.doe import AnalysisConfig
 from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.design import as_designed
 from millprint.doe.runs import YIELD
+from millprint.quantiles import f_above
 
 # Longer tables of models are not read.
 MOST_MODELS = 64
@@ -116,7 +116,7 @@ def contested_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame:
                 "sum_if_rival_first": first,
                 "fraction_claimable": 1 - first / own if own > 0 else np.nan,
                 "F_if_rival_first": statistic,
-                "p_if_rival_first": f_distribution.sf(statistic, left, residual) if left and residual else np.nan,
+                "p_if_rival_first": f_above(statistic, left, residual) if left and residual else np.nan,
                 "residual_degrees_of_freedom": residual,
             }
         )

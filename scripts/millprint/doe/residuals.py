@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import chi2, norm, rankdata, shapiro
-from scipy.stats import f as f_distribution
+from scipy.stats import rankdata, shapiro
 from statsmodels.regression.linear_model import RegressionResultsWrapper
 from statsmodels.stats.diagnostic import normal_ad
 
@@ -17,6 +16,7 @@ from millprint.doe.design import treatments
 from millprint.doe.model import sums_of_squares
 from millprint.doe.runs import RUN_ORDER, YIELD
 from millprint.progress import progress
+from millprint.quantiles import chi_squared_above, f_above, normal_quantile
 
 # A run of at least this leverage fixes a parameter: the model goes through it.
 FULL_LEVERAGE = 1 - 1e-9
@@ -32,7 +32,7 @@ def residual_table(runs: pd.DataFrame, fit: RegressionResultsWrapper) -> pd.Data
     leverage = influence.hat_matrix_diag
     order = rankdata(fit.resid)
     # Blom's plotting positions.
-    quantile = norm.ppf((order - 0.375) / (len(order) + 0.25))
+    quantile = normal_quantile((order - 0.375) / (len(order) + 0.25))
 
     def where_free(values: np.ndarray) -> np.ndarray:
         return np.where(leverage < FULL_LEVERAGE, values, np.nan)
@@ -76,7 +76,7 @@ def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: Regressio
     if repeats and left and squares > 0:
         row["sum_of_squares"] = rest["sum_of_squares"] - squares
         row["statistic"] = row["sum_of_squares"] / left / (squares / repeats)
-        row["p_value"] = f_distribution.sf(row["statistic"], left, repeats)
+        row["p_value"] = f_above(row["statistic"], left, repeats)
         row["note"] = f"F on {left} and {repeats} degrees of freedom"
     else:
         row["note"] = "no test: no treatment was run twice" if not repeats else "no test: nothing is left to be tested"
@@ -86,7 +86,7 @@ def lack_of_fit_table(config: AnalysisConfig, runs: pd.DataFrame, fit: Regressio
         for term, line in table.iterrows():
             statistic = line["sum_of_squares"] / error**2
             own = {"term": term, **line, "error_percent": 100 * error, "statistic": statistic}
-            own["p_value"] = chi2.sf(statistic, line["degrees_of_freedom"])
+            own["p_value"] = chi_squared_above(statistic, line["degrees_of_freedom"])
             note = "chi-squared of the residual: what the model leaves out" if term == "Residual" else "chi-squared"
             rows.append({"against": "repeatability", **own, "note": note})
     columns = ["against", "term", "degrees_of_freedom", "sum_of_squares", "error_percent", "statistic", "p_value"]

@@ -6,8 +6,7 @@ from math import floor, isfinite, log10
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
-from scipy.stats import chi2, ncf
-from scipy.stats import f as f_distribution
+from scipy.stats import ncf
 from statsmodels.stats.multitest import multipletests
 
 from millprint.config.doe import AnalysisConfig
@@ -15,6 +14,7 @@ from millprint.doe.aliases import interaction_partners, term_columns
 from millprint.doe.design import as_designed, level_codes
 from millprint.doe.model import contrast_sums, fit_factors, sums_of_squares
 from millprint.doe.runs import YIELD
+from millprint.quantiles import chi_squared_exceeded, f_exceeded
 
 
 def truncated(value: float, decimals: int = 3) -> str:
@@ -118,10 +118,10 @@ def pareto_table(
     own = terms["degrees_of_freedom"]
     second = corrected[corrected["sums"] == "II"].set_index("term")
     table = terms[["source", "term", "degrees_of_freedom", "F", "p_value"]].assign(
-        critical_F=f_distribution.isf(significance, own, residual),
+        critical_F=f_exceeded(significance, own, residual),
         F_type_two=terms["term"].map(second["F"]),
         stands_after_holm=terms["term"].map(second["stands_after_holm"]),
-        F_published=f_distribution.isf(terms["source"].map(printed_p).astype(float), own, residual),
+        F_published=f_exceeded(terms["source"].map(printed_p).astype(float), own, residual),
     )
     return table.sort_values("F", ascending=False, ignore_index=True)
 
@@ -166,7 +166,7 @@ def detectable_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame
         levels, own = len(config.factor(symbol).levels), table.loc[symbol, "degrees_of_freedom"]
         others = [term for term in config.model if symbol not in term.split(":")]
         columns = np.hstack([np.ones((len(runs), 1)), *(term_columns(config, runs, term) for term in others)])
-        critical = float(f_distribution.isf(1 - config.confidence, own, rest))
+        critical = float(f_exceeded(1 - config.confidence, own, rest))
         needed = noncentrality(critical, own, rest, 1 - config.power)
         means = runs[YIELD].groupby(codes).mean()
         shapes = {
@@ -177,7 +177,7 @@ def detectable_table(config: AnalysisConfig, runs: pd.DataFrame) -> pd.DataFrame
             effect = heights[codes]
             alone = effect - columns @ np.linalg.lstsq(columns, effect, rcond=None)[0]
             least = 100 * np.sqrt(needed * fit.mse_resid / (alone @ alone))
-            ends = np.sqrt(rest / chi2.isf([tail, 1 - tail], rest))
+            ends = np.sqrt(rest / chi_squared_exceeded([tail, 1 - tail], rest))
             rows.append(
                 {
                     "factor": symbol,

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import exprel
 
 BODIES = ("balls", "powder", "jar")
@@ -176,6 +175,9 @@ def time_to_limit(balance: Balance, body: int, limit_degC: float) -> np.ndarray:
 
     The temperatures rise all the time, so the time is the root of a monotone function.
     """
+    # Slow to import, and the check of the input imports this module.
+    from scipy.optimize import brentq
+
     _, running = balance.modes
     steady = balance.steady_K
     found = np.full(len(balance), np.inf)
@@ -213,6 +215,8 @@ def pause_needed(balance: Balance, body: int, limit_degC: float, milling_s: floa
 
     0 where no pause is needed; inf where none of up to 24 h is enough.
     """
+    from scipy.optimize import brentq
+
     found = np.zeros(len(balance))
     for sample in range(len(balance)):
 

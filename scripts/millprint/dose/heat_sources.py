@@ -7,7 +7,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pandas as pd
-import trimesh
 
 from millprint.errors import ConfigError
 from millprint.files import read_json
@@ -78,6 +77,9 @@ def read_source(summary_path: str | Path, run_path: str | Path) -> HeatSource:
 
     Raises ConfigError, in one line, for a file that cannot be read or a run that dissipates nothing.
     """
+    # Slow to import, and the check of the input imports this module.
+    import trimesh
+
     summary = read_json(summary_path)
     with open_hdf5(run_path) as file:
         split = split_of_contacts(file["collisions"])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
 from millprint.config.heat import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
 from millprint.dose.heat import BALLS, BODIES, Balance, Course, pause_needed, programme_phases, solve, time_to_limit
@@ -56,6 +55,9 @@ def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
     A range that spans a factor of ten is uniform in the logarithm. Where a pause has the cooling of milling, it has its
     number too.
     """
+    # Slow to import, and the check of the input imports this module.
+    from scipy.stats import qmc
+
     ranges = ranges_of(settings, mill)
     cube = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(settings.seed)).random(settings.samples)
     columns = {}

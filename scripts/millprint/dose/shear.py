@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq, minimize_scalar
-from scipy.stats import f as f_distribution
 
 from millprint.dose.dose import NORMAL, TANGENTIAL, TOTAL, YIELD
 from millprint.dose.kinetics import FEWEST_RUNS, MODELS, aicc, fit_law
+from millprint.quantiles import f_quantile
 
 LAWS = ("first order", "Avrami")
 # w is sought between 1 over it and it.
@@ -65,7 +65,7 @@ def _worth_by(runs: pd.DataFrame, law: str) -> ShearWorth:
     found = minimize_scalar(lambda log_w: squares(np.exp(log_w)), bounds=near, method="bounded")
     worth, least = float(np.exp(found.x)), max(float(found.fun), 1e-12 * float(profile.max()))
     free = count - len(model.names) - 1
-    bound = least * (1 + f_distribution.ppf(0.95, 1, free) / free) if free > 0 else np.inf
+    bound = least * (1 + f_quantile(0.95, 1, free) / free) if free > 0 else np.inf
 
     def end(beyond: np.ndarray, otherwise: float) -> float:
         if not len(beyond):

@@ -24,8 +24,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from scipy.constants import g as KGF
-from scipy.stats import norm
-from scipy.stats import t as student
 
 from millprint.config.dose import ChargeConfig
 from millprint.doe.chemistry import powder_mass
@@ -34,6 +32,7 @@ from millprint.dose.sliding import BALL_BALL, BALL_WALL, CONDITION
 from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.bands import Factors
+from millprint.quantiles import normal_quantile, student_quantile
 from millprint.tables import Number, Text, read_measured, refuse_rows
 
 # Pa in one Vickers unit, kgf/mm2.
@@ -215,7 +214,7 @@ def _factors(
     own = material.name == result["material"]
     widths = dict.fromkeys(ORIGINS, np.nan) | {"hardness": 0.0}
     if held:
-        widths["coefficient"] = float(student.ppf(half, held)) * result["miss_log"]
+        widths["coefficient"] = float(student_quantile(half, held)) * result["miss_log"]
     if not own:
         # The hardness of the weighed material is a part of its coefficient: only another material adds its own.
         widths["coefficient"] = float(np.hypot(widths["coefficient"], np.log(material["coefficient_factor"])))
@@ -224,7 +223,7 @@ def _factors(
         np.log(material["hardness_hv"] / material["hardness_low_hv"]),
     )
     widths["hardness"] = 0.0 if own else float(max(spans))
-    widths["scatter"] = float(norm.ppf(half)) * row["relative_error"]
+    widths["scatter"] = float(normal_quantile(half)) * row["relative_error"]
     if contact is not None and (contact.mill, contact.contact) == (row["mill"], row["contact"]):
         ends = np.log(contact.at(np.array([row["fill_ratio"], result["fill_ratio"]]))["Pt"])
         # In the mill and with the balls of the fit, contact parameters act on fit and prediction alike.

@@ -6,8 +6,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-from scipy.stats import norm
-
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE
@@ -22,6 +20,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import GRID
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
+from millprint.quantiles import normal_quantile
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25
@@ -94,7 +93,7 @@ def mill_content(
     }
     return {
         **machine._asdict(),
-        "widths": [float(norm.ppf(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
+        "widths": [float(normal_quantile(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
         "fingerprints": kept,
         "origins": {name: about._asdict() for name, about in origins.items()},
         "yield": yield_content(yields) if yields else None,

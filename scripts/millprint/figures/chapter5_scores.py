@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from millprint.figures.chapter5_trust import SCHEMES, model_title
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN
-from millprint.predict.held_out import LEFT_OUT, NESTED
+from millprint.predict.schemes import LEFT_OUT, NESTED
 
 BOTH = (LEFT_OUT, NESTED)
 AXES = {"crps_pp": "CRPS [percentage points]", "log_score": "logarithmic score [nats]"}

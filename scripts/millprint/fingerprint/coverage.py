@@ -2,12 +2,12 @@
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
+from millprint.quantiles import normal_quantile
 
 # Name of what is left out at a time -> the variables that its conditions share.
 LEFT_OUT = {
@@ -29,7 +29,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     fingerprint's own probability; `error_percent`: root mean square of the errors; `half_width_percent`: median.
     """
     probability = fingerprint.about["probability"]
-    width = norm.ppf(0.5 + 0.5 * probability)
+    width = normal_quantile(0.5 + 0.5 * probability)
     rows = []
     for quantity, process in fingerprint.processes.items():
         inverse = process.inverse()

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
-from statsmodels.regression.linear_model import OLS
 
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import CHARGE, as_built
@@ -50,6 +49,9 @@ def _exponent(
     Ordinary least squares with a constant for each group that has two levels at least, and Student's interval. It is
     as wide as the exponents of the groups differ: an exponent that holds at some fill ratios only is not certain.
     """
+    # Slow to import, and the claims import this module.
+    from statsmodels.regression.linear_model import OLS
+
     levels = runs.groupby(alike, sort=True)[variable].transform("nunique")
     compared = runs[levels > 1]
     row = {

@@ -9,11 +9,14 @@ with n^3.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import cholesky, get_lapack_funcs, solve_triangular
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import Kernel
+
+if TYPE_CHECKING:
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import Kernel
 
 # More conditions than this are reduced; the thesis's fingerprints have fewer.
 WHOLE_MAX = 500
@@ -30,7 +33,7 @@ class Reduced:
     V; noise (n,): variances with what is left out; lower (m, m): the root of 1 + V noise^-1 V^T; weights (m,).
     """
 
-    kernel: Kernel
+    kernel: "Kernel"
     taken: np.ndarray
     corner: np.ndarray
     factor: np.ndarray
@@ -39,7 +42,7 @@ class Reduced:
     weights: np.ndarray
 
     @classmethod
-    def fit(cls, kernel: Kernel, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Reduced":
+    def fit(cls, kernel: "Kernel", inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Reduced":
         """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
         factor, order, left = pivoted(kernel, inputs, LEFT_OUT * float(noise.min()))
         total = noise + left
@@ -79,7 +82,7 @@ class Reduced:
         return ReducedInverse(1 / self.noise, solve_triangular(self.lower, self.factor / self.noise, lower=True))
 
 
-def pivoted(kernel: Kernel, inputs: np.ndarray, enough: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pivoted(kernel: "Kernel", inputs: np.ndarray, enough: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """V (m, n), the places of the conditions taken (m,), and the variance that each condition has left (n,).
 
     enough: the largest variance that may be left; with TAKEN_MAX conditions taken, more may be.
@@ -103,11 +106,14 @@ def pivoted(kernel: Kernel, inputs: np.ndarray, enough: float) -> tuple[np.ndarr
 class Whole:
     """A process of all its conditions, by sklearn's regressor, with the methods of Reduced."""
 
-    regressor: GaussianProcessRegressor
+    regressor: "GaussianProcessRegressor"
 
     @classmethod
-    def fit(cls, kernel: Kernel, inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
+    def fit(cls, kernel: "Kernel", inputs: np.ndarray, values: np.ndarray, noise: np.ndarray) -> "Whole":
         """From inputs (n, k), values about their mean (n,) and the variances of their noise (n,)."""
+        # Takes two seconds to import: who reads a fingerprint and predicts nothing does without.
+        from sklearn.gaussian_process import GaussianProcessRegressor
+
         return cls(GaussianProcessRegressor(kernel, alpha=noise, optimizer=None).fit(inputs, values))
 
     def mean(self, inputs: np.ndarray) -> np.ndarray:

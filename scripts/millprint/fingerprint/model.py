@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 
 from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
 from millprint.config.sweep import ball_count
@@ -29,6 +28,7 @@ from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
 from millprint.fingerprint.processes import Predictor, Process, kinds_of, logarithms, varied_components
+from millprint.quantiles import normal_quantile
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
@@ -101,7 +101,7 @@ class Fingerprint:
         self.about = about
         self.processes = processes
         self.further = dict(further or {})
-        self.width = float(norm.ppf(0.5 + 0.5 * about["probability"]))
+        self.width = float(normal_quantile(0.5 + 0.5 * about["probability"]))
 
     @classmethod
     def fit(

@@ -14,17 +14,18 @@ departure q(fill) of its own. There is nothing between two kinds: one tells noth
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 
 from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+
+if TYPE_CHECKING:
+    from sklearn.gaussian_process.kernels import Kernel
 
 # Component -> its variables besides the fill ratio, and the start and bounds of its variance.
 COMPONENTS = {
@@ -81,8 +82,11 @@ def held(length: float) -> tuple[float, tuple[float, float]]:
 LENGTHS = {"fill_ratio": (1.0, FILL_LENGTH), CHARGE: held(APART)}
 
 
-def build_kernel(components: dict[str, list[str]]) -> Kernel:
+def build_kernel(components: dict[str, list[str]]) -> "Kernel":
     """The sum of the components, without noise; a length at IDLE is held there."""
+    # Takes two seconds to import: who reads a fingerprint and predicts nothing does without.
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern
+
     total = None
     for name, variables in components.items():
         _, variance, bounds = COMPONENTS[name]
@@ -120,6 +124,10 @@ class Process:
         (2013) 55: the likelihood alone is too sure of itself where the model is not quite right. Of more than
         LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
         """
+        from sklearn.exceptions import ConvergenceWarning
+        from sklearn.gaussian_process import GaussianProcessRegressor
+        from sklearn.gaussian_process.kernels import WhiteKernel
+
         known = (inputs, logs, errors)
         if len(logs) > LEARNT_FROM:
             chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
@@ -136,7 +144,7 @@ class Process:
         stretch = float(np.sqrt(np.mean((logs - means) ** 2 / deviations**2)))
         return replace(process, stretch=max(1.0, stretch))
 
-    def _kernel(self) -> Kernel:
+    def _kernel(self) -> "Kernel":
         return build_kernel(self.components).clone_with_theta(self.theta)
 
     def predictor(self) -> "Predictor":

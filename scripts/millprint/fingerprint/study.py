@@ -9,13 +9,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from millprint.config.fingerprint import StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.inputs import counted
 from millprint.fingerprint.mill_sheet import DESCRIBED
+from millprint.quantiles import chi_squared_exceeded, chi_squared_quantile, normal_exceeded, student_exceeded
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")
@@ -124,9 +124,9 @@ def judge(change: float, error: float, freedom: int, comparisons: int, study: St
     if freedom < 1 or not math.isfinite(change) or not math.isfinite(error):
         return UNKNOWN
     chance = 1 - study.confidence
-    if abs(change) + stats.t.isf(chance, freedom) * error <= study.tolerance_percent:
+    if abs(change) + student_exceeded(chance, freedom) * error <= study.tolerance_percent:
         return GOOD
-    if abs(change) - stats.t.isf(chance / comparisons, freedom) * error > study.tolerance_percent:
+    if abs(change) - student_exceeded(chance / comparisons, freedom) * error > study.tolerance_percent:
         return BAD
     return UNKNOWN
 
@@ -136,7 +136,7 @@ def seeds_to_decide(change: float, error: float, freedom: int, seeds: int, study
     room = study.tolerance_percent - abs(change)
     if freedom < 1 or not room > 0 or not math.isfinite(error):
         return None
-    needed = math.ceil(seeds * (stats.t.isf(1 - study.confidence, freedom) * error / room) ** 2)
+    needed = math.ceil(seeds * (student_exceeded(1 - study.confidence, freedom) * error / room) ** 2)
     return max(needed, seeds + 1) if needed <= MOST_SEEDS else None
 
 
@@ -147,12 +147,12 @@ def judge_scatter(relative: float, freedom: int, seeds: int, comparisons: int, s
     half-width is z s / sqrt(seeds). GOOD where it is within the tolerance with the upper bound of s (chi square), BAD
     where it is beyond with the lower one, shared out among the comparisons.
     """
-    half = 100 * float(stats.norm.isf((1 - study.confidence) / 2)) * relative / math.sqrt(seeds)
+    half = 100 * float(normal_exceeded((1 - study.confidence) / 2)) * relative / math.sqrt(seeds)
     if freedom < 1 or not math.isfinite(half):
         return half, UNKNOWN
     chance = 1 - study.confidence
-    upper = half * math.sqrt(freedom / stats.chi2.ppf(chance, freedom))
-    lower = half * math.sqrt(freedom / stats.chi2.isf(chance / comparisons, freedom))
+    upper = half * math.sqrt(freedom / chi_squared_quantile(chance, freedom))
+    lower = half * math.sqrt(freedom / chi_squared_exceeded(chance / comparisons, freedom))
     if upper <= study.tolerance_percent:
         return half, GOOD
     return half, BAD if lower > study.tolerance_percent else UNKNOWN

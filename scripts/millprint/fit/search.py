@@ -5,7 +5,6 @@ from collections.abc import Callable
 from functools import cache
 
 import pandas as pd
-from scipy.stats import qmc
 
 from millprint.config.fit import FitConfig, ShapeConfig, StageConfig
 from millprint.errors import ConfigError, SimulationError
@@ -62,6 +61,9 @@ class Search:
 
 def candidates(settings: FitConfig, present: dict[str, float]) -> list[Jar]:
     """The present jar, then a Sobol sequence over the ranges, every parameter on its grid."""
+    # Slow to import, and the tables of a fit import this module.
+    from scipy.stats import qmc
+
     ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
     # A power of two keeps the sequence balanced; what is too much is not simulated.
     places = qmc.Sobol(len(ranges), seed=settings.seed).random_base2((settings.screening.jars - 1).bit_length())

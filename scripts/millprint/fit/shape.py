@@ -1,7 +1,6 @@
 """Jars of one volume, by the parameters that the thesis does not give."""
 
 import numpy as np
-from scipy.optimize import brentq
 
 from millprint.config.fit import RangeConfig, ShapeConfig
 from millprint.config.geometry import StadiumGeometry
@@ -39,6 +38,9 @@ def shaped(mill: MillConfig, parameters: dict[str, float]) -> MillConfig:
 
     Raises ConfigError where no end radius does.
     """
+    # Slow to import, and the tables of a fit import this module.
+    from scipy.optimize import brentq
+
     whole = {name: value for name, value in parameters.items() if name != "straight_ratio"}
     whole["facets_per_half_circle"] = int(whole["facets_per_half_circle"])
     size = mill.volume_ml ** (1 / 3) * 10

@@ -9,10 +9,10 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 
 from millprint.predict.averaging import LINKS, Member, to_conversion
 from millprint.predict.features import describe
+from millprint.quantiles import normal_below, normal_density, normal_log_density
 
 # CRPS [pp], logarithmic score [-] (of the density in 1/pp), and the probability integral transform [-].
 SCORE_COLUMNS = ("crps_pp", "log_score", "pit")
@@ -47,9 +47,9 @@ class NormalYields:
         """As Distribution.scores. CRPS = s (z (2 Phi(z) - 1) + 2 phi(z) - 1 / sqrt(pi)), z = (y - mean) / s."""
         deviation = np.maximum(self.deviation, SMALLEST_PP)
         scaled = (truth - self.mean) / deviation
-        below = norm.cdf(scaled)
-        crps = deviation * (scaled * (2 * below - 1) + 2 * norm.pdf(scaled) - 1 / np.sqrt(np.pi))
-        return crps, -norm.logpdf(truth, self.mean, deviation), below
+        below = normal_below(scaled)
+        crps = deviation * (scaled * (2 * below - 1) + 2 * normal_density(scaled) - 1 / np.sqrt(np.pi))
+        return crps, -normal_log_density(truth, self.mean, deviation), below
 
 
 @dataclass(frozen=True)
@@ -95,5 +95,5 @@ class MixtureYields:
         for member, weight, (mean, deviation) in zip(self.members, self.weights, self.latent, strict=True):
             link = LINKS[member.candidate.link]
             slope = np.exp(link.log_slope(inside))
-            density += weight * norm.pdf(link.forward(inside), mean, deviation) * slope
+            density += weight * normal_density(link.forward(inside), mean, deviation) * slope
         return 100 * crps, -np.log(density / 100), self.below(conversion[:, None])[:, 0]

@@ -5,8 +5,8 @@ import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.yields import EvaluationConfig
-from millprint.predict.held_out import LOCKED_AGAIN, NESTED, RANDOM
 from millprint.predict.metrics import GAINS, METRICS, YieldWeights, bootstrap_metrics, metrics
+from millprint.predict.schemes import LOCKED_AGAIN, NESTED, RANDOM
 
 KEYS = ["model", "strategy", "scheme"]
 

@@ -11,10 +11,8 @@ from millprint.config.yields import HeldOutConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.distributions import SCORE_COLUMNS
 from millprint.predict.procedures import Procedure
+from millprint.predict.schemes import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
 
-LEFT_OUT, NESTED, RANDOM = "leave_one_out", "nested_cv", "random_split"
-# The locked split at the budget of the other schemes, to be compared with them.
-LOCKED_AGAIN = "locked_reduced_budget"
 PREDICTION_COLUMNS = [
     "scheme",
     "repeat",

@@ -25,8 +25,9 @@ from millprint.predict.averaging import (
 )
 from millprint.predict.distributions import SCORE_COLUMNS, MixtureYields
 from millprint.predict.features import describe
-from millprint.predict.held_out import LEFT_OUT, OuterFold
+from millprint.predict.held_out import OuterFold
 from millprint.predict.metrics import YieldWeights, jackknife_error, metrics, without_each
+from millprint.predict.schemes import LEFT_OUT
 from millprint.predict.scores import COMPARED, WHOLE, paired_test
 
 DECLARED, EARLIER = "declared", "earlier"

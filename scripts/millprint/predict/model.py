@@ -6,12 +6,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 
 from millprint.config.yields import Choices, TrainingConfig
 from millprint.predict.estimators import fit_quietly
 from millprint.predict.features import FEATURES, TIME, Standardisation, engineer
 from millprint.predict.regressors import PRIMARY, Parameters, regressor
+from millprint.quantiles import normal_quantile
 
 T = TypeVar("T")
 
@@ -131,7 +131,7 @@ class YieldModel:
     def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
         """Ends (n, levels, 2) [%] of the central normal intervals; NaN without a distribution, not clipped."""
         predicted = self.predict(rows)[:, None]
-        half = norm.ppf(0.5 + np.asarray(levels) / 2) * self.deviation(rows)[:, None]
+        half = normal_quantile(0.5 + np.asarray(levels) / 2) * self.deviation(rows)[:, None]
         return np.stack([predicted - half, predicted + half], axis=2)
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
@@ -14,6 +13,7 @@ from millprint.predict.distributions import Distribution, MixtureYields, NormalY
 from millprint.predict.intervals import CV_PLUS, cross_intervals, cross_validate, own_intervals, refit
 from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, regressor
 from millprint.predict.search import Trainer
+from millprint.quantiles import normal_quantile
 
 # A normal distribution whose spread is that of errors of other runs.
 ERRORS = "errors"
@@ -50,7 +50,7 @@ def climatology(rows: pd.DataFrame, yields: np.ndarray, unseen: pd.DataFrame, le
     """The normal distribution of the training yields (n,) [%] for every row: s^2 (1 + 1 / n) is that of a new run."""
     mean = np.full(len(unseen), yields.mean())
     spread = np.full(len(unseen), yields.std(ddof=1) * np.sqrt(1 + 1 / len(yields)))
-    half = spread[:, None] * norm.ppf(0.5 + np.array(levels) / 2)
+    half = spread[:, None] * normal_quantile(0.5 + np.array(levels) / 2)
     ends = np.clip(np.stack([mean[:, None] - half, mean[:, None] + half], axis=2), 0, 100)
     return Prediction(mean, {ERRORS: ends}, NormalYields(ERRORS, mean, spread))
 

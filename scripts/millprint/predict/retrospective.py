@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t
 from sklearn.base import RegressorMixin
 from sklearn.linear_model import LinearRegression, RidgeCV
 from sklearn.pipeline import make_pipeline
@@ -17,6 +16,7 @@ from millprint.doe.runs import YIELD
 from millprint.predict.acquisition import expected_improvement
 from millprint.predict.averaging import AveragedModel, fit_averaged
 from millprint.predict.features import TIME, describe
+from millprint.quantiles import student_quantile
 
 IMPROVEMENT, GREEDY, CHANCE = "expected_improvement", "highest_mean", "random"
 LEAST_SQUARES, RIDGE, RULE = "least_squares", "ridge", "most_balls_longest_time"
@@ -135,7 +135,7 @@ def search_table(
 def mean_interval(values: np.ndarray, level: float) -> tuple[float, float, float]:
     """Mean, and the ends of Student's interval; the ends are NaN for one value."""
     mean, count = float(values.mean()), len(values)
-    half = t.ppf(0.5 + level / 2, count - 1) * values.std(ddof=1) / np.sqrt(count) if count > 1 else np.nan
+    half = student_quantile(0.5 + level / 2, count - 1) * values.std(ddof=1) / np.sqrt(count) if count > 1 else np.nan
     return mean, mean - half, mean + half
 
 

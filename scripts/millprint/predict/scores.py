@@ -2,14 +2,14 @@
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t
 from statsmodels.stats.multitest import multipletests
 
 from millprint.predict.distributions import SCORE_COLUMNS
 from millprint.predict.evaluation import KEYS
-from millprint.predict.held_out import LEFT_OUT, NESTED
 from millprint.predict.metrics import jackknife_error, without_each
 from millprint.predict.regressors import CLIMATOLOGY
+from millprint.predict.schemes import LEFT_OUT, NESTED
+from millprint.quantiles import student_above
 
 CRPS, LOG_SCORE, PIT = SCORE_COLUMNS
 # The schemes in which every run is predicted equally often.
@@ -99,7 +99,7 @@ def paired_test(one: pd.DataFrame, other: pd.DataFrame, scheme: str, metric: str
         "error": error,
         "statistic": float(statistic),
         "degrees": degrees,
-        "p": float(2 * t.sf(abs(statistic), degrees)),
+        "p": float(2 * student_above(abs(statistic), degrees)),
     }
 
 

@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from millprint.predict.held_out import LEFT_OUT, NESTED
 from millprint.predict.library_trials import DECLARED, DIFFERENCE, EARLIER
 from millprint.predict.regressors import AVERAGED, PRIMARY, TITLES, TWO_STEP
 from millprint.predict.retrospective import ALL_TARGETS, CHANCE, IMPROVEMENT, RULE
 from millprint.predict.retrospective_learning import LEARNING
+from millprint.predict.schemes import LEFT_OUT, NESTED
 from millprint.predict.scores import CRPS, LOG_SCORE
 
 BOTH = {LEFT_OUT: "leave-one-out", NESTED: "repeated k-fold"}

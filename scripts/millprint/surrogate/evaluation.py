@@ -18,8 +18,6 @@ from millprint.surrogate.trajectory import Trajectory
 INCREMENT_S = 0.005
 # Shares of the error of two unrelated simulations: where trajectories count as diverged, and where their growth begins.
 DIVERGED, CLOSE = 0.5, 1e-4
-# A mean square speed over that of the simulation, above which a roll-out runs away.
-RUNAWAY = 2.0
 # The mechanical fingerprint {E_n, E_t, f / n} of single collisions, and its units.
 DESCRIPTOR_UNITS = {"normal_energy": "J", "tangential_energy": "J", "collision_frequency": "per_ball_hz"}
 
@@ -141,7 +139,7 @@ def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene, summar
     values["balls_left"] = _balls_left(rollout)
     if values["balls_left"]:
         values["first_left_s"] = float(rollout.crossed_s.min())
-    values["stable"] = float(values["balls_left"] == 0 and values["mean_square_speed_ratio"] < RUNAWAY)
+    values["stable"] = float(values["balls_left"] == 0 and values["mean_square_speed_ratio"] < measures.RUNAWAY)
     values |= {f"mean_{kind}_edges": number for kind, number in rollout.mean_edges.items()}
     values["dem_power_W"] = float(truth.cumulative_J[-1].mean() / truth.time_s[-1])
     values["position_mse_centroid_m2"] = measures.plateau(measures.centroid_error(truth.position_m))

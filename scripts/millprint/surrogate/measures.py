@@ -1,7 +1,9 @@
 """Measures of the difference between a roll-out and a simulation, or between two simulations."""
 
 import numpy as np
-from scipy.stats import wasserstein_distance
+
+# A mean square speed over that of the simulation, above which a roll-out runs away.
+RUNAWAY = 2.0
 
 
 def position_error(position: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -62,6 +64,9 @@ def distribution_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Wasserstein distance of two samples, in their unit; infinite if the first holds anything not finite."""
     if not np.isfinite(first).all():
         return np.inf
+    # Slow to import, and claims and figures import this module.
+    from scipy.stats import wasserstein_distance
+
     return float(wasserstein_distance(first.ravel(), second.ravel()))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from millprint.surrogate.evaluation import RUNAWAY
+from millprint.surrogate.measures import RUNAWAY
 
 MEASURE = ["test", "measure"]
 SPREAD = ["trainings", "lowest", "highest"]

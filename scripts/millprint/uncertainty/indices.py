@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
-from scipy.stats import norm
 
+from millprint.quantiles import normal_quantile
 from millprint.uncertainty.emulator import Emulator
 
 # Bootstrap resamples of the sums in an index.
@@ -70,7 +70,7 @@ def sobol_indices(draws: Draws, probability: float, seed: int) -> pd.DataFrame:
     S_i = V(E(y | x_i)) / V(y), S_Ti = 1 - V(E(y | all but x_i)) / V(y). The interval holds the spread between draws of
     the emulator and, by bootstrap, the error of the sums.
     """
-    width = norm.ppf(0.5 + 0.5 * probability)
+    width = normal_quantile(0.5 + 0.5 * probability)
     # SALib takes a seed of 0 for none.
     found = [
         sobol_analysis.analyze(

@@ -7,7 +7,6 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.uncertainty.samples import check_contact, fill_ratios_of, space_of, varied_case
 
 
 def uncertainty_faults(
@@ -15,7 +14,12 @@ def uncertainty_faults(
 ) -> Iterator[str]:
     """A line for each fault, with file, key, value and what would be right; none if everything is valid."""
     settings = config.uncertainty
-    if settings.mills and settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
+    if not settings.mills:
+        return
+    # Takes long to import, and few configurations name such a mill.
+    from millprint.uncertainty.samples import check_contact, space_of
+
+    if settings.rayleigh_fraction > config.dem.rayleigh_fraction_max:
         yield (
             f"{source}: uncertainty.rayleigh_fraction = {settings.rayleigh_fraction:g}: at most "
             f"{config.dem.rayleigh_fraction_max:g} (dem.rayleigh_fraction_max)"
@@ -30,6 +34,10 @@ def uncertainty_faults(
 def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> list[Case]:
     """The smallest and the largest charge of each mill of the section, with the stiffest balls, which take longest."""
     settings = config.uncertainty
+    if not settings.mills:
+        return []
+    from millprint.uncertainty.samples import fill_ratios_of, varied_case
+
     _, stiffest = settings.parameters.young_modulus_gpa.given_range
     found = []
     for name in settings.mills:

@@ -11,6 +11,7 @@ from scipy.stats import qmc
 
 from millprint.config.uncertainty import PARAMETERS, DistributionSection, Parameter, ParametersSection
 from millprint.errors import ConfigError
+from millprint.quantiles import normal_quantile
 
 # Normal distributions end here, so that a design of their range is a design of what matters.
 MOST_DEVIATIONS = 3.0
@@ -45,7 +46,7 @@ def _normal(section: Any, low: float, high: float) -> Any:
 def _measured(section: Any, low: float, high: float) -> Any:
     if section.value is not None:
         return _cut_normal(section.value, section.standard_error, low, high)
-    half = stats.norm.ppf(0.5 + 0.5 * section.probability)
+    half = normal_quantile(0.5 + 0.5 * section.probability)
     return _cut_normal((section.lower + section.upper) / 2, (section.upper - section.lower) / 2 / half, low, high)
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
 from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
@@ -188,6 +187,9 @@ def slab_of_bed(path: Path, thickness: float) -> pd.DataFrame:
 
 def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[ContactConfig]:
     """Contact sets with parameters drawn from the intervals of the settings by a Latin hypercube, the seed fixed."""
+    # Slow to import, and every set-up imports this module.
+    from scipy.stats import qmc
+
     draws = qmc.LatinHypercube(len(VARIED), rng=0).random(settings.samples)
     changed = []
     for draw in draws:

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+
+from millprint.quantiles import student_quantile
 
 # The surface is where the number density falls to this share of that of the bed.
 SURFACE_SHARE = 0.5
@@ -131,5 +132,5 @@ def block_uncertainty(values: np.ndarray, probability: float = 0.95) -> np.ndarr
     blocks = len(values)
     if blocks < 2:
         return np.full(np.shape(values)[1:], math.nan)
-    factor = stats.t.ppf((1 + probability) / 2, blocks - 1)
+    factor = student_quantile((1 + probability) / 2, blocks - 1)
     return factor * np.std(values, axis=0, ddof=1) / math.sqrt(blocks)

@@ -7,8 +7,6 @@ knows lifters, friction, or balls that are carried past the top.
 import math
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-
 GRAVITY = 9.81
 # Lift angle of Hogg and Fuerstenau [deg]: the formula leaves it open. 35 deg is a usual choice for ball mills.
 LIFT_ANGLE_DEG = 35.0
@@ -35,6 +33,9 @@ class Mill:
 
 def half_angle(filling: float) -> float:
     """Half the angle that a segment takes of a circle [rad], from its share of the area: J = (t - sin t cos t) / pi."""
+    # Slow to import, and every set-up imports this module.
+    from scipy.optimize import brentq
+
     return float(brentq(lambda angle: (angle - math.sin(angle) * math.cos(angle)) / math.pi - filling, 0, math.pi))
 
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
 from millprint.mill.bodies import build_bodies
+from millprint.quantiles import student_quantile
 from millprint.validation.inputs import Inputs
 from millprint.validation.power_formulas import LIFT_ANGLE_DEG, Mill, hogg_fuerstenau, morrell
 from millprint.validation.predictions import CONTACT, DEM, SCATTER, prediction
@@ -27,7 +27,7 @@ def mean_interval(values: np.ndarray, probability: float = PROBABILITY) -> tuple
     mean = float(values.mean())
     if len(values) < 2:
         return mean, math.nan, math.nan
-    half = float(stats.t.ppf(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
+    half = float(student_quantile(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
     return mean, mean - half, mean + half
 
 
@@ -36,7 +36,10 @@ def without_jump(angles_deg: np.ndarray) -> np.ndarray:
     angles = np.asarray(angles_deg, dtype=float)
     if not angles.size:
         return angles
-    middle = stats.circmean(angles, high=360)
+    # Slow to import, and every set-up imports this module.
+    from scipy.stats import circmean
+
+    middle = circmean(angles, high=360)
     return middle + (angles - middle + 180) % 360 - 180
 
 

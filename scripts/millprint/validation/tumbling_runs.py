@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import qmc
 
 from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
@@ -49,6 +48,9 @@ def contact_values(contact: ContactConfig) -> dict[str, float]:
 
 def sampled_contacts(settings: TumblingConfig) -> list[dict[str, float]]:
     """CONTACT_KEYS of the sample: a Latin hypercube over the ranges of the section."""
+    # Slow to import, and every set-up imports this module.
+    from scipy.stats import qmc
+
     keys = ("restitution", "static_friction", "wall_static_friction", "rolling_friction")
     ranges = np.array([getattr(settings, key) for key in keys])
     points = qmc.LatinHypercube(len(keys), rng=np.random.default_rng(SAMPLE_SEED)).random(settings.samples)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-import trimesh
 
 from millprint.config.motion import motion_kind
 from millprint.config.view import ViewConfig
@@ -105,6 +104,9 @@ class Shape:
     """A body's triangles, and the edges that can be seen."""
 
     def __init__(self, vertices_m: np.ndarray, triangles: np.ndarray) -> None:
+        # Slow to import, and a milling card imports this module whether or not it simulates.
+        import trimesh
+
         mesh = trimesh.Trimesh(vertices_m, triangles, process=False)
         self.vertices_m, self.triangles, self.normals = vertices_m, triangles, mesh.face_normals
         self.middle_m = mesh.bounds.mean(axis=0)

@@ -1,0 +1,5 @@
+"""Ways to split the rows, as tables name them; apart from the splits, since claims and sentences read tables alone."""
+
+LEFT_OUT, NESTED, RANDOM = "leave_one_out", "nested_cv", "random_split"
+# The locked split at the budget of the other schemes, to be compared with them.
+LOCKED_AGAIN = "locked_reduced_budget"
