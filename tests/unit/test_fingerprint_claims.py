@@ -4,13 +4,17 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+import pandas as pd
 import pytest
 import yaml
+from scipy.stats import spearmanr
 
 import fit_master_curves
 import invert_master_curves
 import partition_dissipation
 import tabulate_descriptors
+from millprint.claims.chapter3_curves import rank_correlation
 from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
 from millprint.config.fingerprint import FingerprintConfig
@@ -113,6 +117,13 @@ def test_values_are_those_of_the_synthetic_mill(results):
     assert found["3.frequency.calibrated"].value == "yes"
     assert found["3.frequency.steel"].value == "no"
     assert found["3.collapse"].value == pytest.approx(0.0, abs=1e-4)
+
+
+def test_rank_correlation_is_that_of_scipy_with_ties_too():
+    drawn = np.random.default_rng(3).integers(0, 6, (50, 2, 8))
+    for first, second in drawn:
+        expected = spearmanr(first, second).statistic
+        assert rank_correlation(pd.Series(first), pd.Series(second)) == pytest.approx(expected, abs=1e-14)
 
 
 def test_a_run_without_tables_says_not_run(tmp_path, claims):

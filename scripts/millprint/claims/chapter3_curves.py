@@ -107,6 +107,14 @@ def gain_beyond_zone_2(evidence: Evidence) -> Finding:
     )
 
 
+def rank_correlation(first: pd.Series, second: pd.Series) -> float:
+    """Spearman's rank correlation: that of the ranks, the mean rank where values are equal.
+
+    scipy.stats gives the same, but to import it takes as long as all claims.
+    """
+    return float(np.corrcoef(first.rank(), second.rank())[1, 0])
+
+
 @claim("3.frequency.{contact}", "3.frequency.calibrated 3.frequency.steel", causes.trend_cause)
 def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     """Figs 3.7 d and 3.8 d: falling with fill for calibrated contacts, rising for steel, by rank and by its ends."""
@@ -114,8 +122,7 @@ def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     curves = _curves(evidence, "f", "", absent, contact)
     if len(curves) < 3:
         raise NotRun(absent)
-    # Spearman's, to the last bit; to import his function of scipy.stats takes as long as all claims.
-    rank = float(np.corrcoef(curves[["fill_ratio", "f"]].rank(), rowvar=False)[1, 0])
+    rank = rank_correlation(curves["fill_ratio"], curves["f"])
     first, last = curves.iloc[0], curves.iloc[-1]
     sign = {"calibrated": -1, "steel": 1}[contact]
     return yes_no(
