@@ -158,13 +158,12 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap:
 
     Nothing writes into the arrays, so simulations of a job in the same bodies share them.
     """
-    return _build_walls(tuple(bodies), radius, margin, overlap, pitch)
+    boxes = sum(float(np.prod(np.ptp(body.bounds, axis=0))) for body in bodies)
+    return _build_walls(tuple(bodies), radius, margin, overlap, max(pitch, math.cbrt(boxes / CELLS_MAX)))
 
 
 @lru_cache(maxsize=2)
 def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
-    boxes = sum(float(np.prod(np.ptp(body.bounds, axis=0))) for body in bodies)
-    pitch = max(pitch, math.cbrt(boxes / CELLS_MAX))
     counts, sides = zip(*(_sides(body, radius, overlap) for body in bodies), strict=True)
     side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
