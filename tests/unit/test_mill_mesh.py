@@ -1,5 +1,6 @@
 """Vessels from files of triangles: the same facets as from parameters, and refusals of invalid surfaces."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -285,3 +286,16 @@ def test_the_volume_in_the_yaml_must_be_that_of_the_file():
         check_model(content, MillConfig, "emax.yaml")
     line = "emax.yaml: geometry.volume_tolerance = 0.1: unknown key; it belongs to the top level"
     assert str(caught.value) == line
+
+
+def test_a_shape_has_one_vessel_until_its_file_is_written_again():
+    content = load_named(MILLS, "emax", MillConfig, "mill").model_dump() | {"volume_tolerance": 1.0}
+    content["geometry"] = {"kind": "stl", "path": "box.stl", "unit": "mm"}
+    block(50, 50, 50).export("box.stl")
+    first = build_vessel(MillConfig(**content))
+    assert build_vessel(MillConfig(**content)) is first
+    block(60, 50, 50).export("box.stl")
+    os.utime("box.stl", ns=(0, 0))
+    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(150e-6)
+    content["geometry"]["unit"] = "cm"
+    assert build_vessel(MillConfig(**content)).volume_m3 == pytest.approx(150e-3)

@@ -289,13 +289,13 @@ def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Fac
 
 @dataclass(frozen=True)
 class _Shape:
-    """A shape by its values and by the time at which its file of triangles was written: what its vessel depends on."""
+    """A shape by its values and its file of triangles, with the time of writing [ns]: what its vessel depends on."""
 
     geometry: GeometrySection = field(compare=False)
     place: str
     solid: bool
     values: str
-    written_ns: int | None
+    file: tuple[str, int] | None
 
 
 @lru_cache(maxsize=16)
@@ -307,8 +307,9 @@ def _vessel_of(shape: _Shape) -> Vessel:
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:
     """The walls of a shape, as of `shape_facets`. The same object for the same shape: simulations of a job share it."""
     path = getattr(geometry, "path", None)
-    written_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else None
-    return _vessel_of(_Shape(geometry, place, solid, geometry.model_dump_json(), written_ns))
+    found = Path(path).resolve() if path and Path(path).exists() else None
+    file = (str(found), found.stat().st_mtime_ns) if found else None
+    return _vessel_of(_Shape(geometry, place, solid, geometry.model_dump_json(), file))
 
 
 def build_vessel(mill: MillConfig) -> Vessel:
