@@ -31,8 +31,6 @@ PAIRS = [
     (quantiles.chi_squared_exceeded, stats.chi2.isf, SHARES, CHI_SQUARED),
     (quantiles.chi_squared_above, stats.chi2.sf, VALUES, CHI_SQUARED),
 ]
-
-
 IDS = [ours.__name__ for ours, *_ in PAIRS]
 
 

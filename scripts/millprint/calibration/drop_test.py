@@ -9,7 +9,7 @@ from millprint.config.geometry import BoxGeometry
 from millprint.dem.timestep import resolved_step
 from millprint.dem.world import World
 from millprint.errors import ConfigError
-from millprint.mill.vessel import Vessel, shape_facets
+from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.tables import Number, read_measured, refuse_rows
 
 GRAVITY = 9.81
@@ -21,7 +21,7 @@ def _room(diameter: float, height: float) -> Vessel:
     """A box much larger than the ball, since restitution depends on the contact set and not on the mill."""
     wide, tall = 6e3 * diameter, 1e3 * (height + 3 * diameter)
     box = BoxGeometry(kind="box", x_mm=wide, y_mm=wide, z_mm=tall)
-    return Vessel(shape_facets(box, "drop test", solid=False), "drop test")
+    return shape_vessel(box, "drop test", solid=False)
 
 
 def bounce_height(clearance: np.ndarray) -> float:

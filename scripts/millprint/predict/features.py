@@ -24,10 +24,14 @@ def engineer(rows: pd.DataFrame) -> pd.DataFrame:
     the ball-to-powder ratio. Their arguments are unscaled, so they hardly do more than separate 5 h from longer times
     and a ratio of 10 from 30.
     """
-    conditions = rows[list(CONDITIONS)].to_numpy(float)
-    bpr, molar_ratio, time = conditions[:, : len(CHEMICAL)].T
-    features = np.column_stack([conditions, molar_ratio**2, bpr * molar_ratio, expit(time), expit(bpr)])
-    return pd.DataFrame(features, rows.index, list(FEATURES))
+    values = dict(zip(CONDITIONS, rows[list(CONDITIONS)].to_numpy(float).T, strict=True))
+    values |= {
+        "molar_ratio_squared": values["molar_ratio"] ** 2,
+        "bpr_molar_ratio": values["bpr"] * values["molar_ratio"],
+        "time_sigmoid": expit(values[TIME]),
+        "bpr_sigmoid": expit(values["bpr"]),
+    }
+    return pd.DataFrame(np.array([values[name] for name in FEATURES]).T, rows.index, list(FEATURES))
 
 
 def describe(rows: pd.DataFrame) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.geometry import BoxGeometry
 from millprint.config.setups.impacts import AluminaImpactConfig, ElasticImpactConfig, ImpactConfig
 from millprint.dem.world import World, walls_for
-from millprint.mill.vessel import Vessel, shape_facets
+from millprint.mill.vessel import Vessel, shape_vessel
 from millprint.mill.walls import Walls
 from millprint.validation.inputs import Inputs
 from millprint.validation.partial_slip import partial_slip
@@ -40,7 +40,7 @@ def pair_modulus(first_gpa: float, second_gpa: float) -> float:
 def _plate(radius: float) -> tuple[Vessel, Walls]:
     side = 1e3 * WIDTH_RADII * radius
     box = BoxGeometry(kind="box", x_mm=side, y_mm=side, z_mm=side / 10)
-    vessel = Vessel(shape_facets(box, "impact", solid=False), "impact")
+    vessel = shape_vessel(box, "impact", solid=False)
     return vessel, walls_for(vessel, radius, 0.1 * radius, WIDTH_RADII * radius / 20)
 
 
