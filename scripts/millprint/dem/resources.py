@@ -23,7 +23,7 @@ COPIES = 3
 # Numbers of a ball in a snapshot.
 SNAPSHOT_COLUMNS = 12
 # A row of the table of collisions; a ball's state, its contacts and its candidates [bytes].
-COLLISION_BYTES, BALL_BYTES = 96, 5000
+COLLISION_BYTES, BALL_BYTES = 96, 7500
 # Collisions per ball and second: more than in any mill of the box.
 COLLISIONS_HZ = 1000
 

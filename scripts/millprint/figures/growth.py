@@ -6,47 +6,93 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.ticker import NullFormatter
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+from matplotlib.typing import FillStyleType, LineStyleType
 
-from millprint.figures.style import MARKERS, PAGE_WIDTH_IN, letter_panels, save
+from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, letter_panels, save
 from millprint.plan.costs import BALL_MB, BALL_STEP_S, CASE_MB
 
 # The cost model of simulations is drawn up to so many balls [-].
 MODEL_TO = 1_000_000
+# Line and markers of the type of processor on which most was measured, and of all others.
+LOOKS: tuple[tuple[LineStyleType, FillStyleType], ...] = (("-", "full"), (":", "none"))
 PANELS = {
-    "planning": ("Simulations in the run (-)", "Processor time (s)", "processor_s"),
-    "fingerprint": ("Conditions (-)", "Processor time (s)", "processor_s"),
-    "pages": ("Size of the page (MB)", "Processor time to open it (s)", "processor_s"),
-    "simulation": ("Balls (-)", "Processor time of a ball and a step (ns)", "value"),
+    "planning": ("Simulations in the run (-)", "Time (s)", "processor_s"),
+    "fingerprint": ("Conditions (-)", "Time (s)", "processor_s"),
+    "pages": ("Size of the page (MB)", "Time to open it (s)", "processor_s"),
+    "simulation": ("Balls (-)", "Time of a ball and a step (ns)", "value"),
 }
 
 
 def draw_growth(table: pd.DataFrame, svg: str | Path, png: str | Path) -> None:
     """A panel a part, and one of the memory of simulations with the cost model beyond what was measured."""
     figure, axes = plt.subplots(2, 3, figsize=(PAGE_WIDTH_IN, 0.6 * PAGE_WIDTH_IN))
-    panels = axes.ravel()
+    panels, machines = axes.ravel(), _machines(table)
     for axis, (part, (size, value, column)) in zip(panels, PANELS.items(), strict=False):
-        _draw(axis, table[table["part"] == part], column)
+        _draw(axis, table[table["part"] == part], column, machines)
         axis.set(xlabel=size, ylabel=value)
     simulations = table[table["part"] == "simulation"]
-    _draw(panels[4], simulations, "memory_MB")
+    _draw(panels[4], simulations, "memory_MB", machines)
     panels[4].set(xlabel="Balls (-)", ylabel="Memory (MB)")
     if len(simulations):
         balls = np.geomspace(simulations["size"].min(), MODEL_TO, 50)
         look = {"color": "0.5", "linestyle": "--", "label": "cost model"}
         panels[3].axhline(BALL_STEP_S * 1e9, **look)
         panels[4].plot(balls, CASE_MB + BALL_MB * balls, **look)
-    panels[5].set_axis_off()
     for axis in panels[:5]:
         if axis.get_legend_handles_labels()[0]:
-            axis.legend(fontsize=6)
-        # Numbers between the powers of ten would lie on each other.
-        axis.xaxis.set_minor_formatter(NullFormatter())
+            _add_legend(axis)
+            _number(axis)
+    _name_machines(panels[5], machines)
     letter_panels(panels[:5])
     save(figure, svg, png)
 
 
-def _draw(axis: Axes, table: pd.DataFrame, column: str) -> None:
+def _machines(table: pd.DataFrame) -> list[str]:
+    """The types of processor, the one on which most was measured first."""
+    return list(table["processor"].value_counts().index)
+
+
+def _draw(axis: Axes, table: pd.DataFrame, column: str, machines: list[str]) -> None:
+    """A line for each thing measured on each type of processor; a colour says what, a style where."""
     known = table.assign(**{column: pd.to_numeric(table[column], errors="coerce")}).dropna(subset=[column])
-    for marker, (what, own) in zip(MARKERS, known.groupby("what", sort=False), strict=False):
-        axis.loglog(own["size"], own[column], marker=marker, label=what)
+    for number, what in enumerate(known["what"].unique()):
+        own = known[known["what"] == what]
+        for machine in machines:
+            there = own[own["processor"] == machine].sort_values("size")
+            if there.empty:
+                continue
+            label = what if machine == own["processor"].iloc[0] else None
+            line, fill = LOOKS[min(machines.index(machine), 1)]
+            axis.loglog(
+                there["size"], there[column], marker=MARKERS[number], color=COLOURS[number],
+                label=label, linestyle=line, fillstyle=fill,
+            )  # fmt: skip
+
+
+def _add_legend(axis: Axes) -> None:
+    """A legend above the lines, for which the axis is made longer by two thirds."""
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high * (high / low) ** 0.7)
+    axis.legend(fontsize=6, loc="upper left")
+
+
+def _number(axis: Axes) -> None:
+    """Powers of ten along a size, and along what it takes, which may span less than one, their 2 and 5 times too."""
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    low, high = axis.get_ylim()
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 500 * low else (1.0,)))
+    axis.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.yaxis.set_minor_formatter(NullFormatter())
+
+
+def _name_machines(axis: Axes, machines: list[str]) -> None:
+    """Which style of line is which type of processor."""
+    axis.set_axis_off()
+    lines = []
+    for at, name in enumerate(machines):
+        line, fill = LOOKS[min(at, 1)]
+        lines.append(Line2D([], [], color="0.3", marker="o", linestyle=line, fillstyle=fill, label=name))
+    if lines:
+        axis.legend(handles=lines, loc="center", fontsize=6, title="Processor", title_fontsize=7)
