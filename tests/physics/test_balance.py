@@ -10,7 +10,7 @@ from millprint.dem.layout import COUNTER
 from millprint.dem.ledger import check_closure, closure, ledger_series, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
-from millprint.mill import walls
+from millprint.mill import wall_arrays
 from tests.physics.setups import World
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.1, discard_s=0.05, window_s=0.2)
@@ -162,7 +162,7 @@ def test_a_run_with_few_cells_of_the_walls_is_the_same(mills, contacts, monkeypa
     """As in a vessel so large that its cells must be wider, or they would take more memory than the balls."""
     times = {"settle_s": 0.02, "discard_s": 0.0, "window_s": 0.03}
     whole, _, _ = simulate(mills, contacts, mill=mill, diameter=5, **times)
-    monkeypatch.setattr(walls, "CELLS_MAX", 3000)
+    monkeypatch.setattr(wall_arrays, "CELLS_MAX", 3000)
     few, _, _ = simulate(mills, contacts, mill=mill, diameter=5, **times)
     assert len(whole.walls.cell_first) > 50_000
     assert 1500 < len(few.walls.cell_first) < 4500

@@ -5,7 +5,8 @@ import pytest
 
 from millprint.kernel import kernel
 from millprint.mill.motion import motion_from_law
-from millprint.mill.walls import build_walls, touch
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import touch
 from tests.physics.setups import CALIBRATED, World, box, prism
 from tests.poses import velocity
 

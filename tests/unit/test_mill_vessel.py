@@ -13,7 +13,8 @@ from millprint.errors import ConfigError
 from millprint.mill.distance import SignedDistance
 from millprint.mill.shapes import stadium_facets
 from millprint.mill.vessel import Facet, Vessel, build_vessel
-from millprint.mill.walls import beyond_side, build_walls, fill_cells
+from millprint.mill.wall_arrays import build_walls, fill_cells
+from millprint.mill.walls import beyond_side
 
 MILLS = Path(__file__).parents[2] / "config/mills"
 NAMES = sorted(path.stem for path in MILLS.glob("*.yaml"))

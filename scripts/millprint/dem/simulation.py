@@ -35,7 +35,8 @@ from millprint.errors import SimulationError
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
 from millprint.mill.vessel import Vessel
-from millprint.mill.walls import Walls, build_walls
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import Walls
 from millprint.progress import progress
 
 # Wall time of one call of the kernel [s]: short enough for a smooth progress bar.

@@ -15,7 +15,8 @@ from millprint.dem.recording import Recorder, Table, make_recorder, make_table
 from millprint.errors import SimulationError
 from millprint.mill.motion import AT_REST, Motion
 from millprint.mill.vessel import Vessel
-from millprint.mill.walls import Walls, build_walls
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import Walls
 
 OVERLAP_MAX = 0.2  # overlap over the ball's radius at which a run stops [-]
 CANDIDATES_PER_BALL = 40

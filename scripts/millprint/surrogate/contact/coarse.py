@@ -14,7 +14,8 @@ from millprint.dem.neighbours import put_aside
 from millprint.dem.recording import Table, make_table
 from millprint.dem.timestep import aligned_step, rayleigh_time
 from millprint.mill.bodies import build_bodies
-from millprint.mill.walls import Walls, build_walls
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import Walls
 from millprint.surrogate.contact.pair import PAIR, PAIR_WIDTH
 from millprint.surrogate.contact.samples import forget
 from millprint.surrogate.contact.scratch import Scratch, Weights, make_scratch, no_weights
