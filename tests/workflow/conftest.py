@@ -7,6 +7,7 @@ import subprocess
 import sys
 from importlib.util import cache_from_source
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -34,13 +35,15 @@ def active_environment() -> dict[str, str]:
     return {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
 
-def copy_project(folder: Path) -> Path:
+def copy_project(folder: Path, *parts: str) -> Path:
     """Copy the working tree to `folder` as a clean clone: every file that git tracks or would track.
+
+    parts: the folders to copy; all if left out.
 
     Modules come with what Python made of them, which it takes where their dates and sizes are those of the source.
     """
     listing = subprocess.run(
-        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", *parts],
         cwd=ROOT,
         capture_output=True,
         check=True,
@@ -100,14 +103,19 @@ def jobs_of(output: str) -> dict[str, int]:
     return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE) if rule != "total"}
 
 
+def read_yaml(path: Path) -> Any:
+    """The content of a YAML file, by the parser in C: the configuration is long, and read by many tests."""
+    return yaml.load(path.read_text(), Loader=yaml.CSafeLoader)
+
+
 def edit_yaml(path, *place, value):
     """Set a value in a YAML file; `place` is the path to it, of keys and list positions."""
-    content = yaml.safe_load(path.read_text())
+    content = read_yaml(path)
     inner = content
     for key in place[:-1]:
         inner = inner[key]
     inner[place[-1]] = value
-    path.write_text(yaml.safe_dump(content))
+    path.write_text(yaml.dump(content, Dumper=yaml.CSafeDumper))
 
 
 def copy_planetary(mills: Path) -> None:
@@ -125,15 +133,21 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def refusal(project, monkeypatch):
-    """A function that checks the project and returns the one line that refuses it; no line or several are a failure."""
-    monkeypatch.chdir(project)
+def settings(tmp_path: Path) -> Path:
+    """A folder with the configuration alone, which is all that the check before a run reads."""
+    return copy_project(tmp_path / "millprint", "config", "results")
+
+
+@pytest.fixture
+def refusal(settings, monkeypatch):
+    """A function that checks the settings and returns the one line that refuses them; none or several are a failure."""
+    monkeypatch.chdir(settings)
     for place, quick in SLOW_PARTS.items():
         monkeypatch.setattr(place, quick)
 
     def read_line() -> str:
         with pytest.raises(ConfigError) as caught:
-            config, mills, contacts, cases = load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
+            config, mills, contacts, cases = load_workflow(read_yaml(settings / CONFIG), [CONFIG])
             check_before_running(config, mills, contacts, cases, CONFIG)
         (line,) = str(caught.value).splitlines()
         return line

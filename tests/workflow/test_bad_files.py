@@ -9,21 +9,21 @@ from millprint.errors import ConfigError
 from tests.workflow.conftest import CONFIG, error_lines, run_snakemake
 
 
-def test_yaml_that_is_not_a_mapping(project, refusal):
-    (project / "config/contacts/steel.yaml").write_text("- a\n- b\n")
+def test_yaml_that_is_not_a_mapping(settings, refusal):
+    (settings / "config/contacts/steel.yaml").write_text("- a\n- b\n")
     assert "mapping" in refusal()
 
 
-def test_missing_data_column(project, refusal):
-    table = project / "config/data/screening.tsv"
+def test_missing_data_column(settings, refusal):
+    table = settings / "config/data/screening.tsv"
     table.write_text(table.read_text().replace("yield_percent", "outcome", 1))
     line = refusal()
     assert "screening.tsv" in line
     assert "yield_percent" in line
 
 
-def test_text_in_a_number_column(project, refusal):
-    table = project / "config/data/wear.tsv"
+def test_text_in_a_number_column(settings, refusal):
+    table = settings / "config/data/wear.tsv"
     table.write_text(table.read_text().replace("97.06", "heavy", 1))
     line = refusal()
     assert "wear.tsv" in line
@@ -41,8 +41,8 @@ def test_text_in_a_number_column(project, refusal):
         ("\t400\t12\n", "\t400\thigh\n", ["yield_percent", "high", "finite number"]),
     ],
 )
-def test_a_bad_run_of_the_screening(project, refusal, row, changed, parts):
-    table = project / "config/data/screening.tsv"
+def test_a_bad_run_of_the_screening(settings, refusal, row, changed, parts):
+    table = settings / "config/data/screening.tsv"
     text = table.read_text()
     assert row in text
     table.write_text(text.replace(row, changed, 1))
@@ -63,16 +63,16 @@ VERDICT = "thesis\t2.1\treproduced\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
     ],
     ids=["column", "word", "twice", "cells"],
 )
-def test_bad_verdicts_of_other_machines(project, refusal, damage, parts):
-    table = project / "config/data/verdicts_elsewhere.tsv"
+def test_bad_verdicts_of_other_machines(settings, refusal, damage, parts):
+    table = settings / "config/data/verdicts_elsewhere.tsv"
     header = table.read_text().splitlines()[0]
     table.write_text(damage(f"{header}\n"))
     line = refusal()
     assert all(part in line for part in ["config/data/verdicts_elsewhere.tsv", *parts])
 
 
-def test_a_bad_study_of_the_literature(project, refusal):
-    table = project / "config/data/literature_yields.tsv"
+def test_a_bad_study_of_the_literature(settings, refusal):
+    table = settings / "config/data/literature_yields.tsv"
     table.write_text(table.read_text().replace("\t76\n", "\t760\n", 1))
     assert "literature_yields.tsv: column yield_percent" in refusal()
 
@@ -85,8 +85,8 @@ def test_a_bad_study_of_the_literature(project, refusal):
         ("2.24:0.797", "2.24:0,797", ["column value, row", "must be a number, a series"]),
     ],
 )
-def test_a_bad_row_of_what_others_measured(project, refusal, row, changed, parts):
-    table = project / "config/data/measured.tsv"
+def test_a_bad_row_of_what_others_measured(settings, refusal, row, changed, parts):
+    table = settings / "config/data/measured.tsv"
     text = table.read_text()
     assert row in text
     table.write_text(text.replace(row, changed, 1))
@@ -94,10 +94,10 @@ def test_a_bad_row_of_what_others_measured(project, refusal, row, changed, parts
     assert all(part in line for part in ["measured.tsv", *parts]), line
 
 
-def test_a_link_out_of_the_project_is_no_table(project, refusal):
-    table = project / "config/data/wear.tsv"
-    table.rename(project.parent / "wear.tsv")
-    table.symlink_to(project.parent / "wear.tsv")
+def test_a_link_out_of_the_project_is_no_table(settings, refusal):
+    table = settings / "config/data/wear.tsv"
+    table.rename(settings.parent / "wear.tsv")
+    table.symlink_to(settings.parent / "wear.tsv")
     assert "data.wear" in refusal()
 
 

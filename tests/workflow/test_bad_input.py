@@ -277,31 +277,31 @@ def test_valid_input_is_checked_only_once(project):
         ),
     ],
 )
-def test_bad_value(project, refusal, file, place, value, parts):
+def test_bad_value(settings, refusal, file, place, value, parts):
     if place[-1] == "facets_per_half_circle":
-        edit_yaml(project / file, "geometry", "fillet_facets", value=180)
-    edit_yaml(project / file, *place, value=value)
+        edit_yaml(settings / file, "geometry", "fillet_facets", value=180)
+    edit_yaml(settings / file, *place, value=value)
     line = refusal()
     for part in parts:
         assert part in line
 
 
-def test_an_open_mesh_is_refused_and_a_closed_one_is_not(project, refusal):
+def test_an_open_mesh_is_refused_and_a_closed_one_is_not(settings, refusal):
     box = trimesh.creation.box((50, 50, 50))
-    box.export(project / "config/mills/jar.stl")
-    mill = project / "config/mills/emax.yaml"
+    box.export(settings / "config/mills/jar.stl")
+    mill = settings / "config/mills/emax.yaml"
     edit_yaml(mill, "geometry", value={"kind": "stl", "path": "config/mills/jar.stl", "unit": "mm"})
     with pytest.raises(pytest.fail.Exception, match="DID NOT RAISE"):
         refusal()
     box.update_faces(np.arange(12) > 0)
-    box.export(project / "config/mills/jar.stl")
+    box.export(settings / "config/mills/jar.stl")
     line = refusal()
     for part in ("config/mills/emax.yaml: geometry.path = 'config/mills/jar.stl'", "open"):
         assert part in line
 
 
-def test_levels_that_yaml_takes_for_truth_values(project, refusal):
-    edit_yaml(project / CONFIG, "doe", "factors", 0, "levels", value=[False, True])
+def test_levels_that_yaml_takes_for_truth_values(settings, refusal):
+    edit_yaml(settings / CONFIG, "doe", "factors", 0, "levels", value=[False, True])
     line = refusal()
     assert "doe.factors.0.levels" in line
     assert "quote them" in line
@@ -325,14 +325,14 @@ def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(project, monkeypatch
         assert part in line
 
 
-def test_two_mills_of_one_name(project, refusal):
-    (project / "config/mills/copy.yaml").write_text((project / EMAX).read_text())
+def test_two_mills_of_one_name(settings, refusal):
+    (settings / "config/mills/copy.yaml").write_text((settings / EMAX).read_text())
     line = refusal()
     assert "config/mills/copy.yaml: name = 'emax': also the name of config/mills/emax.yaml" in line
 
 
-def test_a_line_stays_readable_whatever_the_value(project, refusal):
-    edit_yaml(project / CONFIG, "dem", "window_s", value="x" * 100_000 + "\u202e\x1b[31m")
+def test_a_line_stays_readable_whatever_the_value(settings, refusal):
+    edit_yaml(settings / CONFIG, "dem", "window_s", value="x" * 100_000 + "\u202e\x1b[31m")
     line = refusal()
     assert len(line) < 2 * LONGEST_LINE
     assert line.isprintable()

@@ -182,8 +182,8 @@ def test_an_experiment_that_cannot_be_is_refused_in_one_line(tmp_path, monkeypat
         ("stainless_steel", "tin", ["balls.material = 'tin'", "stainless_steel"]),
     ],
 )
-def test_a_table_of_experiments_is_refused_in_one_line(project, refusal, old, new, parts):
-    table = project / EXPERIMENTS
+def test_a_table_of_experiments_is_refused_in_one_line(settings, refusal, old, new, parts):
+    table = settings / EXPERIMENTS
     text = table.read_text()
     assert old in text
     table.write_text(text.replace(old, new, 1))
