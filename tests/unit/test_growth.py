@@ -79,6 +79,16 @@ def test_the_table_and_the_figure_hold_what_was_not_measured_too(tmp_path):
     assert "cost model" in (tmp_path / "growth.svg").read_text()
 
 
+def test_the_figure_names_every_processor_and_more_things_than_it_has_colours(tmp_path):
+    here, there = this_machine(), {**this_machine(), "processor": "another"}
+    pages = [row("pages", f"{n}.html", 1.0 + n, Spent(1.0 + n, 200.0, ""), 10, unit="MB") | here for n in range(9)]
+    slower = row("simulation", "one thread", 24, Spent(10.0, 200.0, ""), 10, unit="balls", value=80.0) | there
+    write_table(pd.DataFrame([*pages, slower], columns=list(GROWTH_COLUMNS)), tmp_path / "growth.tsv")
+    draw_growth(read_growth(tmp_path / "growth.tsv"), tmp_path / "growth.svg", tmp_path / "growth.png")
+    text = (tmp_path / "growth.svg").read_text()
+    assert all(f">{name}<" in text for name in ("8.html", "one thread", here["processor"], "another"))
+
+
 def test_a_simulation_with_threads_says_its_wall_time_too(monkeypatch, tmp_path):
     said = json.dumps({"processor_s": 2.0, "processor_ns": 30.0, "ns_per_ball_step": 16.0})
     monkeypatch.setattr(measure, "spent", lambda *_: Spent(5.0, 300.0, said))

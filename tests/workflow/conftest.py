@@ -7,7 +7,6 @@ import subprocess
 import sys
 from importlib.util import cache_from_source
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -15,9 +14,11 @@ from numba.core.caching import UserProvidedCacheLocator
 
 from millprint import kernel
 from millprint.config.checks import load_workflow
+from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
 from tests.conftest import ROOT
+from tests.mutations import DUMPER
 from tests.remembered import SLOW_PARTS
 from tests.workflow import warm_snakemake
 
@@ -103,11 +104,6 @@ def jobs_of(output: str) -> dict[str, int]:
     return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE) if rule != "total"}
 
 
-def read_yaml(path: Path) -> Any:
-    """The content of a YAML file, by the parser in C: the configuration is long, and read by many tests."""
-    return yaml.load(path.read_text(), Loader=yaml.CSafeLoader)
-
-
 def edit_yaml(path, *place, value):
     """Set a value in a YAML file; `place` is the path to it, of keys and list positions."""
     content = read_yaml(path)
@@ -115,7 +111,7 @@ def edit_yaml(path, *place, value):
     for key in place[:-1]:
         inner = inner[key]
     inner[place[-1]] = value
-    path.write_text(yaml.dump(content, Dumper=yaml.CSafeDumper))
+    path.write_text(yaml.dump(content, Dumper=DUMPER))
 
 
 def copy_planetary(mills: Path) -> None:

@@ -22,7 +22,7 @@ BASE_MB = 700
 COPIES = 3
 # Numbers of a ball in a snapshot.
 SNAPSHOT_COLUMNS = 12
-# A row of the table of collisions; a ball's state, its contacts and its candidates [bytes].
+# A row of the table of collisions; a ball's state, contacts and candidates, of a run of 200,000 (growth.tsv) [bytes].
 COLLISION_BYTES, BALL_BYTES = 96, 7500
 # Collisions per ball and second: more than in any mill of the box.
 COLLISIONS_HZ = 1000

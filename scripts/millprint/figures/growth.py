@@ -16,24 +16,26 @@ from millprint.plan.costs import BALL_MB, BALL_STEP_S, CASE_MB
 # The cost model of simulations is drawn up to so many balls [-].
 MODEL_TO = 1_000_000
 # Line and markers of the type of processor on which most was measured, and of all others.
-LOOKS: tuple[tuple[LineStyleType, FillStyleType], ...] = (("-", "full"), (":", "none"))
+Look = tuple[LineStyleType, FillStyleType]
+MOST_MEASURED: Look = ("-", "full")
+OTHERS: Look = (":", "none")
 PANELS = {
-    "planning": ("Simulations in the run (-)", "Time (s)", "processor_s"),
-    "fingerprint": ("Conditions (-)", "Time (s)", "processor_s"),
-    "pages": ("Size of the page (MB)", "Time to open it (s)", "processor_s"),
-    "simulation": ("Balls (-)", "Time of a ball and a step (ns)", "value"),
+    "planning": ("Simulations in the run (-)", "Processor time (s)", "processor_s"),
+    "fingerprint": ("Conditions (-)", "Processor time (s)", "processor_s"),
+    "pages": ("Size of the page (MB)", "Processor time\nto open it (s)", "processor_s"),
+    "simulation": ("Balls (-)", "Processor time of\na ball and a step (ns)", "value"),
 }
 
 
 def draw_growth(table: pd.DataFrame, svg: str | Path, png: str | Path) -> None:
     """A panel a part, and one of the memory of simulations with the cost model beyond what was measured."""
     figure, axes = plt.subplots(2, 3, figsize=(PAGE_WIDTH_IN, 0.6 * PAGE_WIDTH_IN))
-    panels, machines = axes.ravel(), _machines(table)
+    panels, looks = axes.ravel(), _looks(table)
     for axis, (part, (size, value, column)) in zip(panels, PANELS.items(), strict=False):
-        _draw(axis, table[table["part"] == part], column, machines)
+        _draw(axis, table[table["part"] == part], column, looks)
         axis.set(xlabel=size, ylabel=value)
     simulations = table[table["part"] == "simulation"]
-    _draw(panels[4], simulations, "memory_MB", machines)
+    _draw(panels[4], simulations, "memory_MB", looks)
     panels[4].set(xlabel="Balls (-)", ylabel="Memory (MB)")
     if len(simulations):
         balls = np.geomspace(simulations["size"].min(), MODEL_TO, 50)
@@ -44,31 +46,31 @@ def draw_growth(table: pd.DataFrame, svg: str | Path, png: str | Path) -> None:
         if axis.get_legend_handles_labels()[0]:
             _add_legend(axis)
             _number(axis)
-    _name_machines(panels[5], machines)
+    _name_machines(panels[5], looks)
     letter_panels(panels[:5])
     save(figure, svg, png)
 
 
-def _machines(table: pd.DataFrame) -> list[str]:
-    """The types of processor, the one on which most was measured first."""
-    return list(table["processor"].value_counts().index)
+def _looks(table: pd.DataFrame) -> dict[str, Look]:
+    """The types of processor, the one on which most was measured first, and the look of each."""
+    names = table["processor"].value_counts().index
+    return {name: OTHERS if at else MOST_MEASURED for at, name in enumerate(names)}
 
 
-def _draw(axis: Axes, table: pd.DataFrame, column: str, machines: list[str]) -> None:
+def _draw(axis: Axes, table: pd.DataFrame, column: str, looks: dict[str, Look]) -> None:
     """A line for each thing measured on each type of processor; a colour says what, a style where."""
     known = table.assign(**{column: pd.to_numeric(table[column], errors="coerce")}).dropna(subset=[column])
     for number, what in enumerate(known["what"].unique()):
         own = known[known["what"] == what]
-        for machine in machines:
+        marker, colour = MARKERS[number % len(MARKERS)], COLOURS[number % len(COLOURS)]
+        for machine, (line, fill) in looks.items():
             there = own[own["processor"] == machine].sort_values("size")
             if there.empty:
                 continue
             label = what if machine == own["processor"].iloc[0] else None
-            line, fill = LOOKS[min(machines.index(machine), 1)]
             axis.loglog(
-                there["size"], there[column], marker=MARKERS[number], color=COLOURS[number],
-                label=label, linestyle=line, fillstyle=fill,
-            )  # fmt: skip
+                there["size"], there[column], marker=marker, color=colour, label=label, linestyle=line, fillstyle=fill
+            )
 
 
 def _add_legend(axis: Axes) -> None:
@@ -87,12 +89,12 @@ def _number(axis: Axes) -> None:
     axis.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _name_machines(axis: Axes, machines: list[str]) -> None:
-    """Which style of line is which type of processor."""
+def _name_machines(axis: Axes, looks: dict[str, Look]) -> None:
+    """Which look is which type of processor."""
     axis.set_axis_off()
-    lines = []
-    for at, name in enumerate(machines):
-        line, fill = LOOKS[min(at, 1)]
-        lines.append(Line2D([], [], color="0.3", marker="o", linestyle=line, fillstyle=fill, label=name))
+    lines = [
+        Line2D([], [], color="0.3", marker="o", linestyle=line, fillstyle=fill, label=name)
+        for name, (line, fill) in looks.items()
+    ]
     if lines:
         axis.legend(handles=lines, loc="center", fontsize=6, title="Processor", title_fontsize=7)
