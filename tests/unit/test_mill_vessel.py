@@ -110,7 +110,7 @@ def test_signed_distance_is_negative_inside(vessels):
 def test_points_in_line_with_a_corner_are_inside_or_outside_without_doubt(vessels, name):
     """Rounding must not let a ray through a corner count it twice or not at all."""
     vessel = vessels[name]
-    walls = build_walls([vessel], 5e-3, 3e-4, 7.5e-4, 0.01)
+    walls = build_walls([vessel], 5e-3, 3e-4, 0.01)
     facet = max(range(len(vessel.facets)), key=lambda k: len(vessel.facets[k].loops[0]))
     axes = np.array(vessel.facets[facet].axes)
     flat = np.concatenate(vessel.facets[facet].loops) @ axes.T
@@ -119,7 +119,7 @@ def test_points_in_line_with_a_corner_are_inside_or_outside_without_doubt(vessel
     for u in rng.uniform(*np.percentile(flat[:, 0], [2, 98]), 40):
         for v in np.concatenate([flat[:, 1], np.nextafter(flat[:, 1], 1), np.nextafter(flat[:, 1], -1)]):
             point = tuple((np.array([u, v]) @ axes).tolist())
-            beyond, _ = beyond_side(walls.axes, walls.first_side, walls.side, facet, point, 0.0)
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, facet, point)
             # A point slightly off the lines through the corners gives the same answer, except on the outline itself.
             if abs(beyond) > 1e-9:
                 assert (beyond < 0) == expected.holds(u, v + 1e-10), (u, v)
@@ -143,7 +143,7 @@ class Path2D:
 @pytest.mark.parametrize("name", ["emax", "emax_post"])
 def test_the_cells_list_what_they_would_if_no_feature_were_passed_over(vessels, name):
     radius, margin, pitch = 2.5e-3, 3e-4, 4e-3
-    walls = build_walls([vessels[name]], radius, margin, 4e-4, pitch)
+    walls = build_walls([vessels[name]], radius, margin, pitch)
     first, features = walls.cell_first.copy(), len(walls.body)
     reach = margin + pitch * math.sqrt(3) / 2
     found, sure = fill_cells(walls, radius, reach, np.full((features, 3), -1.0), np.full((features, 3), 1.0))

@@ -22,19 +22,22 @@ if TYPE_CHECKING:
 SLIDING = "sliding_J"
 # Values of a collision, with their units in the name, and all columns of the table.
 VALUE_NAMES = [SLIDING if name == "tangential_J" else name for name in names_of(COLLISION)]
-COLLISION_NAMES = ["first", "second", *VALUE_NAMES, "complete"]
+COLLISION_NAMES = ["first", "second", "facet", "contact", *VALUE_NAMES, "complete"]
 
 
 def collision_table(contacts: "Table") -> pd.DataFrame:
     """The contacts that were open in the window, a row each, in COLLISION_NAMES.
 
-    first: ball; second: ball, or -1 - feature of the wall. start_s counts from the start of the mill and may lie
+    first: ball; second: ball, or -1 - patch of the wall; facet: feature of the wall, or -1 for two balls and where it
+    was not recorded; contact: number of the contact. start_s counts from the start of the mill and may lie
     before the window; energies are those within the window. sliding_J is the tangential work less the damping share.
     complete is 0 where the window ended before the contact.
     """
     values = dict(zip(names_of(COLLISION), contacts.value.T, strict=True))
     values[SLIDING] = values.pop("tangential_J") - values["damping_J"]
-    columns = {"first": contacts.first, "second": contacts.second, **values, "complete": contacts.ended}
+    facet = contacts.facet if len(contacts.facet) else np.full(len(contacts.first), -1)
+    whole = {"first": contacts.first, "second": contacts.second, "facet": facet, "contact": contacts.contact}
+    columns = {**whole, **values, "complete": contacts.ended}
     return pd.DataFrame(columns)[COLLISION_NAMES].astype({"complete": np.uint8})
 
 

@@ -51,6 +51,7 @@ class HistoryColumns(NamedTuple):
     works: WorkColumns  # so far [J]
     start: int  # [s]
     approach_speed: int  # at which it began [m/s]
+    number: int  # of the contact among all that the run has opened
 
 
 class PresentColumns(NamedTuple):
@@ -206,6 +207,7 @@ class CounterColumns(NamedTuple):
     rebuilds: int  # of the lists
     used: int  # lanes below the highest open one, that one included
     free: int  # lanes among them that hold no contact
+    opened: int  # contacts so far
     aside: int  # contacts that are set aside while the lists are rebuilt; -1 where none are
 
 

@@ -26,7 +26,7 @@ from millprint.dem.layout import (
     TOTAL,
     TOTAL_WIDTH,
 )
-from millprint.dem.touching import book_works, listed, write_collision
+from millprint.dem.touching import CUT, book_works, listed, write_collision
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import row, subtract
@@ -44,8 +44,12 @@ class Table(NamedTuple):
     """Finished contacts; an empty table records none."""
 
     first: np.ndarray  # (rows,) ball
-    second: np.ndarray  # (rows,) ball, or -1 - feature of the wall
-    ended: np.ndarray  # (rows,) 0 where the window ended first
+    second: np.ndarray  # (rows,) ball, or -1 - patch of the wall
+    # (rows,) feature of the wall on which the row ended, -1 for two balls, where a contact gets a row for each feature
+    # that it passes; (0,) where it gets one row
+    facet: np.ndarray
+    contact: np.ndarray  # (rows,) number of the contact
+    ended: np.ndarray  # (rows,) touching.CUT, PARTED or PASSED
     value: np.ndarray  # (rows, width) layout.CollisionColumns
 
 
@@ -229,11 +233,11 @@ def begin_window(contacts, totals, counters):
 
 
 @kernel()
-def end_window(candidates, contacts, time, counters, table):
+def end_window(candidates, contacts, walls, time, counters, table):
     """Append every contact that is still open to the table of collisions; nothing else is changed."""
     for k in range(listed(candidates)):
         if candidates.lane[k] >= 0:
-            write_collision(contacts, candidates.lane[k], time, 0, counters, table)
+            write_collision(contacts, walls, candidates.lane[k], time, CUT, counters, table)
 
 
 @dataclass
@@ -284,10 +288,15 @@ class Recording:
         counters[[COUNTER.records, COUNTER.samples, COUNTER.snapshots, COUNTER.snapshot_contacts]] = 0
 
 
-def make_table(rows: int) -> Table:
-    """An empty table of collisions with room for `rows`; with none it records nothing."""
-    whole = np.zeros(rows, dtype=np.int64)
-    return Table(whole, whole.copy(), np.zeros(rows, dtype=np.uint8), np.zeros((rows, width_of(COLLISION))))
+def make_table(rows: int, by_facet: bool = False) -> Table:
+    """An empty table of collisions with room for `rows`; with none it records nothing.
+
+    by_facet: a contact gets a row for each feature of the wall that it passes.
+    """
+    first, second, contact = (np.zeros(rows, dtype=np.int64) for _ in range(3))
+    facet = np.zeros(rows if by_facet else 0, dtype=np.int64)
+    value = np.zeros((rows, width_of(COLLISION)))
+    return Table(first, second, facet, contact, np.zeros(rows, dtype=np.uint8), value)
 
 
 def silent_recorder() -> Recorder:

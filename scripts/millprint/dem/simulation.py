@@ -85,7 +85,6 @@ class Simulation:
             [body.vessel for body in self.bodies],
             largest,
             dem.skin_m / 2,
-            dem.overlap_max * largest,
             pitch=max(0.4 * largest, 1e-3),
         )
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
@@ -201,7 +200,7 @@ class Simulation:
                     break
                 self.window_steps = longer
                 bar.total = self._steps_in_all
-        end_window(self.candidates, self.contacts, self.begin_s + self.window_s, self.counters, table)
+        end_window(self.candidates, self.contacts, self.walls, self.begin_s + self.window_s, self.counters, table)
         recording.drain(table, recorder, self.counters)
         return recording
 

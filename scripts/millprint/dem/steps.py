@@ -108,7 +108,7 @@ def gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time
         if contacts.slot[lane] < 0:
             continue
         if not gather(balls, candidates, contacts, contacts.present, walls, clock.motions, lane, block, at, m):
-            close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table)
+            close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, counters, table)
 
 
 @inlined()
@@ -152,7 +152,7 @@ def book_wall_work(clock, totals):
 @inlined()
 def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, profile):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
-    open_contacts(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
+    open_contacts(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
     lap(profile, PROFILE.candidates)
     blocks = blocks_in_use(counters)
     group = GROUP if blocks <= GROUPED_TO else 1

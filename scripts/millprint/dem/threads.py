@@ -185,7 +185,7 @@ def move_in_threads(balls, gain, fall, step, threads):
 
 
 @inner()
-def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares):
+def open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares):
     """Open the contacts of all that have come within reach, in the order of the lists."""
     count = 0
     for t in range(shares.counts.shape[0]):
@@ -193,7 +193,7 @@ def open_in_order(balls, candidates, contacts, laws, walls, clock, time, counter
             candidates.found[count] = shares.found[t, at]
             count += 1
     open_pairs(balls, candidates, contacts, laws, counters, count, time)
-    open_walls(balls, candidates, contacts, laws, walls, clock.motions, counters, time)
+    open_walls(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
 
 
 @inner()
@@ -218,7 +218,7 @@ def apply_forces_in_threads(
 ):  # fmt: skip
     """As steps.apply_forces."""
     find_in_threads(balls, candidates, shares)
-    open_in_order(balls, candidates, contacts, laws, walls, clock, time, counters, shares)
+    open_in_order(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
     resolve_in_threads(balls, candidates, contacts, walls, clock.motions, counters, shares, clock.step)
     resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares)
     sum_in_threads(balls, shares)

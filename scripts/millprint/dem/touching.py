@@ -1,10 +1,15 @@
-"""Contacts begin and end: a candidate that comes within reach opens one in a free lane; one that parts closes."""
+"""Contacts begin, pass on and end.
+
+A candidate that comes within reach opens a contact in a free lane; one that parts closes. On a wall, a contact passes
+from feature to feature of a patch (mill.patches) with all that it carries: where a ball touches a feature anew, and is
+already in contact with a neighbouring one that it leaves or that is now farther away, the contact goes on there.
+"""
 
 import math
 
 import numpy as np
 
-from millprint.dem.lanes import get_of, put_of
+from millprint.dem.lanes import get_of, get_vector, put_of, put_vector
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,
@@ -12,16 +17,19 @@ from millprint.dem.layout import (
     LANE,
     LANE_HISTORY,
     LANE_LAW,
+    LANES,
     LAW,
     LAW_WIDTH,
     STATUS,
     TOTAL,
 )
 from millprint.kernel import inlined, inner
-from millprint.mill.vectors import dot, row, scale, subtract
+from millprint.mill.patches import SMOOTH_TURN
+from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.walls import (
     PLANE,
     SURFACE,
+    belongs,
     body_of,
     direction_to_body,
     direction_to_laboratory,
@@ -32,6 +40,12 @@ from millprint.mill.walls import (
 
 # Farther than any contact [m].
 FAR = 1e300
+
+# Two features of a patch that meet in a vertex are one wall where their directions differ by less.
+COS_SMOOTH_TURN = math.cos(SMOOTH_TURN)
+
+# In the table of collisions: the window ended first, the bodies came apart, or the contact went on on another facet.
+CUT, PARTED, PASSED = 0, 1, 2
 
 # The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.near).
 OPEN, UNLISTED = -1.0, -2.0
@@ -57,6 +71,13 @@ def take_lane(contacts, counters):
 def occupy(balls, candidates, contacts, laws, counters, k):
     """Give candidate k a lane with the law of its kind; returns the lane."""
     lane = take_lane(contacts, counters)
+    settle(balls, candidates, contacts, laws, k, lane)
+    return lane
+
+
+@inner()
+def settle(balls, candidates, contacts, laws, k, lane):
+    """Let a lane hold the contact of candidate k, with the law of its kind."""
     i, j = candidates.ball[k], candidates.partner[k]
     contacts.ball[lane], contacts.partner[lane], contacts.slot[lane] = i, j, k
     candidates.lane[k] = lane
@@ -69,7 +90,6 @@ def occupy(balls, candidates, contacts, laws, counters, k):
     put_of(contacts, lane, LANE.radius_difference, difference)
     for c in range(LAW_WIDTH):
         put_of(contacts, lane, LANE_LAW + c, laws.pair[a, b, c] if j >= 0 else laws.wall[surface, a, c])
-    return lane
 
 
 @inner()
@@ -80,6 +100,8 @@ def open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
         put_of(contacts, lane, LANE_HISTORY + c, 0.0)
     put_of(contacts, lane, LANE.history.start, time)
     put_of(contacts, lane, LANE.history.approach_speed, approach)
+    put_of(contacts, lane, LANE.history.number, counters[COUNTER.opened])
+    counters[COUNTER.opened] += 1
 
 
 @inlined()
@@ -93,17 +115,18 @@ def book_works(contacts, lane, totals):
 
 
 @inlined()
-def write_collision(contacts, lane, time, ended, counters, table):
-    """Append a contact to the table of collisions, if that has rows.
-
-    ended: 1 if the bodies came apart, 0 if the window ends with them in contact.
-    """
+def write_collision(contacts, walls, lane, time, ended, counters, table):
+    """Append a contact to the table of collisions, if that has rows; ended: CUT, PARTED or PASSED."""
     if table.value.shape[0] == 0:
         return
     at = counters[COUNTER.records]
     counters[COUNTER.records] += 1
+    partner = contacts.partner[lane]
     table.first[at] = contacts.ball[lane]
-    table.second[at] = contacts.partner[lane]
+    table.second[at] = partner if partner >= 0 else -1 - walls.patch[-1 - partner]
+    if table.facet.size > 0:
+        table.facet[at] = max(-1 - partner, -1)
+    table.contact[at] = int(get_of(contacts, lane, LANE.history.number))
     table.ended[at] = ended
     value, history = table.value[at], LANE.history
     start = get_of(contacts, lane, history.start)
@@ -145,11 +168,11 @@ def free_lane(candidates, contacts, lane, counters):
 
 
 @inner()
-def close_contact(balls, candidates, contacts, laws, lane, time, totals, counters, table):
+def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, counters, table):
     """End a contact: book its works, record it, free its lane."""
     check_overlap(contacts, lane, counters)
     book_works(contacts, lane, totals)
-    write_collision(contacts, lane, time, 1, counters, table)
+    write_collision(contacts, walls, lane, time, PARTED, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
     reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[SURFACE.rough, a, LAW.reach]
     if candidates.trigger[k] == UNLISTED:
@@ -227,16 +250,88 @@ def open_pair(balls, candidates, contacts, laws, counters, k, time):
     open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
+@inlined()
+def turn_into(vector, normal):
+    """A vector turned into the plane across a unit normal, its length kept; a vector along the normal is lost."""
+    flat = add_scaled(vector, -dot(vector, normal), normal)
+    length2 = dot(flat, flat)
+    return scale(math.sqrt(dot(vector, vector) / length2) if length2 > 0.0 else 0.0, flat)
+
+
 @inner()
-def open_wall(balls, candidates, contacts, laws, walls, motions, counters, k, time):
-    """Open the contact of candidate k, a ball and a wall, if the feature itself is within reach."""
-    i, body = candidates.ball[k], body_of(walls, -1 - candidates.partner[k])
+def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, totals, counters, table):
+    """Let the contact of candidate `old` go on at candidate k, another feature of its patch; normal: of the new one.
+
+    Where the table counts by facet, the contact gets a row for each, and begins to count anew.
+    """
+    lane = np.int64(candidates.lane[old])
+    if table.facet.size > 0:
+        check_overlap(contacts, lane, counters)
+        book_works(contacts, lane, totals)
+        write_collision(contacts, walls, lane, time, PASSED, counters, table)
+        for work in LANE.history.works:
+            put_of(contacts, lane, work, 0.0)
+        put_of(contacts, lane, LANE.history.peak_force, 0.0)
+        put_of(contacts, lane, LANE.history.peak_overlap, 0.0)
+        put_of(contacts, lane, LANE.history.start, time)
+    candidates.lane[old] = -1
+    candidates.trigger[old] = laws.wall[SURFACE.rough, balls.species[candidates.ball[old]], LAW.reach]
+    settle(balls, candidates, contacts, laws, k, lane)
+    block, m = lane // LANES, lane % LANES
+    for carried in (LANE.history.spring, LANE.history.last_slip):
+        turned = turn_into(get_vector(contacts.lanes, block, carried, m), normal)
+        put_vector(contacts.lanes, block, carried, m, turned)
+
+
+@inner()
+def predecessor(candidates, walls, body, k, point, distance, direction, radius):
+    """The open candidate whose contact goes on at candidate k, which a ball at `point` (body frame) touches.
+
+    Returns -1 where there is none, and k itself where a neighbouring feature is nearer, so that k is not a contact.
+    distance [m] and direction: those of k, see walls.touch.
+    """
+    feature = -1 - candidates.partner[k]
+    found = -1
+    i = candidates.ball[k]
+    for other in range(candidates.first_wall[body, i], candidates.first_wall[body, i + 1]):
+        neighbour = -1 - candidates.partner[other]
+        if neighbour == feature or walls.patch[neighbour] != walls.patch[feature]:
+            continue
+        beyond, towards = touch(walls, neighbour, candidates.sure[other], point, radius)
+        is_open = candidates.lane[other] >= 0
+        if not (is_open or beyond >= 0.0) or not belongs(walls, feature, neighbour):
+            continue
+        if beyond >= 0.0:
+            if dot(direction, towards) < COS_SMOOTH_TURN:
+                continue
+            if beyond < distance or (beyond == distance and neighbour < feature):
+                return np.int64(k)
+        if is_open:
+            found = np.int64(other)
+    return found
+
+
+@inner()
+def open_wall(balls, candidates, contacts, laws, walls, motions, k, time, totals, counters, table):
+    """Begin a contact of candidate k, a ball and a wall, or let one go on there, if the feature is within reach."""
+    i, feature = candidates.ball[k], -1 - candidates.partner[k]
+    body = body_of(walls, feature)
     position = row(balls.position, i)
-    away = wall_away(walls, candidates, motions, k, body, position, candidates.trigger[k])
-    if away[0] < FAR:
-        foot = wall_velocity(motions, body, subtract(position, away))
-        approach = dot(subtract(foot, row(balls.rate_now, i)), away) / math.sqrt(dot(away, away))
-        open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
+    point = to_body(motions, body, position)
+    radius = candidates.trigger[k]
+    distance, direction = touch(walls, feature, candidates.sure[k], point, radius)
+    if distance < 0.0:
+        return
+    old = predecessor(candidates, walls, body, k, point, distance, direction, radius)
+    if old == k:
+        return
+    normal = direction_to_laboratory(motions, body, direction)
+    if old >= 0:
+        pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, totals, counters, table)
+        return
+    foot = wall_velocity(motions, body, add_scaled(position, -distance, normal))
+    approach = dot(subtract(foot, row(balls.rate_now, i)), normal)
+    open_contact(balls, candidates, contacts, laws, counters, k, time, approach)
 
 
 @inlined()
@@ -260,17 +355,18 @@ def open_pairs(balls, candidates, contacts, laws, counters, count, time):
 
 
 @inlined()
-def open_walls(balls, candidates, contacts, laws, walls, motions, counters, time):
+def open_walls(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table):
     """Open the contacts with walls of all balls that have come within reach."""
     for at in range(find_walls(balls, candidates, motions)):
-        open_wall(balls, candidates, contacts, laws, walls, motions, counters, candidates.found[at], time)
+        k = candidates.found[at]
+        open_wall(balls, candidates, contacts, laws, walls, motions, k, time, totals, counters, table)
 
 
 @inlined()
-def open_contacts(balls, candidates, contacts, laws, walls, motions, counters, time):
+def open_contacts(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table):
     """Open the contacts of all that have come within reach."""
     first, last = near_pairs_listed(candidates)
     count = np.int64(find_pairs(balls, candidates, first, last, candidates.found))
     if count > 0:
         open_pairs(balls, candidates, contacts, laws, counters, count, time)
-    open_walls(balls, candidates, contacts, laws, walls, motions, counters, time)
+    open_walls(balls, candidates, contacts, laws, walls, motions, time, totals, counters, table)

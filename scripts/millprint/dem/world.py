@@ -14,11 +14,12 @@ from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import Recorder, Table, make_recorder, make_table
 from millprint.errors import SimulationError
 from millprint.mill.motion import AT_REST, Motion
+from millprint.mill.patches import OVERLAP_LIMIT
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import Walls
 
-OVERLAP_MAX = 0.2  # overlap over the ball's radius at which a run stops [-]
+OVERLAP_MAX = OVERLAP_LIMIT  # overlap over the ball's radius at which a run stops [-]
 CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
 
@@ -33,14 +34,14 @@ TROUBLE = {
 
 def walls_for(vessel: Vessel, radius: float, skin: float = 6e-4, pitch: float = 0.01) -> Walls:
     """Walls of a vessel at rest or in motion, for balls of at most `radius`; skin and pitch of the cells, all in m."""
-    return build_walls([vessel], radius, skin / 2, OVERLAP_MAX * radius, pitch)
+    return build_walls([vessel], radius, skin / 2, pitch)
 
 
 class World:
     """Balls of given radii [m] in a vessel; positions, velocities, angular velocities are (n, 3), in SI.
 
-    Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], and walls, where
-    many worlds share those of one vessel.
+    Further: step [s], skin [m], gravity (downwards, or a vector (3,)) [m/s2], motion, pitch [m], walls, where many
+    worlds share those of one vessel, and by_facet, see recording.make_table.
     """
 
     def __init__(
@@ -58,11 +59,13 @@ class World:
         motion: Motion = AT_REST,
         pitch: float = 0.01,
         walls: Walls | None = None,
+        by_facet: bool = False,
     ) -> None:
         position = np.atleast_2d(np.asarray(position, dtype=float))
         radii = np.unique(np.broadcast_to(radius, len(position)))
         species = np.searchsorted(radii, np.broadcast_to(radius, len(position)))
         self.vessel = vessel
+        self.by_facet = by_facet
         self.step = step
         self.balls = state.make_balls(position, species, radii, contact.density_kg_m3)
         for columns, value in ((RATE.velocity, velocity), (RATE.angular_velocity, angular_velocity)):
@@ -86,7 +89,7 @@ class World:
         steps = round(seconds / self.step)
         begin = int(self.counters[COUNTER.step])
         recorder = _recorder(begin, sample_every, steps // sample_every + 2 if sample_every else 0)
-        table = make_table(COLLISION_ROWS)
+        table = make_table(COLLISION_ROWS, self.by_facet)
         self._advance(begin + steps - 1 + (1 if sample_every else 0), table, recorder)
         rows = int(self.counters[COUNTER.records])
         self.counters[COUNTER.records] = 0

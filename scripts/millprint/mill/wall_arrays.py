@@ -7,38 +7,28 @@ from functools import lru_cache
 import numpy as np
 
 from millprint.kernel import array_maker, inlined, inner
+from millprint.mill.patches import find_patches
 from millprint.mill.vectors import add_scaled, row
-from millprint.mill.vessel import Edge, Vessel, ahead
-from millprint.mill.walls import SIDE, SURFACE, Walls, near
+from millprint.mill.vessel import Vessel, ahead
+from millprint.mill.walls import SURFACE, Walls, near
 
 # The most cells of the grids, of 8 bytes each: where they would be more, as in a vessel of 20 L with balls of 5 mm,
 # they are wider. They only find what may be near a ball, so that a run does not depend on their size.
 CELLS_MAX = 1 << 24
 
 
-def _reach(edge: Edge, radius: float, overlap: float) -> float:
-    """How far a facet extends behind a seam [m]: to where the overlap with the other facet is at its bound."""
-    turn = abs(edge.turn)
-    if edge.turn > 1e-9:
-        return 0.0
-    if turn < 1e-9:
-        return radius
-    return float(np.clip((overlap - radius * (1 - math.cos(turn))) / math.sin(turn), 0.0, radius))
-
-
-def _sides(vessel: Vessel, radius: float, overlap: float) -> tuple[np.ndarray, np.ndarray]:
-    """Number of sides of each facet (f,), and the sides (s, 8) in the facets' own axes (see `Walls.side`)."""
+def _sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
+    """Number of sides of each facet (f,), and the sides (s, 7) in the facets' own axes (see `Walls.side`)."""
     counts, sides = [], []
     for facet in vessel.facets:
         axes = np.array(facet.axes).T
         for loop in facet.loops:
             flat = loop @ axes
-            for start, end, edge in zip(flat, ahead(flat), vessel.edges_along(loop), strict=True):
-                length = float(np.linalg.norm(end - start))
-                reach = _reach(edge, radius, overlap)
-                sides.append([*start, *(end - start) / length, length, reach, *end])
+            ends = ahead(flat)
+            length = np.linalg.norm(ends - flat, axis=1)[:, None]
+            sides.append(np.hstack([flat, (ends - flat) / length, length, ends]))
         counts.append(sum(map(len, facet.loops)))
-    return np.array(counts), np.array(sides)
+    return np.array(counts), np.concatenate(sides)
 
 
 def _edge_rows(vessel: Vessel) -> np.ndarray:
@@ -78,6 +68,23 @@ def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
     return surface
 
 
+def _patches(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Walls.patch, Walls.first_vertex and Walls.vertex: those of each body, numbered one body after the other."""
+    patches: list[list[np.ndarray]] = [[], [], []]
+    vertices: list[list[np.ndarray]] = [[], [], []]
+    first_patch, first_vertex = 0, 0
+    for body in bodies:
+        of_body = find_patches(body)
+        for kind in range(3):
+            patches[kind].append(of_body.patch[kind] + first_patch)
+            vertices[kind] += [numbers + first_vertex for numbers in of_body.vertices[kind]]
+        first_patch += of_body.count
+        first_vertex += len(body.vertices)
+    rows = [numbers for kind in vertices for numbers in kind]
+    first = np.cumsum([0, *map(len, rows)])
+    return np.concatenate([each for kind in patches for each in kind]), first, np.concatenate(rows)
+
+
 def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper corners (f + e + c, 3) of boxes that hold every feature [m]."""
     outlines = [np.concatenate(facet.loops) for body in bodies for facet in body.facets]
@@ -86,30 +93,30 @@ def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
     return np.array([each.min(axis=0) for each in outlines]), np.array([each.max(axis=0) for each in outlines])
 
 
-def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
+def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, pitch: float) -> Walls:
     """Flat arrays of bodies, the vessel first, for balls of at most `radius`, and grids that find what is near a ball.
 
-    margin: how far a ball may move before the lists are rebuilt [m]; overlap: bound on any overlap [m];
-    pitch: size of the grids' cells [m], if these are not more than CELLS_MAX.
+    margin: how far a ball may move before the lists are rebuilt [m]; pitch: size of the grids' cells [m], if these are
+    not more than CELLS_MAX.
 
     Nothing writes into the arrays, so simulations of a job in the same bodies share them.
     """
     boxes = sum(float(np.prod(np.ptp(body.bounds, axis=0))) for body in bodies)
-    return _build_walls(tuple(bodies), radius, margin, overlap, max(pitch, math.cbrt(boxes / CELLS_MAX)))
+    return _build_walls(tuple(bodies), radius, margin, max(pitch, math.cbrt(boxes / CELLS_MAX)))
 
 
 @lru_cache(maxsize=2)
-def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, overlap: float, pitch: float) -> Walls:
-    counts, sides = zip(*(_sides(body, radius, overlap) for body in bodies), strict=True)
+def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch: float) -> Walls:
+    counts, sides = zip(*(_sides(body) for body in bodies), strict=True)
     side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
     corners = [corner for body in bodies for corner in body.corners]
     origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
+    patch, first_vertex, vertex = _patches(bodies)
     walls = Walls(
         plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
         axes=np.array([facet.axes for facet in facets]),
         first_side=first_side,
-        facet_reach=np.maximum.reduceat(side[:, SIDE.reach], first_side[:-1]),
         side=side,
         edge=np.concatenate([_edge_rows(body) for body in bodies]),
         corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
@@ -117,6 +124,9 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, overl
         direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
         body=_body_numbers(bodies),
         surface=_surfaces(bodies),
+        patch=patch,
+        first_vertex=first_vertex,
+        vertex=vertex,
         grid_origin=origin,
         grid_shape=shape,
         grid_pitch=float(pitch),
@@ -128,8 +138,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, overl
     # Nothing of a cell is farther from its middle than half its diagonal.
     reach = margin + pitch * math.sqrt(3) / 2
     low, high = _boxes(bodies)
-    around = np.full((len(low), 1), (1 + 1e-9) * (radius + 2 * reach))
-    around[: len(facets), 0] += walls.facet_reach
+    around = (1 + 1e-9) * (radius + 2 * reach)
     features, sure = fill_cells(walls, radius, reach, low - around, high + around)
     return walls._replace(cell_feature=features, cell_sure=sure)
 

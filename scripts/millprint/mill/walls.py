@@ -1,9 +1,8 @@
 """What a ball touches of the walls of a vessel, from flat arrays (mill.wall_arrays makes them).
 
-A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. In a
-seam it touches both facets, on a convex edge one edge. Where a ball is pressed into a seam, the foot of one facet can
-leave that facet before its overlap has gone; each facet therefore reaches a little across its seams (`reach` of a
-side), far enough that no contact is cut off before its overlap exceeds the bound at which a run fails.
+A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
+two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
+tells which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
 first, then the convex edges, then the corners.
@@ -35,7 +34,6 @@ class SideColumns(NamedTuple):
     direction_u: int  # of a unit vector
     direction_v: int
     length: int
-    reach: int  # across the side
     end_u: int
     end_v: int
 
@@ -47,6 +45,9 @@ class Surfaces(NamedTuple):
     smooth: int  # without friction
 
 
+# A foot so little outside of a facet, over the ball's radius, is still on it: rounding leaves no gap between two facets.
+ON_SIDE = 1e-9
+
 PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
 
 
@@ -56,14 +57,16 @@ class Walls(NamedTuple):
     plane: np.ndarray  # (f, 4) see PlaneColumns
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
-    facet_reach: np.ndarray  # (f,) the largest reach of its sides [m]
-    side: np.ndarray  # (s, 8) see SideColumns
+    side: np.ndarray  # (s, 7) see SideColumns
     edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
     direction: np.ndarray  # (d, 3) edges that leave the corners
     body: np.ndarray  # (f + e + c,) the body that a feature belongs to
     surface: np.ndarray  # (f + e + c,) see Surfaces; edges and corners are rough
+    patch: np.ndarray  # (f + e + c,) the patch that a feature belongs to, numbered through all bodies (mill.patches)
+    first_vertex: np.ndarray  # (f + e + c + 1,) vertices of feature i are first_vertex[i] to first_vertex[i + 1]
+    vertex: np.ndarray  # numbers of vertices, ascending for each feature
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
     grid_pitch: float  # [m]
@@ -116,38 +119,23 @@ def plane_distance(walls, feature, point):
 
 
 @kernel()
-def beyond_side(axes, first_side, side, facet, point, margin):
-    """Where the foot of `point` lies on a facet's plane: (distance outside its outline [m], negative inside; reach).
-
-    The reach is that of the nearest side, or the smallest of all sides that could become the nearest within `margin`.
-    """
+def beyond_side(axes, first_side, side, facet, point):
+    """Distance of the foot of `point` on a facet's plane from its outline [m]; negative inside."""
     u, v = dot(row(axes[facet], 0), point), dot(row(axes[facet], 1), point)
     nearest = 1e300
-    reach = 0.0
     inside = False
     for k in range(first_side[facet], first_side[facet + 1]):
         du, dv, length = side[k, SIDE.direction_u], side[k, SIDE.direction_v], side[k, SIDE.length]
         ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
         along = min(max(ru * du + rv * dv, 0.0), length)
         away_u, away_v = ru - along * du, rv - along * dv
-        squared = away_u * away_u + away_v * away_v
-        if squared < nearest:
-            nearest = squared
-            reach = side[k, SIDE.reach]
+        nearest = min(nearest, away_u * away_u + away_v * away_v)
         # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
         # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
         if (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v]) and (ru * dv - rv * du) * dv < 0:
             inside = not inside
     distance = math.sqrt(nearest)
-    if margin > 0.0:
-        limit = (distance + 2 * margin) * (distance + 2 * margin)
-        for k in range(first_side[facet], first_side[facet + 1]):
-            ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
-            along = min(max(ru * side[k, SIDE.direction_u] + rv * side[k, SIDE.direction_v], 0.0), side[k, SIDE.length])
-            away_u, away_v = ru - along * side[k, SIDE.direction_u], rv - along * side[k, SIDE.direction_v]
-            if away_u * away_u + away_v * away_v <= limit:
-                reach = min(reach, side[k, SIDE.reach])
-    return (-distance if inside else distance), reach
+    return -distance if inside else distance
 
 
 @inlined()
@@ -165,8 +153,8 @@ def touch(walls, feature, surely_over, point, limit):
         if distance >= limit or distance <= 0.0:
             return nothing
         if not surely_over:
-            beyond, reach = beyond_side(walls.axes, walls.first_side, walls.side, feature, point, 0.0)
-            if beyond > reach:
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+            if beyond > ON_SIDE * limit:
                 return nothing
         return distance, normal
     if feature < facets + walls.edge.shape[0]:
@@ -192,10 +180,26 @@ def touch(walls, feature, surely_over, point, limit):
 
 
 @inner()
+def belongs(walls, feature, other):
+    """Whether two features are pieces of one patch that meet in a vertex."""
+    if walls.patch[feature] != walls.patch[other]:
+        return False
+    a, b = walls.first_vertex[feature], walls.first_vertex[other]
+    while a < walls.first_vertex[feature + 1] and b < walls.first_vertex[other + 1]:
+        if walls.vertex[a] == walls.vertex[b]:
+            return True
+        if walls.vertex[a] < walls.vertex[b]:
+            a += 1
+        else:
+            b += 1
+    return False
+
+
+@inner()
 def near(walls, feature, point, radius, margin):
     """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
 
-    2 says that the foot stays on the facet or within its reach, whatever the ball does within the margin.
+    2 says that the foot stays on the facet, whatever the ball does within the margin.
     """
     facets = walls.plane.shape[0]
     reach_out = radius + margin
@@ -203,10 +207,10 @@ def near(walls, feature, point, radius, margin):
         distance = plane_distance(walls, feature, point)
         if distance > reach_out or distance < -margin:
             return 0
-        beyond, reach = beyond_side(walls.axes, walls.first_side, walls.side, feature, point, margin)
-        if beyond > margin + walls.facet_reach[feature]:
+        beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+        if beyond > margin + ON_SIDE * radius:
             return 0
-        return 2 if beyond < -margin or beyond + margin < reach else 1
+        return 2 if beyond < -margin else 1
     if feature < facets + walls.edge.shape[0]:
         edge = walls.edge[feature - facets]
         away = subtract(point, row(edge, 0))

@@ -1,0 +1,241 @@
+"""A wall is a surface: how it is cut into facets changes neither what a ball touches nor what a contact is.
+
+Random surfaces with shallow seams, steps and convex edges, every mill of config/, and hits on walls that are drawn in
+different ways. The exact signed distance (mill.distance) says what is right.
+"""
+
+import numpy as np
+import pytest
+
+from millprint.dem.layout import COUNTER
+from millprint.dem.world import walls_for
+from millprint.kernel import kernel
+from millprint.mill.bodies import build_bodies
+from millprint.mill.distance import signed_distance
+from millprint.mill.patches import find_patches
+from millprint.mill.vessel import Facet, Vessel
+from millprint.mill.walls import touch
+from tests.physics.setups import CALIBRATED, World, box, prism
+
+RADIUS = 5e-3
+FRICTIONLESS = CALIBRATED.model_copy(update={"static_friction": 0.0, "rolling_friction": 0.0})
+
+
+@kernel()
+def touch_feature(walls, feature, point, limit):
+    """A function that only kernels may call, for Python."""
+    return touch(walls, feature, 0, point, limit)
+
+
+def distances(walls, point, radius=RADIUS) -> dict[int, float]:
+    """Features that a ball at `point` touches, and how far they are [m]."""
+    found = {k: touch_feature(walls, k, tuple(map(float, point)), radius)[0] for k in range(walls.patch.size)}
+    return {k: distance for k, distance in found.items() if distance >= 0}
+
+
+def open_features(vessel, walls, point, radius=RADIUS) -> list[int]:
+    """Features with which a ball that is put at `point` is in contact."""
+    world = World(point, None, vessel=vessel, radius=radius, walls=walls, step=1e-10)
+    world.run(1e-10)
+    contacts = world.open_contacts
+    return (-1 - contacts.partner[contacts.slot >= 0]).tolist()
+
+
+def tray(floor: np.ndarray, height: float, rng: np.random.Generator) -> Vessel:
+    """A box whose floor runs through a grid of points (n, n, 3) [m], each cell of it cut along a random diagonal."""
+    loops, n = [], len(floor) - 1
+    for i, j in np.ndindex(n, n):
+        a, b, c, d = floor[i, j], floor[i + 1, j], floor[i + 1, j + 1], floor[i, j + 1]
+        loops += [[a, b, c], [a, c, d]] if rng.random() < 0.5 else [[a, b, d], [b, c, d]]
+    lid = {(i, j): np.array([*floor[i, j, :2], height]) for i in (0, n) for j in (0, n)}
+    loops.append([lid[0, 0], lid[0, n], lid[n, n], lid[n, 0]])
+    loops.append([*floor[::-1, 0], lid[0, 0], lid[n, 0]])
+    loops.append([*floor[:, n], lid[n, n], lid[0, n]])
+    loops.append([*floor[0], lid[0, n], lid[0, 0]])
+    loops.append([*floor[n, ::-1], lid[n, 0], lid[n, n]])
+    return Vessel([Facet.from_loops([np.array(loop)]) for loop in loops])
+
+
+def floor_grid(pitch: float, roughness: float, step: float, rng: np.random.Generator, cells: int = 8) -> np.ndarray:
+    """Points (n, n, 3) [m] of a floor in an uneven grid: heights random within +-roughness, and half of it lowered."""
+    at = np.arange(cells + 1) * pitch
+    x, y = np.meshgrid(at, at, indexing="ij")
+    shift = 0.25 * pitch * rng.uniform(-1, 1, (2, *x.shape))
+    shift[0, [0, -1]], shift[1][:, [0, -1]] = 0, 0
+    z = roughness * rng.uniform(-1, 1, x.shape) - step * (x > x.max() / 2)
+    return np.stack([x + shift[0], y + shift[1], z], axis=-1)
+
+
+def lowered(distance, place, gap: float) -> np.ndarray:
+    """The point above `place` (2,) at which a ball has a gap to the surface [m], negative for an overlap."""
+    low, high = -0.02, 0.05
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if -distance(np.array([*place, middle]))[0] < RADIUS + gap else (low, middle)
+    return np.array([*place, high])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_contacts_of_a_random_surface_are_as_the_exact_distance_says(seed):
+    rng = np.random.default_rng(seed)
+    pitch, step = rng.choice([1.5e-3, 3e-3, 6e-3]), rng.choice([0.0, 0.0, 4e-3])
+    roughness = pitch * rng.choice([1e-5, 1e-3, 0.02, 0.1, 0.3])
+    vessel = tray(floor_grid(pitch, roughness, step, rng), 0.06, rng)
+    walls, distance = walls_for(vessel, RADIUS), signed_distance(vessel)
+    for _ in range(40):
+        point = lowered(distance, rng.uniform(1.6, 6.4, 2) * pitch, RADIUS * rng.uniform(-0.03, 0.01))
+        exact, touched = -distance(point)[0], distances(walls, point)
+        in_contact = open_features(vessel, walls, point)
+        if exact >= RADIUS:
+            assert not touched and not in_contact
+            continue
+        assert min(touched.values()) == pytest.approx(exact, rel=1e-9)
+        assert set(in_contact) <= set(touched)
+        # The deepest overlap is a contact, and nothing that is not a minimum of the exact distance.
+        assert min(touched[k] for k in in_contact) == pytest.approx(exact, rel=1e-9)
+
+
+def test_what_is_clear_of_a_mill_touches_nothing(mills):
+    """Every body of every mill, for its smallest ball: near vertices, where facets end."""
+    for name, mill in mills.items():
+        sizes = mill.sweep.ball_diameters_mm if mill.sweep else [10]
+        radius = min(min(getattr(size, "sizes_mm", [size])) for size in sizes) / 2e3
+        for body in build_bodies(mill, 60.0):
+            rng = np.random.default_rng(0)
+            vertices, walls = body.vessel.vertices, walls_for(body.vessel, radius)
+            points = vertices[rng.integers(len(vertices), size=300)] + radius * rng.normal(size=(300, 3))
+            exact = -signed_distance(body.vessel)(points)[0]
+            for point, gap in zip(points, exact, strict=True):
+                if not 0 < gap < 3 * radius:
+                    continue
+                touched = distances(walls, point, radius)
+                if gap > radius:
+                    assert not touched, (name, body.name, point)
+                else:
+                    assert min(touched.values()) == pytest.approx(gap, rel=1e-9), (name, body.name, point)
+
+
+def flat_tray(seed: int, noise_m: float) -> Vessel:
+    """A flat floor in 128 triangles, its points off the plane by up to a noise [m]."""
+    rng = np.random.default_rng(seed)
+    return tray(floor_grid(4e-3, noise_m, 0.0, rng), 0.06, rng)
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 1e-9, 1e-7, 1e-6])
+@pytest.mark.parametrize("restitution", [0.3, 0.8])
+def test_a_hit_on_a_remeshed_floor_is_one_contact_of_its_restitution(noise_m, restitution):
+    contact = FRICTIONLESS.model_copy(update={"restitution": restitution})
+    vessel, rng = flat_tray(1, noise_m), np.random.default_rng(2)
+    walls = walls_for(vessel, RADIUS)
+    corners = vessel.vertices[vessel.vertices[:, 2] < 1e-5]
+    inner = corners[np.abs(corners[:, :2] - 0.016).max(axis=1) < 0.01]
+    for place in [*rng.choice(inner[:, :2], 6), *rng.uniform(0.008, 0.024, (6, 2))]:
+        world = World([*place, 1.02 * RADIUS], [0, 0, -1.0], vessel=vessel, contact=contact, walls=walls, step=5e-7)
+        world.run(2e-3)
+        assert len(world.contacts) == 1
+        assert world.balls.velocity[0, 2] == pytest.approx(restitution, abs=2e-3)
+
+
+@pytest.mark.parametrize("facets", [24, 48, 96, 192, 384])
+def test_a_hit_on_a_round_wall_loses_what_one_on_a_cylinder_does(facets):
+    """However many facets it has, and wherever the ball hits: e^2 of the energy stays."""
+    contact = FRICTIONLESS.model_copy(update={"restitution": 0.3})
+    angle = 2 * np.pi * np.arange(facets) / facets
+    vessel = prism(0.0375 * np.column_stack([np.cos(angle), np.sin(angle)]), 0.05)
+    walls, kept = walls_for(vessel, RADIUS), []
+    for phi in np.pi / facets * np.linspace(0, 2, 11)[:-1]:
+        outwards = np.array([np.cos(phi), np.sin(phi), 0.0])
+        start = 0.0322 * outwards + [0, 0, 0.025]
+        world = World(start, 2 * outwards, vessel=vessel, contact=contact, walls=walls, step=5e-7)
+        world.run(1.5e-3)
+        assert len(world.contacts) == 1
+        kept.append((world.balls.velocity[0] ** 2).sum() / 4)
+    # A facet is hit at up to an angle of pi / facets, and what moves along it is not damped.
+    assert 0.09 - 2e-4 < np.mean(kept) < 0.09 + 0.91 * (np.pi / facets) ** 2 / 2 + 2e-4
+
+
+def round_room(facets: int, radius: float = 0.03) -> Vessel:
+    """A lying cylinder along y."""
+    angle = 2 * np.pi * (np.arange(facets) + 0.3) / facets
+    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    return prism(radius * np.column_stack([np.cos(angle), np.sin(angle)]), 0.05, turn)
+
+
+def rolled(facets: int, by_facet: bool = False) -> World:
+    """A ball that swings in the trough of a lying cylinder, in the middle of its length."""
+    start = 0.02498 * np.array([np.sin(0.5), 0, -np.cos(0.5)]) - [0, 0.025, 0]
+    world = World(start, vessel=round_room(facets), gravity=9.81, step=2e-6, by_facet=by_facet)
+    world.series = world.run(0.5, sample_every=1000)
+    return world
+
+
+def test_a_ball_that_rolls_round_a_jar_keeps_one_contact():
+    world = rolled(384)
+    assert len(world.contacts) <= 2  # the ball may hop once as it is put on the wall
+    assert world.counters[COUNTER.opened] <= 3
+    lanes = np.flatnonzero(world.open_contacts.slot >= 0)
+    assert len(lanes) == 1
+
+
+def test_counted_by_facet_a_rolling_contact_has_a_row_for_each_facet_with_the_same_works():
+    whole, cut = rolled(384), rolled(384, by_facet=True)
+    assert len(cut.contacts) > 50
+    assert np.array_equal(whole.balls.position, cut.balls.position)
+    np.testing.assert_allclose(cut.series.to_numpy(), whole.series.to_numpy(), rtol=1e-9, atol=1e-15)
+    passed = cut.contacts[cut.contacts["complete"] == 2]
+    assert (np.abs(np.diff(passed["facet"])) > 0).all()
+    by_contact = cut.contacts.groupby("contact")
+    assert (by_contact["second"].nunique() == 1).all()
+
+
+def test_swings_do_not_depend_on_the_number_of_facets():
+    """The energy that a swinging ball has lost after half a second, of 192 and 384 facets."""
+    lost = [world.series["rolling_J"].iloc[-1] for world in (rolled(192), rolled(384))]
+    assert lost[0] == pytest.approx(lost[1], rel=0.02)
+    for world in (rolled(192), rolled(384)):
+        series = world.series
+        scale = series["kinetic_J"].max()
+        assert np.abs(series["imbalance_J"]).max() < 0.01 * scale
+
+
+@pytest.mark.parametrize("turn", [0.02, 0.2, 0.6, 1.0])
+def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
+    """A convex edge, shallow or sharp: the contact goes on from the edge to the facet, and is one."""
+    half, wide = turn / 2, 0.05
+    outline = np.array([[0, 0], [wide, -wide * np.tan(half)], [wide, 0.1], [-wide, 0.1], [-wide, -wide * np.tan(half)]])
+    vessel = prism(outline, 0.05, np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
+    world = World([1e-5, -0.025, 0.9997 * RADIUS], [0.1, 0, 0], vessel=vessel, gravity=60.0, step=1e-6, by_facet=True)
+    world.run(0.03)
+    assert world.balls.position[0, 0] > RADIUS * np.sin(half)
+    assert world.counters[COUNTER.opened] == 1
+    (edge,) = world.contacts["facet"]
+    assert edge >= len(vessel.facets)
+
+
+def test_corners_and_sharp_seams_keep_a_contact_a_face():
+    vessel = box()
+    walls = walls_for(vessel, RADIUS)
+    for turn, count in ((box(), 2), (box(turn=np.eye(3)), 2)):
+        assert len(open_features(turn, walls_for(turn, RADIUS), [0.0952, 0.0, 0.0049])) == count
+    assert len(open_features(vessel, walls, [0.0952, 0.0952, 0.0049])) == 3
+
+
+def filleted_corner(fillet: float, steps: int = 24) -> Vessel:
+    """A box with one lying edge rounded, its floor and side joined by `steps` facets."""
+    angle = np.linspace(0, np.pi / 2, steps + 1)
+    arc = np.column_stack([fillet * (1 - np.sin(angle)), fillet * (1 - np.cos(angle))])
+    outline = np.array([*arc, [0.0, 0.1], [0.1, 0.1], [0.1, 0.0]])[::-1]
+    return prism(outline, 0.1, np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
+
+
+@pytest.mark.parametrize(("fillet", "contacts"), [(2.5e-3, 2), (4.5e-3, 2), (6e-3, 1), (12e-3, 1)])
+def test_a_ball_in_a_rounded_corner_touches_twice_where_the_rounding_is_tighter_than_the_ball(fillet, contacts):
+    vessel = filleted_corner(fillet)
+    walls = walls_for(vessel, RADIUS)
+    assert find_patches(vessel).count == 5
+    if contacts == 2:
+        point = [RADIUS - 2e-5, -0.05, RADIUS - 2e-5]
+    else:
+        deep = fillet - (fillet - RADIUS + 2e-5) * np.sqrt(0.5)
+        point = [deep, -0.05, deep]
+    assert len(open_features(vessel, walls, point)) == contacts
