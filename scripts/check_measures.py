@@ -1,6 +1,6 @@
 """Checks the measures of the surrogate with roll-outs that are known to be right or wrong, in a table."""
 
-from millprint.files import read_json, write_table
+from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.controls import blurred, simulated_rollout, slowed
 from millprint.surrogate.evaluation import evaluate
@@ -15,13 +15,12 @@ LENGTH_S = 3.0
 def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float, test: str) -> None:
     scene = read_scene(inputs["dem"])
     runs = {role: read_trajectory(inputs[role], start_s) for role in ("dem", "other_seed", "twin") if role in inputs}
-    summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
     length_s = min(LENGTH_S, *(float(run.time_s[-1]) - start_s for run in runs.values()))
     known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
     tables = []
     for name, rollout in known.items():
-        found = evaluate(rollout, runs, scene, summaries)
+        found = evaluate(rollout, runs, scene)
         table = tabulate(found.values, found.references, test, name).drop(columns="thesis")
         aimed = table["aim"].notna()
         table.loc[aimed, "met"] = [

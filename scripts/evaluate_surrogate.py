@@ -1,18 +1,21 @@
-"""Compares the roll-outs of a surrogate, of any kind, with the simulations that they started from.
+"""Compares the roll-outs of a surrogate with the simulations that they started from.
 
-Of a graph network, also the errors of single steps from states of the simulation, before errors can grow.
+Also the errors of single steps from states of the simulation, before errors can grow.
 """
 
 import pandas as pd
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.files import read_json, write_table
+from millprint.files import write_table
 from millprint.job import job
+from millprint.surrogate.checkpoint import choose_device
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
 from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import join_tables, printed_measures, tabulate
+from millprint.surrogate.thesis.network import read_weights
+from millprint.surrogate.thesis.surrogate import single_steps
 from millprint.surrogate.trajectory import read_trajectory
 from millprint.tables import read_printed
 
@@ -28,7 +31,7 @@ def of_test(test: str, inputs) -> dict[str, str]:
 
 
 def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, test: str) -> dict[str, pd.DataFrame]:
-    """The tables of one test. `inputs` has the simulation of each role, and the summaries of some."""
+    """The tables of one test. `inputs` has the simulation of each role."""
     rollout, scene = RollOut.read(rolled_out), read_scene(inputs["dem"])
     first, last = float(rollout.start_s.min()), float(rollout.start_s.max() + rollout.time_s[-1])
     runs = {
@@ -36,11 +39,7 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
         for role in ROLES
         if role in inputs
     }
-    if "driven" in runs:
-        found = evaluate_at_rest(rollout, runs, scene)
-    else:
-        summaries = {role: read_json(inputs[f"{role}_summary"]) for role in ("dem", "other_seed")}
-        found = evaluate(rollout, runs, scene, summaries)
+    found = evaluate_at_rest(rollout, runs, scene) if "driven" in runs else evaluate(rollout, runs, scene)
     printed = printed_measures(read_printed(claims))
     return {
         "metrics": tabulate(found.values, found.references, test, variant, printed),
@@ -53,11 +52,7 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
 def step_errors(
     weights: str, runs: list[str], rule: EdgeConfig, starts_s: dict[str, float], variant: str, threads: int
 ) -> pd.DataFrame:
-    """The errors of single steps of a graph network; starts_s: from where in each test, in the order of `runs`."""
-    from millprint.surrogate.checkpoint import choose_device
-    from millprint.surrogate.thesis.network import read_weights
-    from millprint.surrogate.thesis.surrogate import single_steps
-
+    """The errors of single steps; starts_s: from where in each test, in the order of `runs`."""
     device = choose_device(threads)
     model, recipe = read_weights(weights, device)
     tables = []
@@ -70,7 +65,6 @@ def step_errors(
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     rollouts = iter(given.rollouts)
-    graphs = zip(given.get("weights", []), made.get("single_steps", []), strict=True)
     with job(snakemake.log[0], f"evaluate {', '.join(own.variants)}") as log:
         for number, (variant, edges) in enumerate(own.variants.items()):
             parts = []
@@ -79,9 +73,6 @@ if "snakemake" in globals():
                 log.info("measured: %s, %s", variant, test)
             for name in parts[0]:
                 write_table(join_tables([part[name] for part in parts]), made[name][number])
-            # Only a graph network has edges.
-            if edges:
-                weights, single_steps = next(graphs)
-                stepped, rule = list(given.stepped), EdgeConfig(**edges)
-                found = step_errors(weights, stepped, rule, own.starts_s, variant, snakemake.threads)
-                write_table(found, single_steps)
+            weights, stepped, rule = given.weights[number], list(given.stepped), EdgeConfig(**edges)
+            found = step_errors(weights, stepped, rule, own.starts_s, variant, snakemake.threads)
+            write_table(found, made.single_steps[number])

@@ -5,14 +5,14 @@ import logging
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
 from millprint.job import job
 from millprint.surrogate.checkpoint import choose_device
-from millprint.surrogate.kinds import open_surrogate
 from millprint.surrogate.protocol import Setting
+from millprint.surrogate.thesis.compiled import open_graph_surrogate
 
 logger = logging.getLogger("millprint")
 
 
 def main(setting: Setting, output: str, settings: RollOutConfig, case: str, starts_s: list[float]) -> None:
-    surrogate = open_surrogate(setting)
+    surrogate = open_graph_surrogate(setting)
     steps, per_frame = (round(time_s / surrogate.step_s) for time_s in (settings.length_s, settings.frame_interval_s))
     rollout = surrogate.roll_out(starts_s, steps, per_frame)
     rollout.write(output, case)
@@ -33,6 +33,5 @@ if "snakemake" in globals():
                     rules.snap_back_m,
                     choose_device(snakemake.threads),
                     until_s=max(starts_s) + 0.01,
-                    member=rules.member,
                 )
                 main(setting, next(outputs), rules, chosen["case"], starts_s)

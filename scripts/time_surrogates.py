@@ -6,9 +6,9 @@ from millprint.config.surrogate import EdgeConfig, TimingConfig
 from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.checkpoint import choose_device
-from millprint.surrogate.kinds import open_surrogate
 from millprint.surrogate.protocol import Setting
 from millprint.surrogate.scene import read_scene
+from millprint.surrogate.thesis.compiled import open_graph_surrogate
 from millprint.surrogate.timing import scaled_thresholds, simulation_seconds, time_rollouts
 
 
@@ -21,7 +21,7 @@ def main(
     trained_m, tables = read_scene(trained).ball_radius_m, []
     for run in runs:
         own = scaled_thresholds(rule, snap_back_m, read_scene(run).ball_radius_m, trained_m)
-        surrogate = open_surrogate(Setting(weights, run, *own, device, until_s=timing.start_s + 0.01))
+        surrogate = open_graph_surrogate(Setting(weights, run, *own, device, until_s=timing.start_s + 0.01))
         machine = "one thread" if device.type == "cpu" else device.type
         table = time_rollouts(surrogate, timing.start_s, timing.batches, timing.steps, machine)
         table["dem_seconds_for_15_s"] = simulation_seconds(run, timing.dem_s)

@@ -16,7 +16,7 @@ import numba
 from llvmlite import binding
 
 PACKAGE = Path(__file__).parent
-KERNEL_FOLDERS = ("mill", "dem", "surrogate/contact", "surrogate/thesis")
+KERNEL_FOLDERS = ("mill", "dem", "surrogate/thesis")
 MAKERS = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 

@@ -83,9 +83,8 @@ def test_thresholds_are_part_of_the_recipe_only_where_they_train(content):
         ({"graph": {"window": 0}}, r"x\.graph\.window = 0: .*greater than or equal to 1"),
         ({"network": {"widht": 3}}, r"x\.network\.widht = 3"),
         ({"rollout": {"snap_back_m": -0.006}}, r"must exceed edges\.wall_threshold_m"),
-        ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, contact, x"),
-        ({"weights_of": "width64"}, r"x\.weights_of = 'width64': unknown; known: thesis, contact, x"),
-        ({"weights_of": "contact"}, r"x\.weights_of = 'contact': is of kind contact"),
+        ({"weights_of": "none"}, r"x\.weights_of = 'none': unknown; known: thesis, x"),
+        ({"weights_of": "width64"}, r"x\.weights_of = 'width64': unknown; known: thesis, x"),
         ({"weights_of": "thesis", "graph": {"window": 3}}, r"x\.weights_of = 'thesis': those have another graph"),
         ({"weights_of": "thesis", "network": {"width": 9}}, r"x\.weights_of = 'thesis': those have another network"),
     ],
@@ -273,52 +272,23 @@ def test_the_claims_explain_a_roll_out_that_runs_away(tmp_path):
     assert "trained for 2 epochs in 100 s" in found["6.energy"].explanation
 
 
-def test_the_contact_surrogate_never_learns_from_a_test(content):
-    content["contact"]["traces"][1]["mill"] = "emax_motion2"
-    with pytest.raises(ConfigError, match=r"contact.traces\[1\].mill = 'emax_motion2': is that of a test"):
-        settings(content)
-
-
-def test_variants_have_their_kind(content):
-    config = settings(content)
-    assert config.of_kind("contact") == config.trainings_of("contact")
-    assert "thesis" in config.of_kind("graph")
-    names = {*config.of_kind("graph"), *config.of_kind("contact")}
-    assert names == {*config.variants, *config.ablations, *config.trained_again}
-
-
-def test_every_training_has_its_own_seed_or_its_own_member(content):
+def test_every_training_has_its_own_seed(content):
     config = settings(content)
     assert config.trainings_of("thesis") == ["thesis", "thesis_training2", "thesis_training3"]
     own = [config.variant(name).training for name in config.trainings_of("thesis")]
     assert [one.seed for one in own] == [0, 1, 2]
     assert len({one.model_copy(update={"seed": 0}).model_dump_json() for one in own}) == 1
     assert [config.weights_of(name) for name in config.trainings_of("thesis")] == config.trainings_of("thesis")
-    assert [config.variant(name).rollout.member for name in config.trainings_of("contact")] == [0, 1, 2]
-    assert {config.weights_of(name) for name in config.trainings_of("contact")} == {"contact"}
     assert [config.weights_of(name) for name in config.trainings_of("baseline")] == config.trainings_of("thesis")
     # Each ablation with weights of its own is trained once.
     assert config.trainings_of("window3") == ["window3"]
     assert settings(content | {"trainings": 1}).trained_again == {}
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"trainings": 4}, r"trainings = 4: contact\.members = 3 must be as many or more"),
-        ({"variants": {"thesis": {}, "thesis_training2": {}}}, "thesis_training2: is the name of a further training"),
-        ({"variants": {"thesis": {"rollout": {"member": 1}}}}, r"thesis\.rollout\.member = 1: the first of its 1"),
-    ],
-)
-def test_trainings_that_cannot_be_are_refused(content, change, said):
-    with pytest.raises(ConfigError, match=said):
-        settings(content | {"ablations": {}} | change)
-
-
-def test_a_trace_without_time_is_refused(content):
-    content["contact"]["traces"][0]["until_s"] = 0.01
-    with pytest.raises(ConfigError, match=r"until_s = 0\.01: must exceed from_s = 0\.05"):
-        settings(content)
+def test_a_variant_with_the_name_of_a_further_training_is_refused(content):
+    variants = {"thesis": {}, "thesis_training2": {}}
+    with pytest.raises(ConfigError, match="thesis_training2: is the name of a further training"):
+        settings(content | {"ablations": {}, "variants": variants})
 
 
 def test_a_claim_says_how_many_trainings_failed(tmp_path):

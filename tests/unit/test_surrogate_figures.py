@@ -1,4 +1,4 @@
-"""Figures of chapter 6, for every kind of variant."""
+"""Figures of chapter 6."""
 
 import numpy as np
 import pandas as pd
@@ -9,14 +9,12 @@ from millprint.figures.chapter6 import plot_ablations, plot_dissipation, plot_er
 pytestmark = pytest.mark.usefixtures("close_figures")
 
 
-def test_losses_of_one_network_and_of_an_ensemble():
+def test_the_losses_and_their_terms():
     history = pd.DataFrame({"epoch": [1, 2], "training_total": [1.0, 0.5], "validation_total": [1.1, 0.6]})
     history = history.assign(training_force=[0.4, 0.2], validation_force=[0.5, 0.3])
-    alone = plot_loss(history.assign(validation_mean_square=[2.0, 1.0]))
-    assert [len(panel.lines) for panel in alone.axes] == [3, 2]
-    ensemble = plot_loss(pd.concat([history.assign(member=number) for number in range(3)]))
-    assert [len(panel.lines) for panel in ensemble.axes] == [6, 6]
-    assert [text.get_text() for text in ensemble.axes[1].get_legend().get_texts()] == ["force"]
+    figure = plot_loss(history.assign(validation_mean_square=[2.0, 1.0]))
+    assert [len(panel.lines) for panel in figure.axes] == [3, 2]
+    assert [text.get_text() for text in figure.axes[1].get_legend().get_texts()] == ["force"]
 
 
 def test_every_term_of_a_loss_is_drawn_even_if_there_are_more_than_colours():

@@ -14,8 +14,8 @@ from millprint.files import write_table
 from millprint.surrogate import measures
 from millprint.surrogate.ablations import STATEMENTS, ablation_table, scatter_in_words
 from millprint.surrogate.controls import blurred, simulated_rollout, slowed
-from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
-from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, rollout_descriptors, simulated_descriptors
+from millprint.surrogate.curves import distribution_table, error_table
+from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
 from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
 from millprint.surrogate.trajectory import Trajectory
@@ -28,19 +28,8 @@ TRUTH, SEED = simulate(2300), simulate(2300, seed=1)
 RUNS = {"dem": TRUTH, "other_seed": SEED}
 
 
-def summary(frequency_hz: float, normal_W: float = 2.0) -> dict:
-    return {
-        "balls": 6,
-        "power_W": {"normal": normal_W, "tangential": 3.0},
-        "collisions": [{"name": "lifetimes", "frequency_hz": frequency_hz}],
-    }
-
-
-SUMMARIES = {"dem": summary(600.0), "other_seed": summary(630.0)}
-
-
 def table_of(rollout: RollOut, runs: dict[str, Trajectory] | None = None):
-    found = evaluate(rollout, runs or RUNS, SCENE, SUMMARIES)
+    found = evaluate(rollout, runs or RUNS, SCENE)
     return tabulate(found.values, found.references, "trained", "thesis").set_index("measure")
 
 
@@ -214,40 +203,8 @@ def test_energy_from_nothing_is_a_share_of_the_driven_case():
     assert share == pytest.approx(100 * 200 * 1e-4 / (0.2 * driven_W))
 
 
-def test_descriptors_are_those_of_the_simulation_s_summary():
-    rollout = known()
-    frames = (len(rollout.time_s), 1)
-    extra = {
-        "normal_J": np.full(frames, 0.02),
-        "tangential_J": np.full(frames, 0.03),
-        "collisions": np.full(frames, 6.0),
-    }
-    own = rollout_descriptors(replace(rollout, **extra))
-    assert own["normal_energy"] == pytest.approx(0.02 / 6) and own["tangential_energy"] == pytest.approx(0.005)
-    assert own["collision_frequency"] == pytest.approx(frames[0] / LENGTH)
-    simulated = simulated_descriptors(summary(600.0), "lifetimes")
-    assert simulated == {"normal_energy": 2 / 600, "tangential_energy": 3 / 600, "collision_frequency": 100}
-    table = table_of(replace(rollout, **extra))
-    assert table["value"]["normal_energy_error_percent"] == pytest.approx(0)
-    assert table["dem_reference"]["collision_frequency_error_percent"] == pytest.approx(5)
-    assert "normal_energy_error_percent" not in table_of(rollout).index
-    with pytest.raises(ConfigError, match="gap_9ms is not among"):
-        simulated_descriptors(summary(600.0), "gap_9ms")
-
-
-def test_an_ensemble_s_spread_is_reported_and_drawn():
-    rollout = known()
-    shares = rollout.dissipated_J * np.array([0.9, 1.0, 1.1])
-    ensemble = replace(rollout, member_dissipated_J=shares, force_disagreement=np.array([0.1, 0.3, np.nan]))
-    assert table_of(ensemble)["value"]["ensemble_spread_percent"] == pytest.approx(10)
-    assert table_of(ensemble)["value"]["ensemble_doubt_percent"] == pytest.approx(100 * np.sqrt((0.1**2 + 0.3**2) / 2))
-    table = dissipation_table(evaluate(ensemble, RUNS, SCENE, SUMMARIES).rollouts, "trained")
-    np.testing.assert_allclose(table["spread_J"], 0.1 * table["surrogate_J"], atol=1e-15)
-    assert replace(rollout, member_dissipated_J=shares[:, :1]).member_totals_J() is None
-
-
 def test_densities_integrate_to_one_and_errors_have_a_twin():
-    found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE, SUMMARIES)
+    found = evaluate(known(), RUNS | {"twin": TRUTH}, SCENE)
     table = distribution_table(found.rollouts, RADIUS, "trained")
     for _, part in table.groupby("quantity"):
         area = part["dem"] * (part["high"] - part["low"])
@@ -256,20 +213,13 @@ def test_densities_integrate_to_one_and_errors_have_a_twin():
     assert errors["twin_m2"].max() == 0 and errors["other_seed_m2"].min() > 0
 
 
-def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
+def test_a_file_without_the_starts_is_not_a_roll_out(tmp_path):
     rollout, path = known(), tmp_path / "rollout.h5"
     with h5py.File(path, "w") as file:
         for name in ("time_s", "position_m", "velocity_m_s", "dissipated_J", "crossed_s"):
             file[name] = getattr(rollout, name)
-        file["normal_J"] = rollout.dissipated_J / 2
     with pytest.raises(ConfigError, match="start_s is missing"):
         RollOut.read(path)
-    with h5py.File(path, "a") as file:
-        file["start_s"], file.attrs["counting_rule"] = rollout.start_s, "gap_3ms"
-    again = RollOut.read(path)
-    np.testing.assert_array_equal(again.position_m, rollout.position_m)
-    np.testing.assert_array_equal(again.known("normal_J"), rollout.dissipated_J / 2)
-    assert again.tangential_J is None and again.counting_rule == "gap_3ms" and again.mean_edges == {}
 
 
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:

@@ -1,6 +1,6 @@
 """The recursive stage."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import h5py
 import numpy as np
@@ -131,28 +131,17 @@ def test_roll_out_that_is_not_finite_ends():
     assert np.isfinite(rollout.crossed_s).all() and np.isnan(rollout.position_m[-1]).all()
 
 
-def test_a_roll_out_on_disk_has_every_array_that_is_known(tmp_path):
+def test_a_roll_out_on_disk_has_every_array(tmp_path):
     rollout = surrogate(Free()).begin([0.01])(20, 5)
-    of_frames = np.arange(5.0)[:, None]
-    known = {"normal_J": of_frames, "tangential_J": 2 * of_frames, "collisions": 3 * of_frames}
-    known |= {"angular_velocity_rad_s": rollout.velocity_m_s + 1, "member_dissipated_J": np.ones((5, 2))}
-    known |= {"force_disagreement": np.array([0.1, np.nan])}
-    full = replace(rollout, **known, counting_rule="gap_3ms")
-    full.write(tmp_path / "rollout.h5", "a/b/c")
+    rollout.write(tmp_path / "rollout.h5", "a/b/c")
     again = RollOut.read(tmp_path / "rollout.h5")
     for field in fields(RollOut):
-        if isinstance(getattr(full, field.name), np.ndarray):
-            np.testing.assert_array_equal(getattr(again, field.name), getattr(full, field.name), field.name)
-    assert (again.mean_edges, again.counting_rule) == (full.mean_edges, "gap_3ms")
+        if isinstance(getattr(rollout, field.name), np.ndarray):
+            np.testing.assert_array_equal(getattr(again, field.name), getattr(rollout, field.name), field.name)
+    assert again.mean_edges == rollout.mean_edges
     with h5py.File(tmp_path / "rollout.h5") as file:
         assert file.attrs["case"] == "a/b/c"
         assert {name: values.attrs["units"] for name, values in file.items()} == {
             "time_s": "s", "position_m": "m", "velocity_m_s": "m/s", "dissipated_J": "J", "crossed_s": "s",
-            "start_s": "s", "spin_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1",
-            "member_dissipated_J": "J", "doubt": "1",
+            "start_s": "s",
         }  # fmt: skip
-    rollout.write(tmp_path / "bare.h5", "a/b/c")
-    bare = RollOut.read(tmp_path / "bare.h5")
-    assert bare.collisions is None and bare.counting_rule == "lifetimes"
-    with pytest.raises(ValueError, match="has no normal_J"):
-        bare.known("normal_J")

@@ -7,13 +7,11 @@ SURROGATE_TESTS = list(CONFIG.surrogate.tests)
 # By variant, the names of all of its trainings.
 TRAININGS = {variant: CONFIG.surrogate.trainings_of(variant) for variant in CONFIG.surrogate.variants}
 ROLLOUT = f"{SURROGATE}/{{variant}}/{{test}}/rollout.h5"
+# The names of the variants, the ablations and their further trainings.
+SURROGATES = [*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again]
 MOVING_TESTS = [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
 # Every training of an ablation.
-ABLATED = [
-    variant
-    for variant in (*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again)
-    if CONFIG.surrogate.training_of(variant)[0] in CONFIG.surrogate.ablations
-]
+ABLATED = [name for name in SURROGATES if CONFIG.surrogate.training_of(name)[0] in CONFIG.surrogate.ablations]
 # Roll-outs of less time of the mill take less than the start of a job each [s].
 QUICK_ROLLOUT_S = 0.1
 # Every training of the variants whose roll-outs are that short: they share a job, and so do their evaluations.
@@ -23,19 +21,17 @@ QUICK_TRAININGS = [
     if CONFIG.surrogate.variant(variant).rollout.length_s <= QUICK_ROLLOUT_S
     for training in trainings
 ]
-# Those of them whose single steps are measured too.
-QUICK_GRAPHS = [training for training in QUICK_TRAININGS if training in CONFIG.surrogate.of_kind("graph")]
-# The graph networks of the variants whose trainings end before a first checkpoint: they share a job.
+# The variants whose trainings end before a first checkpoint: they share a job.
 TRAINED_TOGETHER = [
     training
     for variant, trainings in TRAININGS.items()
     for training in trainings
-    if variant in CONFIG.surrogate.of_kind("graph") and CONFIG.surrogate.variant(training).training.is_quick
+    if CONFIG.surrogate.variant(training).training.is_quick
 ]
 
 
 wildcard_constraints:
-    variant="|".join([*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again]),
+    variant="|".join(SURROGATES),
     test="|".join(SURROGATE_TESTS),
 
 
@@ -50,9 +46,8 @@ def tests_of(variant: str) -> list[str]:
 
 
 def measured(variant: str) -> list[str]:
-    """The tables of measures of a variant: of its roll-outs and, for a graph network, of its single steps."""
-    names = ["metrics", *(["single_steps"] if variant in CONFIG.surrogate.of_kind("graph") else [])]
-    return [f"{SURROGATE}/{variant}/{name}.tsv" for name in names]
+    """The tables of measures of a variant: of its roll-outs and of its single steps."""
+    return [f"{SURROGATE}/{variant}/{name}.tsv" for name in ("metrics", "single_steps")]
 
 
 def measured_trainings(variant: str) -> list[str]:
@@ -91,10 +86,8 @@ def rolled_out(variant: str) -> dict:
 
 
 def runs_of(test: str) -> dict[str, str]:
-    """The reference simulations of a test, and the summaries of those whose collisions are counted."""
-    cases = CONFIG.surrogate.tests[test].runs()
-    runs = {role: simulated(case) for role, case in cases.items()}
-    return runs | {f"{role}_summary": f"{RESULTS}/dem/{cases[role]}/summary.json" for role in ("dem", "other_seed")}
+    """The reference simulations of a test."""
+    return {role: simulated(case) for role, case in CONFIG.surrogate.tests[test].runs().items()}
 
 
 def compared_runs(tests) -> dict[str, str]:
@@ -122,7 +115,7 @@ def stepped_in(tests) -> list[str]:
 
 
 def recipe_of(variant: str) -> dict:
-    """How the graph network of a variant is trained, as plain values."""
+    """How the network of a variant is trained, as plain values."""
     return CONFIG.surrogate.variant(variant).recipe().model_dump(mode="json")
 
 

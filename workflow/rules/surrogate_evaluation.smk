@@ -1,8 +1,6 @@
 """Surrogates against the simulation: roll-outs, single steps, measures and timings."""
 
-SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions"]
-# Of a graph network, also its single steps.
-STEPPED_TABLES = [*SURROGATE_TABLES, "single_steps"]
+SURROGATE_TABLES = ["metrics", "errors", "dissipation", "distributions", "single_steps"]
 
 
 rule roll_out_surrogate:
@@ -60,6 +58,8 @@ rule evaluate_surrogate:
         unpack(lambda wildcards: compared_runs(tests_of(wildcards.variant))),
         rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
+        weights=lambda wildcards: [weights_for(wildcards.variant)],
+        stepped=lambda wildcards: stepped_in(tests_of(wildcards.variant)),
     output:
         **{name: [f"{SURROGATE}/{{variant}}/{name}.tsv"] for name in SURROGATE_TABLES},
     log:
@@ -67,30 +67,8 @@ rule evaluate_surrogate:
     benchmark:
         f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
     wildcard_constraints:
-        variant=none_of([*CONFIG.surrogate.of_kind("graph"), *QUICK_TRAININGS]),
+        variant=any_of([name for name in SURROGATES if name not in QUICK_TRAININGS]),
     priority: 1
-    params:
-        variants=lambda wildcards: {wildcards.variant: {}},
-        tests=lambda wildcards: tests_of(wildcards.variant),
-        starts_s={},
-        library=library("evaluate_surrogate.py"),
-    message:
-        "Comparing the surrogate {wildcards.variant} with the simulation"
-    script:
-        "../../scripts/evaluate_surrogate.py"
-
-
-use rule evaluate_surrogate as evaluate_graph_surrogate with:
-    input:
-        unpack(lambda wildcards: compared_runs(tests_of(wildcards.variant))),
-        rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
-        claims=CONFIG.data.claims,
-        weights=lambda wildcards: [weights_for(wildcards.variant)],
-        stepped=lambda wildcards: stepped_in(tests_of(wildcards.variant)),
-    output:
-        **{name: [f"{SURROGATE}/{{variant}}/{name}.tsv"] for name in STEPPED_TABLES},
-    wildcard_constraints:
-        variant=any_of([name for name in CONFIG.surrogate.of_kind("graph") if name not in QUICK_TRAININGS]),
     params:
         variants=lambda wildcards: {wildcards.variant: edges_of(wildcards.variant)},
         tests=lambda wildcards: tests_of(wildcards.variant),
@@ -98,6 +76,8 @@ use rule evaluate_surrogate as evaluate_graph_surrogate with:
         library=library("evaluate_surrogate.py"),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
+    script:
+        "../../scripts/evaluate_surrogate.py"
 
 
 if QUICK_TRAININGS:
@@ -107,20 +87,19 @@ if QUICK_TRAININGS:
             **compared_runs(SURROGATE_TESTS),
             rollouts=expand(ROLLOUT, variant=QUICK_TRAININGS, test=SURROGATE_TESTS),
             claims=CONFIG.data.claims,
-            weights=list(map(weights_for, QUICK_GRAPHS)),
-            stepped=stepped_in(SURROGATE_TESTS) if QUICK_GRAPHS else [],
+            weights=list(map(weights_for, QUICK_TRAININGS)),
+            stepped=stepped_in(SURROGATE_TESTS),
         output:
             **{
                 name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=QUICK_TRAININGS)
                 for name in SURROGATE_TABLES
             },
-            single_steps=expand(f"{SURROGATE}/{{variant}}/single_steps.tsv", variant=QUICK_GRAPHS),
         log:
             f"{LOGS}/surrogate/evaluate_surrogates.log",
         benchmark:
             f"{BENCHMARKS}/evaluate_surrogate/quick.tsv"
         params:
-            variants={each: edges_of(each) if each in QUICK_GRAPHS else {} for each in QUICK_TRAININGS},
+            variants={each: edges_of(each) for each in QUICK_TRAININGS},
             tests=SURROGATE_TESTS,
             starts_s=single_steps_in(SURROGATE_TESTS),
             library=library("evaluate_surrogate.py"),

@@ -33,7 +33,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "yield/out_of_domain.tsv": ("evaluate_yield_models", "millprint.predict.report.predictions"),
     "yield/time_variance.tsv": ("evaluate_yield_models", "millprint.predict.evaluation.time_variance"),
     "yield/shap_ranking.tsv": ("evaluate_yield_models", "millprint.predict.explanation.rank_features"),
-    "surrogate/*/metrics.tsv": ("evaluate_graph_surrogate", "millprint.surrogate.evaluation.evaluate"),
+    "surrogate/*/metrics.tsv": ("evaluate_surrogate", "millprint.surrogate.evaluation.evaluate"),
     "surrogate/runtime.tsv dem_seconds_for_15_s": ("time_surrogates", "millprint.surrogate.timing.simulation_seconds"),
     "surrogate/runtime.tsv": ("time_surrogates", "millprint.surrogate.timing.time_rollouts"),
     "surrogate/wall_contacts.tsv": ("build_surrogate_dataset", "millprint.surrogate.tables.wall_contact_table"),
@@ -48,7 +48,7 @@ class Source:
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
     file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several, and for the errors
-    of a network evaluate_graph_surrogate, also where evaluate_quick_surrogates holds several; function: what computes
+    of a network evaluate_surrogate, also where evaluate_quick_surrogates holds several; function: what computes
     its content.
     """
 

@@ -5,7 +5,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from millprint.config.contact_surrogate import ContactSurrogateConfig
 from millprint.config.section import Count, Name, NonNegative, Positive, Section, Seed
 
 Value = bool | int | float | str | None
@@ -112,8 +111,6 @@ class RollOutConfig(Section):
     """physical time of a roll-out [s]"""
     frame_interval_s: Positive = 0.001
     """time between the stored states [s]"""
-    member: Annotated[int, Field(ge=0, le=100_000)] = 0
-    """network of an ensemble that moves the balls; 0 is the first, and graph networks have no other [-]"""
 
 
 class ScenarioConfig(Section):
@@ -174,8 +171,6 @@ class MovieConfig(Section):
 class VariantConfig(Section):
     """A surrogate: its changes to the sections of the same names, key by key."""
 
-    kind: Literal["graph", "contact"] = "graph"
-    """graph network on balls, or pairs solved and their coupling learned (`contact`)"""
     weights_of: Name | None = None
     """variant (or, for an ablation, ablation) whose weights are rolled out; its own if left out"""
     graph: dict[str, Value] = Field({})
@@ -231,7 +226,6 @@ class SurrogateConfig(Section):
     network: NetworkConfig = NetworkConfig()
     training: TrainingConfig = TrainingConfig()
     rollout: RollOutConfig
-    contact: ContactSurrogateConfig
     variants: dict[Name, VariantConfig] = Field(min_length=1)
     """surrogates that `all` trains, by name; null leaves one out"""
     trainings: Count = 3
@@ -262,26 +256,10 @@ class SurrogateConfig(Section):
             raise ValueError(f"ablations.{both[0]}: is also a variant; a name can stand for one surrogate only")
         if self.trained_test not in self.tests:
             raise ValueError(f"trained_test = {self.trained_test!r}: is not among tests: {', '.join(self.tests)}")
-        unseen = {test.case.split("/")[0] for name, test in self.tests.items() if name != self.trained_test}
-        for number, trace in enumerate(self.contact.traces):
-            if trace.mill in unseen - {self.tests[self.trained_test].case.split("/")[0]}:
-                raise ValueError(
-                    f"contact.traces[{number}].mill = {trace.mill!r}: is that of a test, never learned from"
-                )
         for name, base in self.trained_again.items():
             if name in self.variants or name in self.ablations:
                 raise ValueError(f"variants.{name}: is the name of a further training of {base[0]}")
-        if self.trainings > self.contact.members and any(own.kind == "contact" for own in self.variants.values()):
-            raise ValueError(
-                f"trainings = {self.trainings}: contact.members = {self.contact.members} must be as many or more, "
-                "since each member is a training of the contact surrogate"
-            )
         for name in [*self.variants, *self.ablations]:
-            member, members = self.variant(name).rollout.member, 1
-            if self.every[name].kind == "contact":
-                members = self.contact.members
-            if member >= members:
-                raise ValueError(f"{name}.rollout.member = {member}: the first of its {members} network(s) is 0")
             source = self.weights_of(name)
             # A variant with the weights of an ablation would make `all` run appendix A.
             known = self.variants | (self.ablations if name in self.ablations else {})
@@ -289,8 +267,6 @@ class SurrogateConfig(Section):
                 raise ValueError(f"{name}.weights_of = {source!r}: unknown; known: {', '.join(known)}")
             if self.weights_of(source) != source:
                 raise ValueError(f"{name}.weights_of = {source!r}: has no weights of its own")
-            if self.every[name].kind != self.every[source].kind:
-                raise ValueError(f"{name}.weights_of = {source!r}: is of kind {self.every[source].kind}")
             for section in ("graph", "network"):
                 if getattr(self.variant(name), section) != getattr(self.variant(source), section):
                     raise ValueError(f"{name}.weights_of = {source!r}: those have another {section}")
@@ -299,7 +275,7 @@ class SurrogateConfig(Section):
     def variant(self, name: str) -> Variant:
         """The sections of a variant or ablation, with its overrides on top; raises ValueError for one that fails.
 
-        A further training has the next seeds; that of an ensemble is its next member.
+        A further training has the next seed.
         """
         base, number = self.training_of(name)
         layers = [self.ablation_budget, self.ablations[base]] if base in self.ablations else [self.variants[base]]
@@ -308,10 +284,7 @@ class SurrogateConfig(Section):
             content[section] = getattr(self, section).model_dump()
             for layer in layers:
                 content[section].update(getattr(layer, section))
-        if number > 1 and layers[-1].kind == "contact":
-            content["rollout"]["member"] += number - 1
-        elif number > 1:
-            content["training"]["seed"] += number - 1
+        content["training"]["seed"] += number - 1
         try:
             return Variant.model_validate(content)
         except ValidationError as error:
@@ -343,17 +316,11 @@ class SurrogateConfig(Section):
         """Names of all trainings of a variant or ablation, its own first."""
         return [base, *(name for name, (of, _) in self.trained_again.items() if of == base)]
 
-    def of_kind(self, kind: str) -> list[str]:
-        """Names of the variants and ablations of a kind, and of their further trainings."""
-        names = [*self.every, *self.trained_again]
-        return [name for name in names if self.every[self.training_of(name)[0]].kind == kind]
-
     def weights_of(self, name: str) -> str:
         """The variant whose weights `name` is rolled out with."""
         base, number = self.training_of(name)
         source = self.every[base].weights_of or base
-        # An ensemble has all of its members in one file.
-        return source if number == 1 or self.every[base].kind == "contact" else f"{source}_training{number}"
+        return source if number == 1 else f"{source}_training{number}"
 
     def rollout_of(self, name: str, test: str) -> RollOutConfig:
         """The roll-out settings of a variant in a test; the shorter of both lengths holds."""

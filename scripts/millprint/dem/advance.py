@@ -7,7 +7,6 @@ from millprint.dem.profile import PROFILE, lap, ticks
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
 from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.threads import apply_forces_in_threads, move_in_threads
-from millprint.dem.trace import follow
 from millprint.kernel import inlined, kernel
 from millprint.mill.motion import write_poses
 
@@ -32,15 +31,15 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
 @kernel()
 def advance(
     balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step,
-    shares, trace, profile,
+    shares, profile,
 ):  # fmt: skip
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
     Everything is changed in place; counters[COUNTER.step] tells how far it came and counters[COUNTER.status] whether it
     may go on. Time is the step's number times the step; the mill starts at step 0.
 
-    shares: threads.Shares, one row for each thread, or None for the loop without threads; trace: trace.Trace of the
-    contacts to follow, or None; profile: of profile.make_profile, for the ticks of the loop without threads, or None.
+    shares: threads.Shares, one row for each thread, or None for the loop without threads; profile: of
+    profile.make_profile, for the ticks of the loop without threads, or None.
     Numba compiles one loop for each combination of types, and leaves out what is None.
     """
     # The same numbers as rows of one line each, which make fast loops.
@@ -66,8 +65,6 @@ def advance(
             record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
-        if trace is not None:
-            follow(contacts, counters, trace, clock.step, (last_step - counters[COUNTER.step]) * clock.step)
         lap(profile, PROFILE.records)
         if shares is None:
             kick(rate, rate_now, load, clock.gain, clock.fall)

@@ -14,8 +14,8 @@ Choices that the equations leave open, each tested in tests/physics:
 - Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
 
 To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
-coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact.py. Both step loops,
-that of the DEM (dem/contact.py) and that of the contact surrogate, call `contact_law` and nothing else.
+coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact.py. The step
+loop (dem/contact.py) calls `contact_law` and nothing else.
 """
 
 import math

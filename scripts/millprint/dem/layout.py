@@ -175,15 +175,6 @@ class CellColumns(NamedTuple):
     number: int
 
 
-class TraceColumns(NamedTuple):
-    """What a contact does in a number of steps (see dem.trace)."""
-
-    impulse: Vector  # [N s]
-    moment: Vector  # int (h - s) F ds [N s2]
-    works: WorkColumns  # at the end
-    works_before: WorkColumns  # at the start
-
-
 class ShareColumns(NamedTuple):
     """Counts of one thread."""
 
@@ -237,7 +228,6 @@ OCCUPANCY = number_columns(OccupancyColumns)
 RATE = number_columns(RateColumns)
 LOAD = number_columns(LoadColumns)
 CELL = number_columns(CellColumns)
-TRACE = number_columns(TraceColumns)
 SHARE = number_columns(ShareColumns)
 COUNTER = number_columns(CounterColumns)
 STATUS = number_columns(Statuses)

@@ -264,7 +264,7 @@ class Simulation:
         with use_threads(self.threads) if self.threads > 1 else nullcontext():
             advance(
                 self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
-                self.counters, table, recorder, last_step, self.shares, None, self.profile,
+                self.counters, table, recorder, last_step, self.shares, self.profile,
             )  # fmt: skip
 
     def _write_restart_if_due(self, recording: Recording) -> None:

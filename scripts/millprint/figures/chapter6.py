@@ -124,21 +124,18 @@ OTHER_TRAININGS: LineLook = {"color": COLOURS[1], "linewidth": 0.6, "linestyle":
 def plot_loss(history: pd.DataFrame) -> Figure:
     """Loss on training and validation snapshots over the epochs, and its terms (Fig. 6.6).
 
-    Columns: epoch, training_TERM and validation_TERM of `total` and of any terms; `member`, where there are several
-    networks; validation_mean_square, where it was looked at.
+    Columns: epoch, training_TERM and validation_TERM of `total` and of any terms; validation_mean_square, where it was
+    looked at.
     """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 2.5))
     terms = [name.removeprefix("training_") for name in history.columns if name.startswith("training_")]
     terms.remove("total")
-    for number, member in enumerate(np.unique(history.get("member", pd.Series(0, history.index)))):
-        part = history[history["member"] == member] if "member" in history else history
-        for column, title, look in LOSSES:
-            if column in part:
-                panels[0].plot(part["epoch"], part[column], label=title if number == 0 else None, **look)
-        for term, colour in zip(terms, itertools.cycle(COLOURS), strict=False):
-            label = term.replace("_", " ") if number == 0 else None
-            panels[1].plot(part["epoch"], part[f"training_{term}"], color=colour, label=label)
-            panels[1].plot(part["epoch"], part[f"validation_{term}"], color=colour, linestyle="--")
+    for column, title, look in LOSSES:
+        if column in history:
+            panels[0].plot(history["epoch"], history[column], label=title, **look)
+    for term, colour in zip(terms, itertools.cycle(COLOURS), strict=False):
+        panels[1].plot(history["epoch"], history[f"training_{term}"], color=colour, label=term.replace("_", " "))
+        panels[1].plot(history["epoch"], history[f"validation_{term}"], color=colour, linestyle="--")
     panels[0].set(title="total loss, Eq. 6.28" if "validation_mean_square" in history else "total loss")
     panels[1].set(title="its terms (dashed: validation)")
     for panel in panels:
@@ -198,9 +195,6 @@ def plot_dissipation(
     for test, panel in panels.items():
         part = dissipation[dissipation["test"] == test]
         _draw_curves(panel, part, ("dem", "other_seed", "original", "surrogate"), "J")
-        if "spread_J" in part and part["spread_J"].notna().any():
-            low, high = (part["surrogate_J"] + sign * 2 * part["spread_J"] for sign in (-1, 1))
-            panel.fill_between(part["time_s"], low, high, color=COLOURS[1], alpha=0.25, linewidth=0, label="2 x spread")
         for number, other in enumerate(trainings):
             own, label = other[other["test"] == test], "other trainings" if number == 0 else None
             panel.plot(own["time_s"], own["surrogate_J"], label=label, **OTHER_TRAININGS)

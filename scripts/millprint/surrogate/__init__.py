@@ -1,1 +1,1 @@
-"""Surrogates of the simulation: two variants, their roll-outs, and the measures for both."""
+"""The surrogate of the simulation: a graph network, its roll-outs, and the measures for them."""

@@ -30,14 +30,8 @@ def error_table(rollouts: dict[str, RollOut], test: str) -> pd.DataFrame:
 
 
 def dissipation_table(rollouts: dict[str, RollOut], test: str) -> pd.DataFrame:
-    """Cumulative dissipation over time, averaged over the batch, of every roll-out.
-
-    `spread_J` is the deviation over the members of an ensemble, where the surrogate is one.
-    """
+    """Cumulative dissipation over time, averaged over the batch, of every roll-out."""
     columns = {f"{name}_J": part.cumulative_J.mean(axis=1) for name, part in rollouts.items()}
-    members_J = rollouts["surrogate"].member_totals_J()
-    if members_J is not None:
-        columns["spread_J"] = members_J.std(axis=1, ddof=1)
     return pd.DataFrame({"test": test, "time_s": rollouts["dem"].time_s, **columns})
 
 

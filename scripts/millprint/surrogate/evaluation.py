@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from millprint.errors import ConfigError
 from millprint.surrogate import measures
 from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.scene import Scene
@@ -18,8 +17,6 @@ from millprint.surrogate.trajectory import Trajectory
 INCREMENT_S = 0.005
 # Shares of the error of two unrelated simulations: where trajectories count as diverged, and where their growth begins.
 DIVERGED, CLOSE = 0.5, 1e-4
-# The mechanical fingerprint {E_n, E_t, f / n} of single collisions, and its units.
-DESCRIPTOR_UNITS = {"normal_energy": "J", "tangential_energy": "J", "collision_frequency": "per_ball_hz"}
 
 Values = dict[str, float]
 
@@ -82,51 +79,11 @@ def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
     }
 
 
-def simulated_descriptors(summary: dict, rule: str) -> Values:
-    """Of a simulation's window: energies of a collision [J], Eqs 3.20 and 3.21, and collisions a ball and second.
-
-    Raises ConfigError for a counting rule that the simulation did not count by.
-    """
-    counts = {count["name"]: count for count in summary["collisions"]}
-    if rule not in counts:
-        raise ConfigError(f"surrogate: counting rule {rule} is not among dem.counting_rules: {', '.join(counts)}")
-    frequency, power = counts[rule]["frequency_hz"], summary["power_W"]
-    return {
-        "normal_energy": power["normal"] / frequency if frequency else np.nan,
-        "tangential_energy": power["tangential"] / frequency if frequency else np.nan,
-        "collision_frequency": frequency / summary["balls"],
-    }
-
-
-def rollout_descriptors(rollout: RollOut) -> Values:
-    """The same of a roll-out, over its batch; empty where it does not know both dissipations and its collisions."""
-    if rollout.normal_J is None or rollout.tangential_J is None or rollout.collisions is None:
-        return {}
-    normal, tangential, count = (
-        values.sum() for values in (rollout.normal_J, rollout.tangential_J, rollout.collisions)
-    )
-    batch, balls = rollout.crossed_s.shape
-    return {
-        "normal_energy": float(normal / count) if count else np.nan,
-        "tangential_energy": float(tangential / count) if count else np.nan,
-        "collision_frequency": float(count / (batch * balls * rollout.time_s[-1])),
-    }
-
-
-def compare_descriptors(values: Values, truth: Values) -> Values:
-    """Each descriptor, and by how much it is off the simulation's [%]."""
-    found = {f"{name}_{DESCRIPTOR_UNITS[name]}": value for name, value in values.items()}
-    for name, value in values.items():
-        found[f"{name}_error_percent"] = float(100 * abs(value / truth[name] - 1))
-    return found
-
-
-def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene, summaries: dict[str, dict]) -> Evaluation:
+def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
     """Measures of a roll-out in a jar that moves.
 
     runs: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`, whose
-    walls are another's and of which only the dissipation is taken; summaries: of `dem` and `other_seed`, whose
-    collisions are compared with those of a roll-out that counts its own.
+    walls are another's and of which only the dissipation is taken.
     """
     rollouts = {name: simulated(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
     rollouts["surrogate"] = rollout.in_scene(scene)
@@ -146,14 +103,7 @@ def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene, summar
     if "original" in rollouts:
         cumulative = rollout.cumulative_J, rollouts["original"].cumulative_J
         values["dissipation_error_original_percent"] = measures.relative_error_percent(*cumulative)
-    values |= _of_ensemble(rollout)
-    references = _references(rollouts, saturation_m2, radius_m)
-    own = rollout_descriptors(rollout)
-    if own:
-        known = {name: simulated_descriptors(summary, rollout.counting_rule) for name, summary in summaries.items()}
-        values |= compare_descriptors(own, known["dem"])
-        references |= compare_descriptors(known["other_seed"], known["dem"])
-    return Evaluation(values, references, rollouts)
+    return Evaluation(values, _references(rollouts, saturation_m2, radius_m), rollouts)
 
 
 def evaluate_at_rest(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
@@ -198,17 +148,6 @@ def _references(rollouts: dict[str, RollOut], saturation_m2: float, radius_m: fl
     return growth(twin, truth.first_trajectory(), saturation_m2) | {
         name: float(np.mean([pair[name] for pair in pairs])) for name in pairs[0]
     }
-
-
-def _of_ensemble(rollout: RollOut) -> Values:
-    """How far the members of an ensemble differ: in their dissipation, and in the forces that they expect [%]."""
-    found = {}
-    members_J, disagreement = rollout.member_totals_J(), rollout.force_disagreement
-    if members_J is not None:
-        found["ensemble_spread_percent"] = float(100 * members_J[-1].std(ddof=1) / members_J[-1].mean())
-    if disagreement is not None and np.isfinite(disagreement).any():
-        found["ensemble_doubt_percent"] = float(100 * np.sqrt(np.nanmean(disagreement**2)))
-    return found
 
 
 def _balls_left(rollout: RollOut) -> float:

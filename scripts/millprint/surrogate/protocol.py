@@ -49,8 +49,7 @@ class Setting:
     """What a surrogate is opened with: its weights, the simulation that gives scene and first states, and its rules.
 
     edges: which nodes of a graph are joined. snap_back_m: signed distance above which a ball is put back to it [m];
-    None for never. until_s: first states are taken up to this time of motion [s]. member: which network of an ensemble
-    moves the balls.
+    None for never. until_s: first states are taken up to this time of motion [s].
     """
 
     weights: str | Path
@@ -59,4 +58,3 @@ class Setting:
     snap_back_m: float | None
     device: "torch.device"
     until_s: float
-    member: int = 0

@@ -10,35 +10,25 @@ from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.surrogate.scene import Scene
 from millprint.surrogate.trajectory import Trajectory
 
-# Units of the arrays that a file holds, each in the data set of its name but for those of DATASETS.
-REQUIRED_UNITS = {
+# Units of the arrays that a file holds, each in the data set of its name.
+UNITS = {
     "time_s": "s", "position_m": "m", "velocity_m_s": "m/s", "dissipated_J": "J", "crossed_s": "s", "start_s": "s",
 }  # fmt: skip
-OPTIONAL_UNITS = {
-    "angular_velocity_rad_s": "rad/s", "normal_J": "J", "tangential_J": "J", "collisions": "1",
-    "member_dissipated_J": "J", "force_disagreement": "1",
-}  # fmt: skip
-DATASETS = {"angular_velocity_rad_s": "spin_rad_s", "force_disagreement": "doubt"}
 EDGES = ("wall", "pair")
-# Rule of dem.counting_rules by which a surrogate counts collisions that names no other: contacts that ended.
-LIFETIMES = "lifetimes"
 # Surfaces nearer than this share of a ball's radius touch: overlaps are smaller, and gaps are rarely that small.
 TOUCH = 0.01
 
 
 @dataclass(frozen=True)
 class RollOut:
-    """Frames of a batch of trajectories. Sums over time (J, collisions) count since the frame before.
+    """Frames of a batch of trajectories.
 
     Of every roll-out: time_s (frames,) since the start; position_m and velocity_m_s (frames, batch, balls, 3);
-    dissipated_J (frames, batch); crossed_s (batch, balls): when a centre first crossed the wall or stopped being a
-    finite number, infinity if never; start_s (batch,) since the mill was started. mean_edges: mean number of `wall` and
-    of `pair` edges of a graph, of graph networks.
+    dissipated_J (frames, batch) since the frame before; crossed_s (batch, balls): when a centre first crossed the wall
+    or stopped being a finite number, infinity if never; start_s (batch,) since the mill was started. mean_edges: mean
+    number of `wall` and of `pair` edges of a graph, of graph networks.
 
-    None where it is not known: angular_velocity_rad_s (frames, batch, balls, 3); both parts normal_J and tangential_J
-    of dissipated_J, and collisions by `counting_rule` (frames, batch); of an ensemble member_dissipated_J (frames,
-    members), from the first start, and force_disagreement (moments,): how far the forces that its members expect
-    differ, over the forces. recorded_J (frames, batch): cumulative dissipation as a simulation recorded it.
+    None where it is not known: recorded_J (frames, batch): cumulative dissipation as a simulation recorded it.
     wall_distance_m (frames, batch, balls): of every centre, positive inside; see `in_scene`.
     """
 
@@ -49,13 +39,6 @@ class RollOut:
     crossed_s: np.ndarray
     start_s: np.ndarray
     mean_edges: dict[str, float] = field(default_factory=dict)
-    counting_rule: str = LIFETIMES
-    angular_velocity_rad_s: np.ndarray | None = None
-    normal_J: np.ndarray | None = None
-    tangential_J: np.ndarray | None = None
-    collisions: np.ndarray | None = None
-    member_dissipated_J: np.ndarray | None = None
-    force_disagreement: np.ndarray | None = None
     recorded_J: np.ndarray | None = None
     wall_distance_m: np.ndarray | None = None
 
@@ -70,11 +53,6 @@ class RollOut:
     def cumulative_J(self) -> np.ndarray:
         """Dissipation since the start, (frames, batch) [J]."""
         return np.cumsum(self.dissipated_J, axis=0) if self.recorded_J is None else self.recorded_J
-
-    def member_totals_J(self) -> np.ndarray | None:
-        """Cumulative dissipation of each member of an ensemble, (frames, members) [J]; None of a single surrogate."""
-        members = self.member_dissipated_J
-        return None if members is None or members.shape[1] < 2 else np.cumsum(members, axis=0)
 
     def in_scene(self, scene: Scene, wall_m: np.ndarray | None = None) -> "RollOut":
         """The same with wall distances; wall_m (frames, batch, 3): as recorded, or else as the scene's wall moves."""
@@ -107,29 +85,25 @@ class RollOut:
         return count
 
     def write(self, path: str | Path, case: str) -> None:
-        """Write every array that is known, with its unit; case: the simulation that gave the first states."""
+        """Write the arrays of UNITS; case: the simulation that gave the first states."""
         with whole_hdf5(path) as file:
             file.attrs["case"] = case
             for kind, number in self.mean_edges.items():
                 file.attrs[f"mean_{kind}_edges"] = number
-            if self.counting_rule != LIFETIMES:
-                file.attrs["counting_rule"] = self.counting_rule
-            for name, unit in (REQUIRED_UNITS | OPTIONAL_UNITS).items():
-                if (values := getattr(self, name)) is not None:
-                    dataset = file.create_dataset(DATASETS.get(name, name), data=values)
-                    dataset.attrs["units"] = unit
+            for name, unit in UNITS.items():
+                dataset = file.create_dataset(name, data=getattr(self, name))
+                dataset.attrs["units"] = unit
 
     @classmethod
     def read(cls, path: str | Path) -> "RollOut":
         """Read a file, in double precision. Raises ConfigError where a data set that every roll-out has is missing."""
         with open_hdf5(path) as file:
-            for name in REQUIRED_UNITS:
+            for name in UNITS:
                 if name not in file:
                     raise ConfigError(f"{path}: {name} is missing: not a roll-out, or one of another version")
-            datasets = {name: DATASETS.get(name, name) for name in REQUIRED_UNITS | OPTIONAL_UNITS}
-            arrays = {name: file[dataset][:].astype(float) for name, dataset in datasets.items() if dataset in file}
+            arrays = {name: file[name][:].astype(float) for name in UNITS}
             edges = {kind: float(file.attrs[key]) for kind in EDGES if (key := f"mean_{kind}_edges") in file.attrs}
-            return cls(**arrays, mean_edges=edges, counting_rule=file.attrs.get("counting_rule", LIFETIMES))
+            return cls(**arrays, mean_edges=edges)
 
 
 def simulated(run: Trajectory, scene: Scene, time_s: np.ndarray, start_s: np.ndarray) -> RollOut:

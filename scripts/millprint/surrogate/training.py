@@ -10,7 +10,6 @@ import pandas as pd
 import torch
 from torch import Tensor, nn
 
-from millprint.config.contact_surrogate import ContactTrainingConfig
 from millprint.config.surrogate import TrainingConfig
 from millprint.progress import progress
 from millprint.surrogate.checkpoint import read_checkpoint, write_checkpoint
@@ -21,7 +20,7 @@ logger = logging.getLogger("millprint")
 class ResumableTraining(ABC):
     """Steps and epochs around a model. Subclasses take a step and validate, and say what else a step depends on."""
 
-    settings: TrainingConfig | ContactTrainingConfig
+    settings: TrainingConfig
     identity: str
     model: nn.Module
     optimiser: torch.optim.Optimizer
