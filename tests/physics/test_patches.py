@@ -7,12 +7,13 @@ different ways. The exact signed distance (mill.distance) says what is right.
 import numpy as np
 import pytest
 
+from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem.layout import COUNTER
 from millprint.dem.world import walls_for
 from millprint.kernel import kernel
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
-from millprint.mill.patches import find_patches
+from millprint.mill.patches import SMOOTH_TURN, find_patches
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import touch
 from tests.physics.setups import CALIBRATED, World, box, prism
@@ -210,6 +211,11 @@ def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
     assert world.counters[COUNTER.opened] == 1
     (edge,) = world.contacts["facet"]
     assert edge >= len(vessel.facets)
+
+
+def test_a_seam_that_is_sharp_cuts_no_contact_off_while_it_is_pressed():
+    """A foot passes the seam where the other face's overlap is R (1 - cos turn): beyond what any run allows."""
+    assert 1 - np.cos(SMOOTH_TURN) >= OVERLAP_LIMIT - 1e-12
 
 
 def test_corners_and_sharp_seams_keep_a_contact_a_face():

@@ -13,6 +13,8 @@ from millprint.config.motion import MOTIONS, MotionSection, motion_kind
 from millprint.config.section import Fraction, Name, NonNegative, Positive, Section, Seed, Speed
 from millprint.errors import ConfigError
 
+# The largest overlap that a run may allow, over the ball's radius [-]: see mill.patches.
+OVERLAP_LIMIT = 0.2
 Threads = Annotated[int, Field(ge=1, le=1024)]
 # Small compared with any overlap: a disturbance shows how fast runs diverge, and its work is in no energy balance.
 Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
@@ -39,7 +41,7 @@ class DemConfig(Section):
     """definitions of one collision; every run counts by each of them"""
     skin_m: Annotated[float, Field(gt=0, le=0.1)] = 6e-4
     """a candidate contact is listed when its gap is smaller than this [m]"""
-    overlap_max: Fraction = 0.15
+    overlap_max: Annotated[float, Field(gt=0, le=OVERLAP_LIMIT)] = 0.15
     """overlap over the ball's radius at which a run fails [-]"""
     occupancy_interval_s: Positive = 5e-4
     """time between samples of occupancy, granular temperature and ball height [s]"""

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from millprint.columns import span_of, width_of
 from millprint.config.contact import ContactConfig
+from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.collisions import collision_table
@@ -14,17 +15,15 @@ from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import Recorder, Table, make_recorder, make_table
 from millprint.errors import SimulationError
 from millprint.mill.motion import AT_REST, Motion
-from millprint.mill.patches import OVERLAP_LIMIT
 from millprint.mill.vessel import Vessel
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import Walls
 
-OVERLAP_MAX = OVERLAP_LIMIT  # overlap over the ball's radius at which a run stops [-]
 CANDIDATES_PER_BALL = 40
 COLLISION_ROWS = 100_000  # contacts that one call of `run` can record
 
 TROUBLE = {
-    STATUS.overlap: f"overlaps something by more than {100 * OVERLAP_MAX:g} % of its radius",
+    STATUS.overlap: f"overlaps something by more than {100 * OVERLAP_LIMIT:g} % of its radius",
     STATUS.escaped: "has left the vessel",
     STATUS.not_finite: "has no finite position",
     STATUS.contact_lost: "has lost an open contact",
@@ -74,7 +73,7 @@ class World:
         self.candidates = state.make_candidates(len(position), per_ball=CANDIDATES_PER_BALL)
         self.open_contacts = state.make_contacts(self.candidates.partner.size)
         self.walls = walls or walls_for(vessel, radii.max(), skin, pitch)
-        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_MAX, self.walls.surface)
+        self.laws = state.make_laws(self.balls, contact, self.step, OVERLAP_LIMIT, self.walls.surface)
         self.clock = state.make_clock(self.balls, [motion], self.step, skin, gravity)
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()

@@ -20,10 +20,9 @@ import numpy as np
 
 from millprint.mill.vessel import Vessel
 
-# The largest overlap that a run may allow, over the ball's radius [-].
-OVERLAP_LIMIT = 0.2
-# A seam of a smaller turn is a joint of facets [rad]: 37 degrees.
-SMOOTH_TURN = math.acos(1 - OVERLAP_LIMIT)
+# A seam of a smaller turn is a joint of facets [rad]: 37 degrees, for overlaps of a fifth of the radius, the largest
+# that a run may allow (config.sweep.OVERLAP_LIMIT).
+SMOOTH_TURN = math.acos(0.8)
 
 
 class Patches(NamedTuple):
@@ -31,7 +30,9 @@ class Patches(NamedTuple):
 
     count: int
     patch: tuple[np.ndarray, np.ndarray, np.ndarray]  # number of each feature's patch
-    vertices: tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]  # numbers of each feature's vertices, ascending
+    vertices: tuple[
+        list[np.ndarray], list[np.ndarray], list[np.ndarray]
+    ]  # numbers of its vertices, ascending
 
 
 def _facet_patches(vessel: Vessel) -> np.ndarray:

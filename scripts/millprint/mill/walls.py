@@ -45,7 +45,7 @@ class Surfaces(NamedTuple):
     smooth: int  # without friction
 
 
-# A foot so little outside of a facet, over the ball's radius, is still on it: rounding leaves no gap between two facets.
+# A foot so little outside of a facet, over the radius, is still on it: rounding leaves no gap between two facets.
 ON_SIDE = 1e-9
 
 PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
