@@ -16,6 +16,8 @@ class GeometrySection(Section):
     """The keys of a shape, whose `kind` is that of its record in `millprint.mill.shapes`."""
 
     kind: str
+    faceted: bool = False
+    """the flat facets are the wall itself, and not a drawing of a round one"""
     # The key of the number of flat facets around the body; None for a shape that is not round, or from a file.
     facets_key: ClassVar[str | None] = None
 

@@ -10,7 +10,7 @@ from millprint.dem.touching import check_overlaps, listed, occupy
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import cross, dot, row, subtract, vector
-from millprint.mill.walls import body_of, cell_of, near, plane_distance, to_body
+from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, near, plane_distance, to_body
 
 # Up to this number of balls all pairs are checked; above it a grid of cells is used.
 ALL_PAIRS = 160
@@ -112,8 +112,9 @@ def add_walls(balls, candidates, walls, body, i, skin, k):
         else:
             closeness = near(walls, feature, point, radius, margin)
         if closeness and k < candidates.partner.size:
-            for c in range(4):
-                candidates.plane[k, c] = walls.plane[feature, c] if feature < walls.plane.shape[0] else 0.0
+            normal, candidates.plane[k, PLANE.offset] = bounding_plane(walls, feature, point, margin)
+            for c in range(3):
+                candidates.plane[k, c] = normal[c]
         if closeness:
             k = add_candidate(candidates, k, i, -1 - feature, closeness - 1, radius)
     return k

@@ -48,7 +48,7 @@ class Candidates(NamedTuple):
     first_wall: np.ndarray  # (bodies, n + 1) and with features of body b first_wall[b, i] to first_wall[b, i + 1]
     ball: np.ndarray  # (s,)
     partner: np.ndarray  # (s,) a ball, or -1 - feature
-    plane: np.ndarray  # (s, 4) of a facet; 0 for an edge or a corner, whose distance is not that simple
+    plane: np.ndarray  # (s, 4) walls.bounding_plane of a feature
     sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
     lane: np.ndarray  # (s,) the contact's lane, or -1
     trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open

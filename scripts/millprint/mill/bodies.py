@@ -81,14 +81,16 @@ def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
 
 def inserts_in_vessel(bodies: Sequence[Body], time_s: float = 0.0) -> list[Vessel]:
     """The inserts as solids in the vessel's frame, where they are at a time [s]."""
-    vessel = bodies[0]
+    vessel, zero = bodies[0], np.zeros((1, 3))
     placed = []
     for body in bodies[1:]:
         facets = [
             Facet.from_loops([vessel.to_body(body.to_laboratory(loop, time_s), time_s) for loop in facet.loops])
             for facet in body.vessel.facets
         ]
-        placed.append(Vessel(facets, body.vessel.name, solid=True))
+        rotation, shift = (vessel.to_body(body.to_laboratory(points, time_s), time_s) for points in (np.eye(3), zero))
+        curves = [curve.moved((rotation - shift).T, shift[0]) for curve in body.vessel.curves]
+        placed.append(Vessel(facets, body.vessel.name, solid=True, curves=curves))
     return placed
 
 

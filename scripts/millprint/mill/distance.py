@@ -6,8 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from millprint.kernel import array_maker, inlined
+from millprint.mill.curves import curve_rows, curve_touch
+from millprint.mill.patches import is_joint
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, ahead, cross
+from millprint.mill.wall_arrays import facet_sides
+from millprint.mill.walls import beyond_side
 
 
 class Surface(NamedTuple):
@@ -20,38 +24,60 @@ class Surface(NamedTuple):
     start: np.ndarray  # (s, 3)
     along: np.ndarray  # (s, 3) unit vectors
     length: np.ndarray  # (s,)
-    flat: np.ndarray  # (s, 4) start u, v and end u, v along the axes
+    side: np.ndarray  # (s, 7) walls.SideColumns
     side_normal: np.ndarray  # (s, 3) sum of the two facets' normals
+    side_is_joint: np.ndarray  # (s,) see patches.is_joint
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
+    corner_is_joint: np.ndarray  # (s,) whether all sides at the side's start are joints
+    is_drawing: np.ndarray  # (f,) 1 for a piece of a curve
+    curves: np.ndarray  # (curves, width) curves.CurveColumns
 
 
 def _surface(vessel: Vessel) -> Surface:
     first, rows = [0], []
     corner_sum: dict[tuple[int, ...], np.ndarray] = {}
+    all_joints: dict[tuple[int, ...], bool] = {}
     for facet in vessel.facets:
         for loop in facet.loops:
             forth, back = ahead(loop) - loop, np.concatenate((loop[-1:], loop[:-1])) - loop
             length = np.linalg.norm(forth, axis=1)
             along = forth / length[:, None]
-            flat = loop @ np.array(facet.axes).T
-            flat = np.hstack([flat, ahead(flat)])
             back = back / np.linalg.norm(back, axis=1)[:, None]
             inward = cross(facet.normal, along)
             angle = np.arctan2((inward * back).sum(axis=1), (along * back).sum(axis=1)) % (2 * np.pi)
             for k, (key, edge) in enumerate(zip(vessel.keys(loop), vessel.edges_along(loop), strict=True)):
                 side_normal = sum(vessel.facets[index].normal for index in edge.facets)
                 corner_sum[key] = corner_sum.get(key, 0) + angle[k] * facet.normal
-                rows.append((loop[k], along[k], length[k], flat[k], side_normal, key))
+                joint = is_joint(vessel, edge)
+                all_joints[key] = all_joints.get(key, True) and joint
+                rows.append((loop[k], along[k], length[k], side_normal, joint, key))
         first.append(len(rows))
     *sides, keys = zip(*rows, strict=True)
-    planes = zip(*((facet.normal, facet.offset, facet.axes) for facet in vessel.facets), strict=True)
-    columns = (*planes, first, *sides, [corner_sum[key] for key in keys])
-    return Surface(*map(np.array, columns))
+    start, along, length, side_normal, side_is_joint = map(np.array, sides)
+    return Surface(
+        normal=np.array([facet.normal for facet in vessel.facets]),
+        offset=np.array([facet.offset for facet in vessel.facets]),
+        axes=np.array([facet.axes for facet in vessel.facets]),
+        first_side=np.array(first),
+        start=start,
+        along=along,
+        length=length,
+        side=facet_sides(vessel)[1],
+        side_normal=side_normal,
+        side_is_joint=side_is_joint,
+        corner_normal=np.array([corner_sum[key] for key in keys]),
+        corner_is_joint=np.array([all_joints[key] for key in keys]),
+        is_drawing=vessel.facet_curves >= 0,
+        curves=curve_rows(vessel.curves),
+    )
 
 
 @inlined()
 def _nearest_on_outline(surface, facet, point):
-    """Nearest point of a facet's outline: (squared distance, vector from it to the point, inside or not)."""
+    """Nearest point of a facet's outline: (squared distance, vector from it to the point, normal there).
+
+    Joints of curves are left out: nothing is there.
+    """
     best = 1e300
     away_best = (0.0, 0.0, 0.0)
     outward = (0.0, 0.0, 0.0)
@@ -60,6 +86,8 @@ def _nearest_on_outline(surface, facet, point):
         along = dot(away, row(surface.along, k))
         # The end of a side is the start of the next one, which knows the corner's normal.
         if along >= surface.length[k]:
+            continue
+        if surface.corner_is_joint[k] if along <= 0.0 else surface.side_is_joint[k]:
             continue
         within = max(along, 0.0)
         away = add_scaled(away, -within, row(surface.along, k))
@@ -72,42 +100,35 @@ def _nearest_on_outline(surface, facet, point):
 
 
 @inlined()
-def _over_facet(surface, facet, point):
-    """Whether the foot of `point` lies on a facet: even-odd rule with a ray along u (see walls.beyond_side)."""
-    axes = surface.axes[facet]
-    u, v = dot(row(axes, 0), point), dot(row(axes, 1), point)
-    inside = False
-    for k in range(surface.first_side[facet], surface.first_side[facet + 1]):
-        u0, v0, u1, v1 = surface.flat[k, 0], surface.flat[k, 1], surface.flat[k, 2], surface.flat[k, 3]
-        if (v >= v0) != (v >= v1) and ((u - u0) * (v1 - v0) - (v - v0) * (u1 - u0)) * (v1 - v0) < 0:
-            inside = not inside
-    return inside
-
-
-@inlined()
 def distance_at(surface, point):
     """Signed distance of a point and its gradient; the nearest facet or side decides the sign."""
     best = 1e300
     away = (0.0, 0.0, 0.0)
     sign = 1.0
     for facet in range(surface.offset.size):
-        height = dot(row(surface.normal, facet), point) - surface.offset[facet]
-        if height * height >= best:
+        normal = row(surface.normal, facet)
+        height = dot(normal, point) - surface.offset[facet]
+        is_drawing = surface.is_drawing[facet]
+        if height * height >= best and not is_drawing:
             continue
-        if _over_facet(surface, facet, point):
+        if not is_drawing and beyond_side(surface.axes, surface.first_side, surface.side, facet, point) <= 0.0:
             best = height * height
-            normal = row(surface.normal, facet)
-            away = scale(height, normal)
+            # On the wall itself, the direction is that of its normal.
+            away = scale(height, normal) if height != 0.0 else normal
             sign = -1.0 if height >= 0 else 1.0
-            if height == 0.0:
-                away = normal
-                best = 0.0
         else:
+            # Of a piece of a curve, what is sharp on its outline is a wall itself.
             squared, offset, outward = _nearest_on_outline(surface, facet, point)
             if squared < best:
                 best = squared
                 away = offset
                 sign = -1.0 if dot(offset, outward) > 0 else 1.0
+    for curve in range(surface.curves.shape[0]):
+        height, normal, past, _ = curve_touch(surface.curves, curve, point)
+        if past <= 1e-12 and height * height < best:
+            best = height * height
+            away = scale(height, normal) if height != 0.0 else normal
+            sign = -1.0 if height >= 0 else 1.0
     size = np.sqrt(dot(away, away))
     return sign * np.sqrt(best), (sign * away[0] / size, sign * away[1] / size, sign * away[2] / size)
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.mill.vessel import Vessel
+from millprint.mill.vessel import Edge, Vessel
 
 # A seam of a smaller turn is a joint of facets [rad]: 37 degrees, for overlaps of a fifth of the radius, the largest
 # that a run may allow (config.sweep.OVERLAP_LIMIT).
@@ -26,13 +26,17 @@ SMOOTH_TURN = math.acos(0.8)
 
 
 class Patches(NamedTuple):
-    """Of the facets, the convex edges and the corners of a body, in this order."""
+    """Of the facets, the convex edges, the corners and the curves of a body, in this order."""
 
     count: int
-    patch: tuple[np.ndarray, np.ndarray, np.ndarray]  # number of each feature's patch
-    vertices: tuple[
-        list[np.ndarray], list[np.ndarray], list[np.ndarray]
-    ]  # numbers of its vertices, ascending
+    patch: tuple[np.ndarray, ...]  # number of each feature's patch
+    vertices: tuple[list[np.ndarray], ...]  # numbers of its vertices, ascending
+    is_drawing: tuple[np.ndarray, ...]  # whether it only shows a curve, and is no wall itself
+
+
+def is_joint(vessel: Vessel, edge: Edge) -> bool:
+    """Whether an edge is where a curve is cut into facets, or goes over into the next wall: then nothing is there."""
+    return abs(edge.turn) < SMOOTH_TURN and max(vessel.facet_curves[list(edge.facets)]) >= 0
 
 
 def _facet_patches(vessel: Vessel) -> np.ndarray:
@@ -72,8 +76,21 @@ def find_patches(vessel: Vessel) -> Patches:
     corner_vertices = [numbers(corner.point[None]) for corner in vessel.corners]
     of_corner = np.array([of_vertex[ends[0]] for ends in corner_vertices], dtype=np.int64)
     facet_vertices = [numbers(np.concatenate(facet.loops)) for facet in vessel.facets]
+    of_curve, curve_vertices = [], []
+    for number in range(len(vessel.curves)):
+        pieces = np.flatnonzero(vessel.facet_curves == number)
+        of_curve.append(of_facet[pieces[0]])
+        curve_vertices.append(np.unique(np.concatenate([facet_vertices[piece] for piece in pieces])))
+    joints = np.array([is_joint(vessel, edge) for edge in vessel.convex_edges], dtype=bool)
+    sharp = {end for ends, joint in zip(edge_vertices, joints, strict=True) if not joint for end in ends}
     return Patches(
         int(of_facet.max()) + 1,
-        (of_facet, of_edge, of_corner),
-        (facet_vertices, edge_vertices, corner_vertices),
+        (of_facet, of_edge, of_corner, np.array(of_curve, dtype=np.int64)),
+        (facet_vertices, edge_vertices, corner_vertices, curve_vertices),
+        (
+            vessel.facet_curves >= 0,
+            joints,
+            np.array([ends[0] not in sharp for ends in corner_vertices], dtype=bool),
+            np.zeros(len(vessel.curves), dtype=bool),
+        ),
     )

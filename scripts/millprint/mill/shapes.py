@@ -1,7 +1,7 @@
 """Every shape of a vessel or an insert as flat facets, and the registry of the kinds of shape.
 
-To add a shape, write its keys in `config.geometry`, a function here that gives its facets, and a record in `SHAPES`.
-Parameters give the walls of a hollow, seen from inside.
+To add a shape, write its keys in `config.geometry`, a function here that gives its facets, one that gives the cylinders
+and tori of which these are pieces, and a record in `SHAPES`. Parameters give the walls of a hollow, seen from inside.
 """
 
 import itertools
@@ -19,12 +19,17 @@ from millprint.config.geometry import (
     StadiumGeometry,
     StlGeometry,
 )
+from millprint.mill.curves import Curve
 
 # Which ends of a profile have a fillet: the top, the bottom.
 _ROUNDED = {"none": (False, False), "bottom": (False, True), "both": (True, True)}
 
 # The outlines (k, 3) of one facet [m]: the outer one first, then holes.
 Loops = list[np.ndarray]
+
+# The arcs of a fillet that joins a mantle with a lid above or a floor below it, as (out, up) where it begins and ends.
+_UPPER_ARC, _LOWER_ARC = ((1.0, 0.0), (0.0, 1.0)), ((0.0, -1.0), (1.0, 0.0))
+_X, _Y, _Z = np.eye(3)
 
 # Columns that turn a shape built along z into one along another axis: cyclic, so that no shape is mirrored.
 _ALONG = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}
@@ -112,6 +117,31 @@ def stadium_facets(geometry: StadiumGeometry) -> list[Loops]:
     return [*facets, floor, lid]
 
 
+def stadium_curves(geometry: StadiumGeometry) -> list[Curve]:
+    """The round ends, the fillets of ends and sides, and the post."""
+    radius, fillet = geometry.end_radius_mm / 1e3, geometry.fillet_radius_mm / 1e3
+    half, height = geometry.straight_mm / 2e3, geometry.height_mm / 1e3
+    curves = []
+    for out in (1.0, -1.0):
+        middle, part = out * half * _X, (-out * _Y, out * _Y)
+        curves.append(Curve(middle, _Z, radius, part=part, ends=(fillet, height)))
+        if fillet:
+            curves.append(Curve(middle + fillet * _Z, _Z, radius - fillet, fillet, part=part, arc=_LOWER_ARC))
+            lying = (-_Z, _Y) if out > 0 else (-_Y, -_Z)
+            side = np.array([0.0, out * (radius - fillet), fillet])
+            curves.append(Curve(side, _X, fillet, part=lying, ends=(-half, half)))
+    if geometry.post:
+        curves.append(Curve(np.zeros(3), _Z, geometry.post.radius_mm / 1e3, hollow=False, ends=(0.0, height)))
+    return curves
+
+
+def _centre_of(geometry: CylinderGeometry) -> np.ndarray:
+    """The middle of a cylinder [m]."""
+    if geometry.centre_mm is not None:
+        return np.array(geometry.centre_mm) / 1e3
+    return np.array([0.0, 0.0, geometry.height_mm / 2e3 if geometry.axis == "z" else 0.0])
+
+
 def cylinder_facets(geometry: CylinderGeometry) -> list[Loops]:
     """Outlines [m] of every facet, a list of loops each, counter-clockwise seen from inside."""
     radius, height, fillet = geometry.radius_mm / 1e3, geometry.height_mm / 1e3, geometry.fillet_radius_mm / 1e3
@@ -120,11 +150,22 @@ def cylinder_facets(geometry: CylinderGeometry) -> list[Loops]:
         # The last ring of a half sphere is its pole.
         is_pole = radius - inset < 1e-9 * radius
         rings.append(np.array([[0.0, 0.0, z]]) if is_pole else _level(_circle(radius - inset, geometry.facets), z))
-    centre = [0.0, 0.0, height / 2] if geometry.axis == "z" else [0.0, 0.0, 0.0]
-    if geometry.centre_mm is not None:
-        centre = [value / 1e3 for value in geometry.centre_mm]
+    centre = _centre_of(geometry)
     order, half = _ALONG[geometry.axis], np.array([0.0, 0.0, height / 2])
     return [[(loop - half)[:, order] + centre for loop in facet] for facet in loft(rings)]
+
+
+def cylinder_curves(geometry: CylinderGeometry) -> list[Curve]:
+    """The mantle and its fillets."""
+    radius, half = geometry.radius_mm / 1e3, geometry.height_mm / 2e3
+    fillet, centre = geometry.fillet_radius_mm / 1e3, _centre_of(geometry)
+    axis = np.eye(3)["xyz".index(geometry.axis)]
+    top, bottom = (half - fillet * is_rounded for is_rounded in _ROUNDED[geometry.fillet_ends])
+    curves = [Curve(centre, axis, radius, ends=(-bottom, top))]
+    for is_rounded, up, arc in zip(_ROUNDED[geometry.fillet_ends], (1, -1), (_UPPER_ARC, _LOWER_ARC), strict=True):
+        if fillet and is_rounded:
+            curves.append(Curve(centre + up * (half - fillet) * axis, axis, max(radius - fillet, 0.0), fillet, arc=arc))
+    return curves
 
 
 def lifter_drum_outline(geometry: LifterDrumGeometry) -> np.ndarray:
@@ -148,6 +189,12 @@ def lifter_drum_facets(geometry: LifterDrumGeometry) -> list[Loops]:
     outline, half = lifter_drum_outline(geometry), geometry.length_mm / 2e3
     order = _ALONG[geometry.axis]
     return [[loop[:, order] for loop in facet] for facet in loft([_level(outline, half), _level(outline, -half)])]
+
+
+def lifter_drum_curves(geometry: LifterDrumGeometry) -> list[Curve]:
+    """The shell."""
+    half = geometry.length_mm / 2e3
+    return [Curve(np.zeros(3), np.eye(3)["xyz".index(geometry.axis)], geometry.radius_mm / 1e3, ends=(-half, half))]
 
 
 def box_facets(geometry: BoxGeometry) -> list[Loops]:
@@ -180,6 +227,16 @@ def paddles_facets(geometry: PaddlesGeometry) -> list[Loops]:
     return loft([_level(outline, bottom + geometry.height_mm / 1e3), _level(outline, bottom)])
 
 
+def paddles_curves(geometry: PaddlesGeometry) -> list[Curve]:
+    """The hub, from inside as its facets are given."""
+    bottom, height = geometry.bottom_mm / 1e3, geometry.height_mm / 1e3
+    return [Curve(np.zeros(3), _Z, geometry.hub_radius_mm / 1e3, ends=(bottom, bottom + height))]
+
+
+def _no_curves(_geometry: Any) -> list[Curve]:
+    return []
+
+
 def _file_facets(geometry: StlGeometry) -> list[Loops]:
     # Takes long to import, and few mills need it.
     from millprint.mill.mesh import mesh_facets
@@ -189,18 +246,19 @@ def _file_facets(geometry: StlGeometry) -> list[Loops]:
 
 @dataclass(frozen=True)
 class Shape:
-    """A kind of shape: its facets from its keys, and whether their outlines are counter-clockwise seen from inside."""
+    """A kind of shape: its facets and curves from its keys, and whether these are given as seen from inside."""
 
     facets: Callable[[Any], list[Loops]]
+    curves: Callable[[Any], list[Curve]] = _no_curves
     from_inside: bool = True
 
 
 SHAPES = {
-    "stadium": Shape(stadium_facets),
-    "cylinder": Shape(cylinder_facets),
-    "lifter_drum": Shape(lifter_drum_facets),
+    "stadium": Shape(stadium_facets, stadium_curves),
+    "cylinder": Shape(cylinder_facets, cylinder_curves),
+    "lifter_drum": Shape(lifter_drum_facets, lifter_drum_curves),
     "box": Shape(box_facets),
-    "paddles": Shape(paddles_facets),
+    "paddles": Shape(paddles_facets, paddles_curves),
     "stl": Shape(_file_facets, from_inside=False),
 }
 

@@ -12,6 +12,7 @@ import numpy as np
 from millprint.config.geometry import GeometrySection
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
+from millprint.mill.curves import Curve
 from millprint.mill.shapes import shape_kind
 from millprint.mill.triangulate import triangulate_polygon
 
@@ -21,6 +22,14 @@ WELD = 1e-7
 # Vertices lie on a lattice of about this fraction of the vessel's size, so that a shape is the same to the last bit
 # wherever it comes from, and with it the motion in it.
 LATTICE = 2.0**-40
+
+# A facet is a piece of a cylinder or a torus if its vertices are this close to it, as a share of the vessel's size, and
+# its normal is within this angle [rad] of that of the surface behind its middle.
+ON_CURVE = 1e-6
+CURVE_ANGLE = 0.6
+
+# An edge that turns by more juts into the vessel [rad].
+CONVEX = 1e-9
 
 # With more facets, a simulation takes days only for the walls.
 MOST_FACETS = 20_000
@@ -98,6 +107,20 @@ def _canonical(facet: Facet, pitch: float) -> Facet:
     return Facet.from_loops([loops[0], *sorted(loops[1:], key=lambda loop: tuple(loop[0]))])
 
 
+def _parts(facet: Facet) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (n, 3) [m] of the sides of the triangles from a facet's vertices to the first one, and weights [m2].
+
+    A triangle on the other side of the outline has a negative weight.
+    """
+    middles, weights = [], []
+    for loop in facet.loops:
+        first, starts, ends = loop[0], loop[1:-1], loop[2:]
+        area = cross(starts - first, ends - first) @ facet.normal / 2
+        middles += [(first + starts) / 2, (starts + ends) / 2, (ends + first) / 2]
+        weights += [area / 3] * 3
+    return np.concatenate(middles), np.concatenate(weights)
+
+
 @dataclass(frozen=True)
 class Edge:
     """The line where two facets meet, from `start` to `end` [m].
@@ -126,12 +149,18 @@ class Vessel:
     """A closed vessel of flat facets in the body frame; the facets' normals point inward, to where the balls are.
 
     A solid body inside a vessel is the same with `solid`: its normals point out of it, and its volume is negative.
-    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None.
+    smooth_axis: "x", "y" or "z", the axis whose end facets have no friction, or None. curves: surfaces of which facets
+    are pieces, see millprint.mill.curves; facet_curves (f,): which of `curves` each facet is a piece of, -1 for none.
     Raises ConfigError where the facets do not close: every edge must belong to two facets, in opposite senses.
     """
 
     def __init__(
-        self, facets: list[Facet], name: str = "vessel", solid: bool = False, smooth_axis: str | None = None
+        self,
+        facets: list[Facet],
+        name: str = "vessel",
+        solid: bool = False,
+        smooth_axis: str | None = None,
+        curves: Sequence[Curve] = (),
     ) -> None:
         self.name = name
         self.solid = solid
@@ -141,6 +170,12 @@ class Vessel:
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
         placed = (_canonical(facet, pitch) for facet in facets)
         self.facets = tuple(sorted(placed, key=lambda facet: (*facet.loops[0][0], *facet.normal)))
+        # Only those that have facets: a sphere's ends leave no mantle between them.
+        pieces = [self._pieces(curve) for curve in curves]
+        self.curves = tuple(curve for curve, found in zip(curves, pieces, strict=True) if found)
+        self.facet_curves = np.full(len(self.facets), -1)
+        for number, found in enumerate(filter(None, pieces)):
+            self.facet_curves[found] = number
         self._edge_at = self._find_edges()
         if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
@@ -199,6 +234,19 @@ class Vessel:
         along = "xyz".index(self.smooth_axis)
         return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
 
+    def _pieces(self, curve: Curve) -> list[int]:
+        """The facets that are pieces of a curve."""
+        found = []
+        for index, facet in enumerate(self.facets):
+            points = np.concatenate(facet.loops)
+            distance, direction, past = curve.touch(np.vstack([points, points.mean(axis=0)]))
+            on_it = max(np.abs(distance[:-1]).max(), past.max()) <= ON_CURVE * self.size
+            # A flat wall that joins a curve smoothly lies on its tangents: it is flat all the same.
+            is_bent = abs(distance[-1]) > 1e-9 * self.size
+            if on_it and is_bent and direction[-1] @ facet.normal > np.cos(CURVE_ANGLE):
+                found.append(index)
+        return found
+
     @cached_property
     def vertices(self) -> np.ndarray:
         """Every vertex (v, 3) [m], once."""
@@ -208,13 +256,21 @@ class Vessel:
 
     @cached_property
     def volume_m3(self) -> float:
-        """Inner volume [m3]; negative for a solid, which takes it from the balls."""
-        return enclosed_volume(facet.loops for facet in self.facets)
+        """Inner volume [m3]; negative for a solid, which takes it from the balls.
+
+        What lies between a facet and its curve is integrated with the middles of the sides of triangles, which is exact
+        for a parabola.
+        """
+        volume = enclosed_volume(facet.loops for facet in self.facets)
+        for index in np.flatnonzero(self.facet_curves >= 0):
+            middles, weights = _parts(self.facets[index])
+            volume += float(weights @ self.curves[self.facet_curves[index]].touch(middles)[0])
+        return volume
 
     @cached_property
     def convex_edges(self) -> tuple[Edge, ...]:
         """Edges that jut into the vessel: a ball can touch the edge itself."""
-        return tuple(edge for edge in self.edges if edge.turn > 1e-9)
+        return tuple(edge for edge in self.edges if edge.turn > CONVEX)
 
     @cached_property
     def corners(self) -> tuple[Corner, ...]:
@@ -222,8 +278,8 @@ class Vessel:
         ends: dict[tuple, list[tuple[np.ndarray, np.ndarray, bool]]] = {}
         for edge in self.edges:
             along = (edge.end - edge.start) / np.linalg.norm(edge.end - edge.start)
-            ends.setdefault(self.key(edge.start), []).append((edge.start, along, edge.turn > 1e-9))
-            ends.setdefault(self.key(edge.end), []).append((edge.end, -along, edge.turn > 1e-9))
+            ends.setdefault(self.key(edge.start), []).append((edge.start, along, edge.turn > CONVEX))
+            ends.setdefault(self.key(edge.end), []).append((edge.end, -along, edge.turn > CONVEX))
         return tuple(
             Corner(items[0][0], np.array([direction for _, direction, _ in items]))
             for items in ends.values()
@@ -266,6 +322,13 @@ def triangulate_facet(facet: Facet) -> np.ndarray:
     return triangles
 
 
+def shape_curves(geometry: GeometrySection, solid: bool) -> list[Curve]:
+    """The cylinders and tori of which the facets of a shape are pieces; none where its facets are the wall itself."""
+    shape = shape_kind(geometry.kind)
+    curves = [] if geometry.faceted else shape.curves(geometry)
+    return [curve.turned_out for curve in curves] if shape.from_inside == solid else curves
+
+
 def shape_facets(geometry: GeometrySection, place: str, solid: bool) -> list[Facet]:
     """The facets of a shape, their normals towards the balls: into a hollow, or out of a solid.
 
@@ -301,7 +364,8 @@ class _Shape:
 @lru_cache(maxsize=16)
 def _vessel_of(shape: _Shape) -> Vessel:
     facets = shape_facets(shape.geometry, shape.place, shape.solid)
-    return Vessel(facets, shape.place, solid=shape.solid, smooth_axis=shape.geometry.smooth_axis)
+    curves = shape_curves(shape.geometry, shape.solid)
+    return Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, curves)
 
 
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:

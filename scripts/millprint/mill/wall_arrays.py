@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from millprint.kernel import array_maker, inlined, inner
+from millprint.mill.curves import curve_rows
 from millprint.mill.patches import find_patches
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel, ahead
@@ -17,7 +18,7 @@ from millprint.mill.walls import SURFACE, Walls, near
 CELLS_MAX = 1 << 24
 
 
-def _sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
+def facet_sides(vessel: Vessel) -> tuple[np.ndarray, np.ndarray]:
     """Number of sides of each facet (f,), and the sides (s, 7) in the facets' own axes (see `Walls.side`)."""
     counts, sides = [], []
     for facet in vessel.facets:
@@ -55,41 +56,45 @@ def _grids(bodies: Sequence[Vessel], reach_out: float, pitch: float) -> tuple[np
 
 
 def _body_numbers(bodies: Sequence[Vessel]) -> np.ndarray:
-    """The body of every feature: all facets, then all convex edges, then all corners."""
-    groups = [[len(getattr(body, kind)) for body in bodies] for kind in ("facets", "convex_edges", "corners")]
+    """The body of every feature: all facets, then all convex edges, all corners, and all curves."""
+    kinds = ("facets", "convex_edges", "corners", "curves")
+    groups = [[len(getattr(body, kind)) for body in bodies] for kind in kinds]
     return np.concatenate([np.repeat(np.arange(len(bodies)), counts) for counts in groups])
 
 
 def _surfaces(bodies: Sequence[Vessel]) -> np.ndarray:
-    """The surface of every feature (f + e + c,): only facets can be smooth."""
+    """The surface of every feature: only facets can be smooth."""
     surface = np.full(len(_body_numbers(bodies)), SURFACE.rough)
     smooth = np.concatenate([body.is_smooth for body in bodies])
     surface[: len(smooth)][smooth] = SURFACE.smooth
     return surface
 
 
-def _patches(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Walls.patch, Walls.first_vertex and Walls.vertex: those of each body, numbered one body after the other."""
-    patches: list[list[np.ndarray]] = [[], [], []]
-    vertices: list[list[np.ndarray]] = [[], [], []]
+def _patches(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Walls.patch, is_drawing, first_vertex and vertex: those of each body, numbered one body after the other."""
+    patches: list[list[np.ndarray]] = [[], [], [], []]
+    drawings: list[list[np.ndarray]] = [[], [], [], []]
+    vertices: list[list[np.ndarray]] = [[], [], [], []]
     first_patch, first_vertex = 0, 0
     for body in bodies:
-        of_body = find_patches(body)
-        for kind in range(3):
-            patches[kind].append(of_body.patch[kind] + first_patch)
-            vertices[kind] += [numbers + first_vertex for numbers in of_body.vertices[kind]]
-        first_patch += of_body.count
+        found = find_patches(body)
+        for kind in range(4):
+            patches[kind].append(found.patch[kind] + first_patch)
+            drawings[kind].append(found.is_drawing[kind])
+            vertices[kind] += [numbers + first_vertex for numbers in found.vertices[kind]]
+        first_patch += found.count
         first_vertex += len(body.vertices)
     rows = [numbers for kind in vertices for numbers in kind]
-    first = np.cumsum([0, *map(len, rows)])
-    return np.concatenate([each for kind in patches for each in kind]), first, np.concatenate(rows)
+    patch, is_drawing = (np.concatenate([each for kind in kinds for each in kind]) for kinds in (patches, drawings))
+    return patch, is_drawing.astype(np.uint8), np.cumsum([0, *map(len, rows)]), np.concatenate(rows)
 
 
 def _boxes(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corners (f + e + c, 3) of boxes that hold every feature [m]."""
+    """Lower and upper corners (features, 3) of boxes that hold every feature [m]: of a curve, that of its body."""
     outlines = [np.concatenate(facet.loops) for body in bodies for facet in body.facets]
     outlines += [np.array([edge.start, edge.end]) for body in bodies for edge in body.convex_edges]
     outlines += [np.array([corner.point]) for body in bodies for corner in body.corners]
+    outlines += [body.bounds for body in bodies for _ in body.curves]
     return np.array([each.min(axis=0) for each in outlines]), np.array([each.max(axis=0) for each in outlines])
 
 
@@ -107,12 +112,12 @@ def build_walls(bodies: Sequence[Vessel], radius: float, margin: float, pitch: f
 
 @lru_cache(maxsize=2)
 def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch: float) -> Walls:
-    counts, sides = zip(*(_sides(body) for body in bodies), strict=True)
+    counts, sides = zip(*(facet_sides(body) for body in bodies), strict=True)
     side, first_side = np.concatenate(sides), np.cumsum([0, *np.concatenate(counts)])
     facets = [facet for body in bodies for facet in body.facets]
     corners = [corner for body in bodies for corner in body.corners]
     origin, shape, grid_first = _grids(bodies, radius + margin, pitch)
-    patch, first_vertex, vertex = _patches(bodies)
+    patch, is_drawing, first_vertex, vertex = _patches(bodies)
     walls = Walls(
         plane=np.array([[*facet.normal, facet.offset] for facet in facets]),
         axes=np.array([facet.axes for facet in facets]),
@@ -124,6 +129,8 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
         direction=np.concatenate([np.empty((0, 3)), *(corner.directions for corner in corners)]),
         body=_body_numbers(bodies),
         surface=_surfaces(bodies),
+        curves=np.concatenate([curve_rows(body.curves) for body in bodies]),
+        is_drawing=is_drawing,
         patch=patch,
         first_vertex=first_vertex,
         vertex=vertex,

@@ -5,7 +5,7 @@ two of them meet in a seam that is no more than a joint of facets, only the near
 tells which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
 
 A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
-first, then the convex edges, then the corners.
+first, then the convex edges, the corners, and the curves (mill.curves), of which some facets are only a drawing.
 """
 
 import math
@@ -15,6 +15,7 @@ import numpy as np
 
 from millprint.columns import Vector, number_columns
 from millprint.kernel import inlined, inner, kernel
+from millprint.mill.curves import curve_touch
 from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
 from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
 
@@ -52,7 +53,10 @@ PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns)
 
 
 class Walls(NamedTuple):
-    """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), and grids of cells."""
+    """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), curves (k), and cells.
+
+    The features are facets, convex edges, corners and curves, in this order.
+    """
 
     plane: np.ndarray  # (f, 4) see PlaneColumns
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
@@ -62,10 +66,12 @@ class Walls(NamedTuple):
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
     direction: np.ndarray  # (d, 3) edges that leave the corners
-    body: np.ndarray  # (f + e + c,) the body that a feature belongs to
-    surface: np.ndarray  # (f + e + c,) see Surfaces; edges and corners are rough
-    patch: np.ndarray  # (f + e + c,) the patch that a feature belongs to, numbered through all bodies (mill.patches)
-    first_vertex: np.ndarray  # (f + e + c + 1,) vertices of feature i are first_vertex[i] to first_vertex[i + 1]
+    body: np.ndarray  # (features,) the body that a feature belongs to
+    surface: np.ndarray  # (features,) see Surfaces; edges and corners are rough
+    curves: np.ndarray  # (k, width) curves.CurveColumns
+    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see patches.Patches
+    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.patches)
+    first_vertex: np.ndarray  # (features + 1,) vertices of feature i are first_vertex[i] to first_vertex[i + 1]
     vertex: np.ndarray  # numbers of vertices, ascending for each feature
     grid_origin: np.ndarray  # (b, 3) [m]
     grid_shape: np.ndarray  # (b, 3)
@@ -145,8 +151,10 @@ def touch(walls, feature, surely_over, point, limit):
     surely_over: nonzero where the foot is known to lie on the facet. Returns (distance, unit vector from the wall to
     the ball); the distance is -1 where nothing is touched.
     """
-    facets = walls.plane.shape[0]
+    facets, edges = walls.plane.shape[0], walls.edge.shape[0]
     nothing = (-1.0, (0.0, 0.0, 0.0))
+    if walls.is_drawing[feature]:
+        return nothing
     if feature < facets:
         normal = row(walls.plane, feature)
         distance = plane_distance(walls, feature, point)
@@ -157,7 +165,12 @@ def touch(walls, feature, surely_over, point, limit):
             if beyond > ON_SIDE * limit:
                 return nothing
         return distance, normal
-    if feature < facets + walls.edge.shape[0]:
+    if feature >= facets + edges + walls.corner.shape[0]:
+        distance, normal, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
+        if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit:
+            return nothing
+        return distance, normal
+    if feature < facets + edges:
         edge = walls.edge[feature - facets]
         away = subtract(point, row(edge, 0))
         along = dot(away, row(edge, 1))
@@ -168,7 +181,7 @@ def touch(walls, feature, surely_over, point, limit):
         if dot(away, row(edge, 2)) >= 0.0 or dot(away, row(edge, 3)) >= 0.0:
             return nothing
     else:
-        corner = feature - facets - walls.edge.shape[0]
+        corner = feature - facets - edges
         away = subtract(point, row(walls.corner, corner))
         for k in range(walls.first_direction[corner], walls.first_direction[corner + 1]):
             if dot(away, row(walls.direction, k)) > 0.0:
@@ -177,6 +190,12 @@ def touch(walls, feature, surely_over, point, limit):
     if distance >= limit or distance == 0.0:
         return nothing
     return distance, (away[0] / distance, away[1] / distance, away[2] / distance)
+
+
+@inlined()
+def curve_of(walls, feature):
+    """The curve that a feature is, if it is one."""
+    return feature - walls.plane.shape[0] - walls.edge.shape[0] - walls.corner.shape[0]
 
 
 @inner()
@@ -201,8 +220,10 @@ def near(walls, feature, point, radius, margin):
 
     2 says that the foot stays on the facet, whatever the ball does within the margin.
     """
-    facets = walls.plane.shape[0]
+    facets, edges = walls.plane.shape[0], walls.edge.shape[0]
     reach_out = radius + margin
+    if walls.is_drawing[feature]:
+        return 0
     if feature < facets:
         distance = plane_distance(walls, feature, point)
         if distance > reach_out or distance < -margin:
@@ -211,14 +232,36 @@ def near(walls, feature, point, radius, margin):
         if beyond > margin + ON_SIDE * radius:
             return 0
         return 2 if beyond < -margin else 1
-    if feature < facets + walls.edge.shape[0]:
+    if feature >= facets + edges + walls.corner.shape[0]:
+        distance, _, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
+        return 1 if -margin <= distance <= reach_out and past <= margin + ON_SIDE * radius else 0
+    if feature < facets + edges:
         edge = walls.edge[feature - facets]
         away = subtract(point, row(edge, 0))
         along = min(max(dot(away, row(edge, 1)), 0.0), edge[4, 0])
         away = add_scaled(away, -along, row(edge, 1))
     else:
-        away = subtract(point, row(walls.corner, feature - facets - walls.edge.shape[0]))
+        away = subtract(point, row(walls.corner, feature - facets - edges))
     return 1 if dot(away, away) < reach_out * reach_out else 0
+
+
+@inlined()
+def bounding_plane(walls, feature, point, margin):
+    """A plane (normal, offset) that a ball near `point` (body frame) is no farther from than from the feature.
+
+    It holds until the ball has moved by `margin` [m]. For edges, corners and the inside of tight curves it is nowhere
+    far: normal and offset are 0.
+    """
+    facets = walls.plane.shape[0]
+    if feature < facets:
+        return row(walls.plane, feature), walls.plane[feature, PLANE.offset]
+    if feature >= facets + walls.edge.shape[0] + walls.corner.shape[0]:
+        distance, normal, _, bend = curve_touch(walls.curves, curve_of(walls, feature), point)
+        # Nearer to the middle of the bend by the margin, a wall bends more.
+        if bend * margin < 0.5:
+            sag = margin * margin * max(bend, 0.0)
+            return normal, dot(normal, point) - distance + sag
+    return (0.0, 0.0, 0.0), 0.0
 
 
 @inlined()
