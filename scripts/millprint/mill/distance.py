@@ -7,7 +7,7 @@ import numpy as np
 
 from millprint.kernel import array_maker, inlined
 from millprint.mill.curves import curve_rows, curve_touch
-from millprint.mill.patches import is_joint
+from millprint.mill.patches import is_joint, outline_slack
 from millprint.mill.vectors import add_scaled, dot, row, scale, subtract
 from millprint.mill.vessel import Vessel, ahead, cross
 from millprint.mill.wall_arrays import facet_sides
@@ -29,6 +29,7 @@ class Surface(NamedTuple):
     side_is_joint: np.ndarray  # (s,) see patches.is_joint
     corner_normal: np.ndarray  # (s, 3) angle-weighted normals at the side's start
     corner_is_joint: np.ndarray  # (s,) whether all sides at the side's start are joints
+    slack: np.ndarray  # (f,) see patches.outline_slack [m]
     is_drawing: np.ndarray  # (f,) 1 for a piece of a curve
     curves: np.ndarray  # (curves, width) curves.CurveColumns
 
@@ -67,6 +68,7 @@ def _surface(vessel: Vessel) -> Surface:
         side_is_joint=side_is_joint,
         corner_normal=np.array([corner_sum[key] for key in keys]),
         corner_is_joint=np.array([all_joints[key] for key in keys]),
+        slack=outline_slack(vessel),
         is_drawing=vessel.facet_curves >= 0,
         curves=curve_rows(vessel.curves),
     )
@@ -111,7 +113,10 @@ def distance_at(surface, point):
         is_drawing = surface.is_drawing[facet]
         if height * height >= best and not is_drawing:
             continue
-        if not is_drawing and beyond_side(surface.axes, surface.first_side, surface.side, facet, point) <= 0.0:
+        if (
+            not is_drawing
+            and beyond_side(surface.axes, surface.first_side, surface.side, facet, point) <= surface.slack[facet]
+        ):
             best = height * height
             # On the wall itself, the direction is that of its normal.
             away = scale(height, normal) if height != 0.0 else normal

@@ -36,14 +36,31 @@ class Patches(NamedTuple):
 
 def is_joint(vessel: Vessel, edge: Edge) -> bool:
     """Whether an edge is where a curve is cut into facets, or goes over into the next wall: then nothing is there."""
-    return abs(edge.turn) < SMOOTH_TURN and max(vessel.facet_curves[list(edge.facets)]) >= 0
+    first, second = (vessel.facet_curves[facet] for facet in edge.facets)
+    return max(first, second) >= 0 and (first == second or abs(edge.turn) < SMOOTH_TURN)
+
+
+def outline_slack(vessel: Vessel) -> np.ndarray:
+    """How far each flat facet (f,) reaches beyond its outline [m]: up to the curve of which that draws the border.
+
+    There both walls are listed, and the nearer one is touched.
+    """
+    slack = np.zeros(len(vessel.facets))
+    for edge in vessel.edges:
+        curves = [int(vessel.facet_curves[facet]) for facet in edge.facets]
+        if not is_joint(vessel, edge) or min(curves) >= 0:
+            continue
+        flat, curve = edge.facets[int(np.argmin(curves))], vessel.curves[max(curves)]
+        _, _, past = curve.touch((edge.start + edge.end)[None] / 2)
+        slack[flat] = max(slack[flat], past[0])
+    return slack
 
 
 def _facet_patches(vessel: Vessel) -> np.ndarray:
     """The patch of each facet (f,), numbered in the order of their first facets."""
     neighbours: list[list[int]] = [[] for _ in vessel.facets]
     for edge in vessel.edges:
-        if edge.turn > -SMOOTH_TURN:
+        if edge.turn > -SMOOTH_TURN or is_joint(vessel, edge):
             first, second = edge.facets
             neighbours[first].append(second)
             neighbours[second].append(first)

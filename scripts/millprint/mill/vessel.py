@@ -170,13 +170,13 @@ class Vessel:
         pitch = LATTICE * 2.0 ** math.floor(math.log2(self.size))
         placed = (_canonical(facet, pitch) for facet in facets)
         self.facets = tuple(sorted(placed, key=lambda facet: (*facet.loops[0][0], *facet.normal)))
+        self._edge_at = self._find_edges()
         # Only those that have facets: a sphere's ends leave no mantle between them.
         pieces = [self._pieces(curve) for curve in curves]
         self.curves = tuple(curve for curve, found in zip(curves, pieces, strict=True) if found)
         self.facet_curves = np.full(len(self.facets), -1)
         for number, found in enumerate(filter(None, pieces)):
             self.facet_curves[found] = number
-        self._edge_at = self._find_edges()
         if (self.volume_m3 >= 0) if solid else (self.volume_m3 <= 0):
             raise ConfigError(f"{name}: the facets are inside out (volume {self.volume_m3 * 1e6:.3g} mL)")
 
@@ -235,8 +235,9 @@ class Vessel:
         return np.array([abs(facet.normal[along]) > 1 - 1e-9 for facet in self.facets])
 
     def _pieces(self, curve: Curve) -> list[int]:
-        """The facets that are pieces of a curve."""
-        found = []
+        """The facets that are pieces of a curve; none if one ends at a convex edge, since rims are straight lines."""
+        found: list[int] = []
+        rims = {facet for edge in self.edges if edge.turn > CURVE_ANGLE for facet in edge.facets}
         for index, facet in enumerate(self.facets):
             points = np.concatenate(facet.loops)
             distance, direction, past = curve.touch(np.vstack([points, points.mean(axis=0)]))
@@ -245,7 +246,7 @@ class Vessel:
             is_bent = abs(distance[-1]) > 1e-9 * self.size
             if on_it and is_bent and direction[-1] @ facet.normal > np.cos(CURVE_ANGLE):
                 found.append(index)
-        return found
+        return found if rims.isdisjoint(found) else []
 
     @cached_property
     def vertices(self) -> np.ndarray:

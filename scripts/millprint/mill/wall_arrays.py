@@ -8,7 +8,7 @@ import numpy as np
 
 from millprint.kernel import array_maker, inlined, inner
 from millprint.mill.curves import curve_rows
-from millprint.mill.patches import find_patches
+from millprint.mill.patches import find_patches, outline_slack
 from millprint.mill.vectors import add_scaled, row
 from millprint.mill.vessel import Vessel, ahead
 from millprint.mill.walls import SURFACE, Walls, near
@@ -123,6 +123,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
         axes=np.array([facet.axes for facet in facets]),
         first_side=first_side,
         side=side,
+        slack=np.concatenate([outline_slack(body) for body in bodies]),
         edge=np.concatenate([_edge_rows(body) for body in bodies]),
         corner=np.array([corner.point for corner in corners]).reshape(-1, 3),
         first_direction=np.cumsum([0, *(len(corner.directions) for corner in corners)]),
@@ -145,7 +146,7 @@ def _build_walls(bodies: tuple[Vessel, ...], radius: float, margin: float, pitch
     # Nothing of a cell is farther from its middle than half its diagonal.
     reach = margin + pitch * math.sqrt(3) / 2
     low, high = _boxes(bodies)
-    around = (1 + 1e-9) * (radius + 2 * reach)
+    around = (1 + 1e-9) * (radius + 2 * reach) + walls.slack.max()
     features, sure = fill_cells(walls, radius, reach, low - around, high + around)
     return walls._replace(cell_feature=features, cell_sure=sure)
 

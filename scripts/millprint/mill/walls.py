@@ -62,6 +62,7 @@ class Walls(NamedTuple):
     axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
     first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
     side: np.ndarray  # (s, 7) see SideColumns
+    slack: np.ndarray  # (f,) how far a facet reaches beyond its outline [m], see patches.outline_slack
     edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
     corner: np.ndarray  # (c, 3)
     first_direction: np.ndarray  # (c + 1,)
@@ -162,7 +163,7 @@ def touch(walls, feature, surely_over, point, limit):
             return nothing
         if not surely_over:
             beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
-            if beyond > ON_SIDE * limit:
+            if beyond > ON_SIDE * limit + walls.slack[feature]:
                 return nothing
         return distance, normal
     if feature >= facets + edges + walls.corner.shape[0]:
@@ -229,7 +230,7 @@ def near(walls, feature, point, radius, margin):
         if distance > reach_out or distance < -margin:
             return 0
         beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
-        if beyond > margin + ON_SIDE * radius:
+        if beyond > margin + ON_SIDE * radius + walls.slack[feature]:
             return 0
         return 2 if beyond < -margin else 1
     if feature >= facets + edges + walls.corner.shape[0]:
