@@ -16,6 +16,7 @@ from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.hdf5 import whole_hdf5
+from millprint.mill.curves import curve_rows
 from millprint.mill.pose import POSE
 from millprint.mill.vessel import Vessel
 
@@ -102,6 +103,7 @@ def put_geometry(group: h5py.Group, vessel: Vessel) -> None:
     put(group, "facet_normal", [facet.normal for facet in vessel.facets])
     put(group, "facet_offset_m", [facet.offset for facet in vessel.facets])
     put(group, "edge_m", np.reshape([(edge.start, edge.end) for edge in vessel.convex_edges], (-1, 2, 3)))
+    put(group, "curves", curve_rows(vessel.curves))
     put(group, "corner_m", np.reshape([corner.point for corner in vessel.corners], (-1, 3)))
 
 

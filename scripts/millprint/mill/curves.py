@@ -112,7 +112,7 @@ def curve_touch(curves, k, point):
 
 
 @array_maker()
-def _touches(curves, k, points):
+def touch_points(curves, k, points):
     """Signed distances (n,), directions (n, 3) and ways past the borders (n,) of points (n, 3)."""
     distance, direction, past = np.empty(len(points)), np.empty((len(points), 3)), np.empty(len(points))
     for p in range(len(points)):
@@ -169,7 +169,7 @@ class Curve:
 
     def touch(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of points (n, 3): see `curve_touch`, signed distances (n,), directions (n, 3), ways past the borders (n,)."""
-        return _touches(self.row[None], 0, np.ascontiguousarray(points, dtype=float))
+        return touch_points(self.row[None], 0, np.ascontiguousarray(points, dtype=float))
 
 
 def curve_rows(curves: tuple[Curve, ...]) -> np.ndarray:

@@ -251,6 +251,8 @@ class Shape:
     facets: Callable[[Any], list[Loops]]
     curves: Callable[[Any], list[Curve]] = _no_curves
     from_inside: bool = True
+    # From a file, whose curves are to be found again (mill.recognition).
+    is_mesh: bool = False
 
 
 SHAPES = {
@@ -259,7 +261,7 @@ SHAPES = {
     "lifter_drum": Shape(lifter_drum_facets, lifter_drum_curves),
     "box": Shape(box_facets),
     "paddles": Shape(paddles_facets, paddles_curves),
-    "stl": Shape(_file_facets, from_inside=False),
+    "stl": Shape(_file_facets, from_inside=False, is_mesh=True),
 }
 
 

@@ -25,7 +25,7 @@ LATTICE = 2.0**-40
 
 # A facet is a piece of a cylinder or a torus if its vertices are this close to it, as a share of the vessel's size, and
 # its normal is within this angle [rad] of that of the surface behind its middle.
-ON_CURVE = 1e-6
+ON_CURVE = 5e-6
 CURVE_ANGLE = 0.6
 
 # An edge that turns by more juts into the vessel [rad].
@@ -366,7 +366,13 @@ class _Shape:
 def _vessel_of(shape: _Shape) -> Vessel:
     facets = shape_facets(shape.geometry, shape.place, shape.solid)
     curves = shape_curves(shape.geometry, shape.solid)
-    return Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, curves)
+    vessel = Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, curves)
+    if not shape_kind(shape.geometry.kind).is_mesh or shape.geometry.faceted:
+        return vessel
+    # Imports this module.
+    from millprint.mill.recognition import find_curves
+
+    return Vessel(facets, shape.place, shape.solid, shape.geometry.smooth_axis, find_curves(vessel))
 
 
 def shape_vessel(geometry: GeometrySection, place: str, solid: bool) -> Vessel:

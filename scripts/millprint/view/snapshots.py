@@ -10,12 +10,13 @@ import h5py
 import numpy as np
 
 from millprint.errors import ConfigError
+from millprint.mill.curves import touch_points
 
 PER_STEP = ("time_s", "body_position_m", "body_velocity_m_s", "normal_J", "tangential_J", "contact_offset")
 PER_BALL = ("position_m", "velocity_m_s", "spin_rad_s", "contact_force_N")
 PER_CONTACT = ("contact_first", "contact_second")
-FEATURES = ("facet_normal", "edge_m", "corner_m")
-GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m")
+FEATURES = ("facet_normal", "edge_m", "corner_m", "curves")
+GEOMETRY = ("vertices_m", "triangles", "facet_normal", "facet_offset_m", "edge_m", "corner_m", "curves")
 
 # Numbers of one quantity in a block: tens of megabytes for all quantities together.
 BLOCK_VALUES = 1_000_000
@@ -26,7 +27,8 @@ class Geometry:
     """Walls in the body frame [m].
 
     vertices_m (v, 3) and triangles (t, 3), normals inward; features that a ball touches, numbered in this order:
-    facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3).
+    facets (facet_normal . x = facet_offset_m), convex edges edge_m (e, 2, 3) by their ends, corners corner_m (c, 3),
+    curves (k, width) by the numbers of mill.curves.CurveColumns.
     """
 
     vertices_m: np.ndarray
@@ -35,11 +37,12 @@ class Geometry:
     facet_offset_m: np.ndarray
     edge_m: np.ndarray
     corner_m: np.ndarray
+    curves: np.ndarray
 
     def foot(self, feature: np.ndarray, points: np.ndarray) -> np.ndarray:
         """The point (n, 3) of wall feature (n,) that is nearest to points (n, 3), all in the body frame [m]."""
         feet = np.empty_like(points, dtype=float)
-        facets, edges = len(self.facet_normal), len(self.edge_m)
+        facets, edges, corners = len(self.facet_normal), len(self.edge_m), len(self.corner_m)
         on = feature < facets
         normal, offset = self.facet_normal[feature[on]], self.facet_offset_m[feature[on]]
         feet[on] = points[on] - ((points[on] * normal).sum(axis=1) - offset)[:, None] * normal
@@ -47,8 +50,12 @@ class Geometry:
         start, end = np.moveaxis(self.edge_m[feature[on] - facets], 1, 0)
         along = ((points[on] - start) * (end - start)).sum(axis=1) / ((end - start) ** 2).sum(axis=1)
         feet[on] = start + np.clip(along, 0, 1)[:, None] * (end - start)
-        on = feature >= facets + edges
+        on = (feature >= facets + edges) & (feature < facets + edges + corners)
         feet[on] = self.corner_m[feature[on] - facets - edges]
+        for number in range(len(self.curves)):
+            on = feature == facets + edges + corners + number
+            distance, direction, _ = touch_points(self.curves, number, points[on])
+            feet[on] = points[on] - distance[:, None] * direction
         return feet
 
 
@@ -102,11 +109,11 @@ class Block:
 def body_of_feature(bodies: Sequence[Geometry], feature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The body (n,) that features (n,) belong to, and their numbers (n,) within it.
 
-    Features are numbered as the simulation does: the facets of all bodies first, then convex edges, then corners.
+    Features are numbered as the simulation does: the facets of all bodies first, then convex edges, corners and curves.
     """
     counts = np.array([[len(getattr(body, name)) for body in bodies] for name in FEATURES])
     owner = np.concatenate([np.repeat(np.arange(len(bodies)), row) for row in counts])
-    # The order within a body is the same: its facets, edges, corners.
+    # The order within a body is the same: its facets, edges, corners, curves.
     before = np.cumsum(np.vstack([np.zeros(len(bodies), dtype=int), counts[:-1]]), axis=0)
     local = np.concatenate([first + np.arange(k) for k, first in zip(counts.ravel(), before.ravel(), strict=True)])
     return owner[feature], local[feature]

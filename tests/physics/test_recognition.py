@@ -1,0 +1,94 @@
+"""Round walls are found again in a mesh, however finely it is drawn; what is not round stays as it is drawn."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from millprint.config.geometry import StlGeometry
+from millprint.mill.distance import signed_distance
+from millprint.mill.vessel import Vessel, build_vessel, shape_vessel
+
+
+@pytest.fixture
+def in_project(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def from_file(mesh: trimesh.Trimesh, **keys) -> Vessel:
+    """The vessel of a mesh [m], by way of a binary STL."""
+    mesh.apply_scale(1e3)
+    mesh.export("made.stl")
+    geometry = StlGeometry(kind="stl", path="made.stl", unit="mm", **keys)
+    return shape_vessel(geometry, "made", solid=False)
+
+
+def drawn(vessel: Vessel, turn: np.ndarray | None = None) -> trimesh.Trimesh:
+    points, triangles = vessel.triangles()
+    mesh = trimesh.Trimesh(points, triangles[:, ::-1], process=False)
+    if turn is not None:
+        mesh.apply_transform(turn)
+    return mesh
+
+
+TURN = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])
+
+
+def shaped(mills, name: str, facets: int, fillet_facets: int) -> Vessel:
+    mill = mills[name]
+    key = "facets_per_half_circle" if name == "emax_smooth" else "facets"
+    geometry = mill.geometry.model_copy(update={key: facets, "fillet_facets": fillet_facets})
+    return build_vessel(mill.model_copy(update={"geometry": geometry}))
+
+
+@pytest.mark.parametrize("facets", [24, 61])
+@pytest.mark.parametrize(
+    ("name", "fillet_facets", "curves"),
+    [("planetary", 5, 2), ("mixer", 6, 3), ("spex", 5, 3), ("drum", 1, 1), ("emax_smooth", 5, 6)],
+)
+def test_a_mesh_of_a_jar_is_that_jar(mills, in_project, name, fillet_facets, curves, facets):
+    """In whatever direction it lies, with the same distances as from its sizes, to the digits of the file."""
+    given = shaped(mills, name, facets, fillet_facets)
+    found = from_file(drawn(given, TURN))
+    assert len(found.curves) == len(given.curves) == curves
+    assert (found.facet_curves < 0).sum() == (given.facet_curves < 0).sum()
+    assert found.volume_m3 == pytest.approx(given.volume_m3, rel=1e-6)
+    points = np.random.default_rng(0).uniform(*given.bounds, (400, 3))
+    moved = trimesh.transform_points(points, TURN)
+    assert signed_distance(found)(moved)[0] == pytest.approx(signed_distance(given)(points)[0], abs=3e-7)
+
+
+def test_the_distance_to_a_round_jar_does_not_depend_on_its_facets(mills):
+    coarse, fine = shaped(mills, "planetary", 24, 5), shaped(mills, "planetary", 96, 20)
+    points = np.random.default_rng(1).uniform(*coarse.bounds, (1000, 3))
+    inside = signed_distance(fine)(points)[0] < 0
+    assert inside.sum() > 500
+    assert signed_distance(coarse)(points[inside])[0] == pytest.approx(
+        signed_distance(fine)(points[inside])[0], abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("sides", [6, 12, 17])
+def test_a_prism_stays_a_prism(in_project, sides):
+    mesh = trimesh.creation.cylinder(radius=0.03, height=0.05, sections=sides)
+    assert not from_file(mesh).curves
+
+
+def test_facets_that_are_meant_are_kept(mills, in_project):
+    mesh = drawn(shaped(mills, "planetary", 24, 5))
+    assert not from_file(mesh, faceted=True).curves
+
+
+def test_a_cone_and_a_rim_stay_as_they_are_drawn(in_project):
+    profile = np.array([[0, 0], [20, 0], [35, 30], [35, 40], [25, 40], [25, 50], [0, 50]]) / 1e3
+    found = from_file(trimesh.creation.revolve(profile, sections=48))
+    # The upper bore ends in a rim that juts out, whose line stays straight from point to point.
+    assert len(found.curves) == 1
+    assert found.curves[0].major == pytest.approx(0.035, rel=1e-6)
+
+
+def test_noise_of_the_file_is_passed_over_and_more_is_taken_as_drawn(mills, in_project):
+    for noise, found in ((5e-8, True), (2e-6, False)):
+        mesh = drawn(shaped(mills, "drum", 48, 1))
+        mesh.vertices += np.random.default_rng(0).normal(scale=noise, size=mesh.vertices.shape)
+        assert bool(from_file(mesh).curves) == found
