@@ -5,8 +5,9 @@ import pandas as pd
 from millprint.surrogate.ablations import DISSIPATION
 from millprint.surrogate.spread import failed_tests
 
-# Roll-outs of controls.tsv in which nothing is learned.
-BASELINES = ("no_network", "long_step", "other_seed")
+# Roll-outs of controls.tsv in which nothing is learned, and that of another seed.
+UNLEARNED, OTHER_SEED = ("no_network", "long_step"), "other_seed"
+BASELINES = (*UNLEARNED, OTHER_SEED)
 # What is shown of each, beside the length of its roll-out.
 SHOWN = (DISSIPATION, "mean_square_speed_ratio", "increments_5ms_r", "balls_left")
 BASELINE_COLUMNS = ["test", "model", "training", "length_s", *SHOWN, "ran_away", "thesis_percent"]
@@ -19,9 +20,15 @@ def with_machine(stored: pd.DataFrame, table: pd.DataFrame, machine: str) -> pd.
 
 
 def baseline_rows(controls: pd.DataFrame) -> pd.DataFrame:
-    """The rows of controls.tsv that are baselines, as rows of metrics.tsv."""
-    own = controls[controls["rollout"].isin(BASELINES)]
+    """The rows of controls.tsv in which nothing is learned, as rows of metrics.tsv."""
+    own = controls[controls["rollout"].isin(UNLEARNED)]
     return own.rename(columns={"rollout": "variant"}).drop(columns="met").reset_index(drop=True)
+
+
+def _seed_rows(controls: pd.DataFrame) -> pd.DataFrame:
+    """Another seed as a variant: its mean against both runs that it shares nothing with, as in `dem_reference`."""
+    own = controls[controls["rollout"] == OTHER_SEED]
+    return own.assign(variant=OTHER_SEED, value=own["dem_reference"].fillna(own["value"]))
 
 
 def baseline_table(trainings: pd.DataFrame, controls: pd.DataFrame, printed: dict[str, float]) -> pd.DataFrame:
@@ -30,7 +37,8 @@ def baseline_table(trainings: pd.DataFrame, controls: pd.DataFrame, printed: dic
     trainings: as `millprint.surrogate.spread.tabulate_trainings`; controls: rows of controls.tsv; printed: the error of
     the dissipation that the thesis states, by test [%]. The measures of a roll-out that ran away are left empty.
     """
-    rows = pd.concat([trainings, baseline_rows(controls).assign(training=1)], ignore_index=True)
+    baselines = pd.concat([baseline_rows(controls), _seed_rows(controls)]).assign(training=1)
+    rows = pd.concat([trainings, baselines], ignore_index=True)
     table = []
     for test in controls["test"].unique():
         own = rows[rows["test"] == test]
