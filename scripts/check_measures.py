@@ -1,41 +1,52 @@
-"""Checks the measures of the surrogate with roll-outs that are known to be right or wrong, in a table."""
+"""Measures, in every test, roll-outs that are known to be right or wrong and those in which nothing is learned."""
+
+import pandas as pd
 
 from millprint.files import write_table
 from millprint.job import job
-from millprint.surrogate.controls import blurred, simulated_rollout, slowed
-from millprint.surrogate.evaluation import evaluate
+from millprint.surrogate.controls import blurred, riding, simulated_rollout, slowed
+from millprint.surrogate.evaluation import evaluate, of_test
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import is_met, join_tables, tabulate
-from millprint.surrogate.trajectory import read_trajectory
+from millprint.surrogate.trajectory import mean_power_W, read_trajectory
 
-# Long enough for converged distributions.
-LENGTH_S = 3.0
+# What other roll-outs are compared with, by role.
+REFERENCES = ("dem", "other_seed", "twin")
 
 
-def main(inputs: dict[str, str], output: str, start_s: float, interval_s: float, test: str) -> None:
+def main(
+    inputs: dict[str, str], test: str, start_s: float, length_s: float, interval_s: float, power_W: float
+) -> pd.DataFrame:
+    """The measures of a test. `inputs` has the simulation of each role; power_W: mean dissipation in the training."""
     scene = read_scene(inputs["dem"])
-    runs = {role: read_trajectory(inputs[role], start_s) for role in ("dem", "other_seed", "twin") if role in inputs}
-    length_s = min(LENGTH_S, *(float(run.time_s[-1]) - start_s for run in runs.values()))
+    roles = [role for role in (*REFERENCES, "long_step") if role in inputs]
+    runs = {role: read_trajectory(inputs[role], start_s, start_s + length_s) for role in roles}
     known = {role: simulated_rollout(run, scene, start_s, length_s, interval_s) for role, run in runs.items()}
+    known["no_network"] = riding(known["dem"], scene, power_W)
     known |= {"blurred": blurred(known["dem"]), "slowed": slowed(known["dem"], scene)}
+    against = {role: runs[role] for role in roles if role in REFERENCES}
     tables = []
     for name, rollout in known.items():
-        found = evaluate(rollout, runs, scene)
-        table = tabulate(found.values, found.references, test, name).drop(columns="thesis")
-        aimed = table["aim"].notna()
-        table.loc[aimed, "met"] = [
-            "yes" if is_met(row.measure, row.value, row.aim) else "no" for row in table[aimed].itertuples()
-        ]
-        tables.append(table.rename(columns={"variant": "rollout"}))
-    write_table(join_tables(tables), output)
+        found = evaluate(rollout, against, scene)
+        tables.append(tabulate(found.values, found.references, test, name, length_s=rollout.length_s))
+    return join_tables(tables)
+
+
+def with_aims_met(table: pd.DataFrame) -> pd.DataFrame:
+    """The same with a column `met`: whether each measure that has an aim reaches it."""
+    rows = table.itertuples()
+    met = ["" if pd.isna(row.aim) else "yes" if is_met(row.measure, row.value, row.aim) else "no" for row in rows]
+    return table.drop(columns="thesis").rename(columns={"variant": "rollout"}).assign(met=met)
 
 
 if "snakemake" in globals():
-    with job(snakemake.log[0], "check the measures on what is known"):
-        main(
-            dict(snakemake.input.items()),
-            snakemake.output.controls,
-            snakemake.params.start_s,
-            snakemake.params.interval_s,
-            snakemake.params.test,
-        )
+    with job(snakemake.log[0], "check the measures on what is known") as log:
+        given, own = snakemake.input, snakemake.params
+        powers_W = [mean_power_W(path, own.train_until_s) for path in given.trained]
+        power_W = sum(powers_W) / len(powers_W)
+        log.info("mean power of the training: %.4g W", power_W)
+        tables = [
+            main(of_test(test, given), test, start_s, own.lengths_s[test], own.interval_s, power_W)
+            for test, start_s in own.starts_s.items()
+        ]
+        write_table(with_aims_met(join_tables(tables)), snakemake.output.controls)

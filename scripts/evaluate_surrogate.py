@@ -10,7 +10,7 @@ from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.checkpoint import choose_device
 from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
-from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
+from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, of_test
 from millprint.surrogate.rollout import RollOut
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.tables import join_tables, printed_measures, tabulate
@@ -22,12 +22,6 @@ from millprint.tables import read_printed
 # Single steps that are averaged.
 GRAPHS = 2000
 ROLES = ("dem", "other_seed", "twin", "original", "driven")
-
-
-def of_test(test: str, inputs) -> dict[str, str]:
-    """What a test is measured against, by role; the inputs of a test are named `test_role`."""
-    prefix = f"{test}_"
-    return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
 
 
 def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, test: str) -> dict[str, pd.DataFrame]:
@@ -42,7 +36,7 @@ def main(rolled_out: str, inputs: dict[str, str], claims: str, variant: str, tes
     found = evaluate_at_rest(rollout, runs, scene) if "driven" in runs else evaluate(rollout, runs, scene)
     printed = printed_measures(read_printed(claims))
     return {
-        "metrics": tabulate(found.values, found.references, test, variant, printed),
+        "metrics": tabulate(found.values, found.references, test, variant, printed, rollout.length_s),
         "errors": error_table(found.rollouts, test),
         "dissipation": dissipation_table(found.rollouts, test),
         "distributions": distribution_table(found.rollouts, scene.ball_radius_m, test),

@@ -15,17 +15,23 @@ from millprint.figures.chapter6 import (
 from millprint.figures.style import save
 from millprint.files import read_table, write_table
 from millprint.job import job
+from millprint.surrogate.ablations import DISSIPATION
+from millprint.surrogate.baselines import baseline_rows, baseline_table
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.spread import tabulate_trainings, with_spread
 from millprint.surrogate.tables import covered_share, join_tables
 from millprint.surrogate.trajectory import read_attributes
 
 
-def collect(tables: list[str], trainings: dict[str, list[str]], metrics: str, repeated: str) -> None:
-    """Write the measures of each variant, and those of each of its trainings."""
+def collect(tables: list[str], known: str, trainings: dict[str, list[str]], outputs: dict[str, str]) -> None:
+    """Write the measures of each variant and of the baselines, those of each training, and both side by side."""
     found = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in tables])
-    write_table(with_spread(found, trainings), metrics)
-    write_table(tabulate_trainings(found, trainings), repeated)
+    controls = read_table(known, text=["rollout", "test", "measure"])
+    repeated = tabulate_trainings(found, trainings)
+    write_table(join_tables([with_spread(found, trainings), baseline_rows(controls)]), outputs["metrics"])
+    write_table(repeated, outputs["trainings"])
+    errors = found[found["measure"] == DISSIPATION].drop_duplicates("test").set_index("test")
+    write_table(baseline_table(repeated, controls, errors["thesis"].to_dict()), outputs["baselines"])
 
 
 def draw_data(
@@ -70,7 +76,7 @@ def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, t
 if "snakemake" in globals():
     with job(snakemake.log[0], "draw the surrogates"):
         given, made, own = snakemake.input, snakemake.output, snakemake.params
-        collect(list(given.measured), own.trainings, made.metrics, made.trainings)
+        collect(list(given.measured), given.controls, own.trainings, dict(made.items()))
         draw_data(
             given.run,
             given.wall_contacts,

@@ -1,19 +1,28 @@
-"""Stores the verdicts of a run with this machine's processor and today's date: python scripts/store_verdicts.py.
+"""Stores the verdicts of a run, and the surrogate beside its baselines: python scripts/store_verdicts.py.
 
-Whoever runs the thesis on another machine is then told which verdicts differ from those in
-config/data/verdicts_elsewhere.tsv. A run on the same processor takes the place of the earlier one.
+Both with this machine's processor; a run on the same one takes the place of the earlier one. Whoever runs the thesis on
+another machine is then told which verdicts differ from those in config/data/verdicts_elsewhere.tsv. The tables of
+docs/why/surrogate.md are those of docs/why/surrogate_baselines.tsv.
 """
 
 import argparse
 import datetime
 from pathlib import Path
 
-from millprint.claims.elsewhere import store
+from millprint.claims.elsewhere import store, this_machine
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.strict_yaml import read_yaml
-from millprint.files import read_table
+from millprint.files import read_table, write_table
+from millprint.surrogate.baselines import with_machine
 
 TABLE = "config/data/verdicts_elsewhere.tsv"
+BASELINES = "docs/why/surrogate_baselines.tsv"
+
+
+def store_baselines(results: str, stored: str) -> None:
+    """Put the surrogate's table of the run in the place of what this machine stored before."""
+    own, machine = read_table(f"{results}/surrogate/baselines.tsv"), this_machine("")["processor"]
+    write_table(with_machine(read_table(stored), own, machine), stored)
 
 
 def main(results: str, table: str, date: str) -> str:
@@ -21,6 +30,8 @@ def main(results: str, table: str, date: str) -> str:
     report = Path(results) / "report"
     run = read_yaml(str(report / "run.yaml"))["name"]
     text = ["id", "verdict", "kind", "reproduced", "lower", "upper"]
+    if Path(results, "surrogate/baselines.tsv").exists():
+        store_baselines(results, BASELINES)
     number = store(table, read_table(report / "claims.tsv", text=text), run, date)
     return f"{table}: {number} verdicts of the run {run} on this machine, {date}"
 

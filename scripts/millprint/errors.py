@@ -27,5 +27,9 @@ class DamagedFile(ConfigError, ValueError):
     """A result file is not as its job wrote it."""
 
 
+class TrainingError(MillprintError):
+    """A training whose data or loss is not a finite number."""
+
+
 class SimulationError(MillprintError):
     """A simulation whose result is invalid: escaped ball, excessive overlap, or an open energy balance."""

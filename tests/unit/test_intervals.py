@@ -214,7 +214,7 @@ def measures(error: float) -> pd.DataFrame:
     names = {"dissipation_error_percent": error, "one_step_dissipation_bias_percent": 1.0}
     names |= {"one_step_acceleration_r2": 0.9, "stable": 1.0, "mean_square_speed_ratio": 1.0, "balls_left": 0.0}
     rows = [{"variant": "thesis", "test": "trained", "measure": name, "value": value} for name, value in names.items()]
-    return pd.DataFrame(rows).assign(dem_reference=0.5)
+    return pd.DataFrame(rows).assign(dem_reference=0.5, length_s=1.5)
 
 
 @pytest.mark.parametrize(

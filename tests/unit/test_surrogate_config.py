@@ -110,7 +110,8 @@ def swept(config: SurrogateConfig, **options) -> dict:
         **options,
     )
     disturbed = sweep.model_copy(update={"disturbances_m": [0, 1e-9]})
-    return {case.path: case for block in (sweep, disturbed) for case in expand_sweep(block, dem, "emax")}
+    stepped = sweep.model_copy(update={"time_steps_s": [8e-6]})
+    return {case.path: case for block in (sweep, disturbed, stepped) for case in expand_sweep(block, dem, "emax")}
 
 
 def test_cases_must_be_simulated_when_they_are_read(content):
@@ -130,6 +131,13 @@ def test_cases_must_be_simulated_when_they_are_read(content):
         check_surrogate_cases(alone, swept(config, window_s=longest), "config.yaml")
     with pytest.raises(ConfigError, match="in no sweep"):
         check_surrogate_cases(alone, {}, "config.yaml")
+    own = config.tests["post"].model_copy(update={"long_step": config.tests["post"].other_seed})
+    with pytest.raises(ConfigError, match=r"post\.long_step: .* has no step of its own"):
+        check_surrogate_cases(
+            alone.model_copy(update={"tests": {"post": own.model_copy(update={"twin": None})}}),
+            swept(config, window_s=longest, snapshot_interval_s=1e-4),
+            "config.yaml",
+        )
     # These are disturbed where the motion begins, and not where the roll-outs do.
     with pytest.raises(ConfigError, match=r"trained\.twin: .* is not disturbed at 0\.5 s"):
         check_surrogate_cases(config, swept(config, window_s=longest, snapshot_interval_s=1e-4), "config.yaml")
@@ -177,7 +185,7 @@ def test_every_claim_has_a_finding_before_anything_has_run(tmp_path):
 
 def metrics(variant: str, test: str, **values: float) -> pd.DataFrame:
     references = {"increments_5ms_r": 0.4, "cumulative_pearson_r": 0.9999}
-    return tabulate(values, references, test, variant, printed_measures(pd.Series(PRINTED)))
+    return tabulate(values, references, test, variant, printed_measures(pd.Series(PRINTED)), length_s=1.5)
 
 
 def claim_tables(folder: Path) -> None:
@@ -242,6 +250,9 @@ def test_claims_read_the_tables(tmp_path):
     assert found["A.layers2"] is None and findings["A.layers2"].explanation.startswith("not run")
     assert found["A.phi.deep"] == 7.5 and found["A.phi.shallow"] is None
     assert "variant ours: 2 %" in findings["6.energy.motion1"].explanation
+    assert all(
+        findings[name].explanation.startswith("over 1.5 s") for name in ("6.mse", "6.energy", "6.energy.motion1")
+    )
     assert "variant ours: 0.5" in findings["6.runtime.ratio"].explanation
     assert "10 epochs in 118 s" in findings["A.window9"].explanation
 

@@ -13,14 +13,25 @@ from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.surrogate import measures
 from millprint.surrogate.ablations import STATEMENTS, ablation_table, scatter_in_words
-from millprint.surrogate.controls import blurred, simulated_rollout, slowed
+from millprint.surrogate.baselines import baseline_rows, baseline_table, with_machine
+from millprint.surrogate.controls import blurred, riding, simulated_rollout, slowed
 from millprint.surrogate.curves import distribution_table, error_table
 from millprint.surrogate.evaluation import evaluate, evaluate_at_rest
 from millprint.surrogate.rollout import RollOut, simulated
 from millprint.surrogate.tables import AT_LEAST, OF_REFERENCE, is_met, join_tables, tabulate
-from millprint.surrogate.trajectory import Trajectory
+from millprint.surrogate.trajectory import Trajectory, mean_power_W
 from tests.conftest import PRINTED, ROOT
-from tests.unit.surrogate_samples import RADIUS, STEP, VESSEL, circle, simulate, sphere_scene
+from tests.unit.surrogate_samples import (
+    AMPLITUDE,
+    OMEGA,
+    RADIUS,
+    STEP,
+    VESSEL,
+    circle,
+    simulate,
+    sphere_scene,
+    write_run,
+)
 
 SCENE = sphere_scene()
 START, LENGTH, FRAME = 0.02, 0.2, 1e-3
@@ -128,6 +139,21 @@ def test_a_slowed_roll_out_fails_in_dissipation_and_parts():
     assert table["value"]["horizon_s"] < known().time_s[-1]
 
 
+def test_balls_that_ride_with_the_jar_dissipate_a_constant_power(tmp_path):
+    write_run(TRUTH, tmp_path / "run.h5")
+    power_W = mean_power_W(tmp_path / "run.h5", 0.1)
+    assert power_W == pytest.approx(TRUTH.dissipated_J[1:1001].sum() / 0.1)
+    rollout = riding(known(), SCENE, power_W)
+    wall = circle(START + rollout.time_s)[:, None, None]
+    np.testing.assert_allclose(
+        rollout.position_m - wall, np.broadcast_to(rollout.position_m[0] - wall[0], (201, 1, 6, 3))
+    )
+    np.testing.assert_allclose(rollout.speed()[1:-1], AMPLITUDE * OMEGA, rtol=1e-3)
+    table = table_of(rollout)
+    assert rollout.cumulative_J[-1, 0] == pytest.approx(power_W * LENGTH)
+    assert table["value"]["balls_left"] == 0 and np.isnan(table["value"]["increments_5ms_r"])
+
+
 def nudged(run: Trajectory, after_s: float) -> Trajectory:
     """The same run, with places that part exponentially from a moment on."""
     gone = np.maximum(run.time_s - after_s, 0)
@@ -220,6 +246,36 @@ def test_a_file_without_the_starts_is_not_a_roll_out(tmp_path):
             file[name] = getattr(rollout, name)
     with pytest.raises(ConfigError, match="start_s is missing"):
         RollOut.read(path)
+
+
+def control(rollout: str, test: str, error: float, out: int = 0) -> pd.DataFrame:
+    values = {"dissipation_error_percent": error, "mean_square_speed_ratio": 9.0 if out else 0.5, "balls_left": out}
+    values |= {"increments_5ms_r": -0.1, "horizon_s": 1.0}
+    table = tabulate(values, {"dissipation_error_percent": 0.7}, test, rollout, length_s=1.5)
+    return table.drop(columns="thesis").rename(columns={"variant": "rollout"}).assign(met="")
+
+
+def test_every_training_stands_beside_what_needs_no_network():
+    known_rollouts = ("dem", "other_seed", "long_step", "no_network", "blurred")
+    controls = pd.concat([control(name, test, 1.0) for test in ("trained", "post") for name in known_rollouts])
+    draws = ((1, "trained", 5.0, 0), (2, "trained", 1e20, 3), (1, "post", 8.0, 0))
+    trainings = pd.concat(
+        [
+            control("thesis", test, error, out).rename(columns={"rollout": "variant"}).assign(training=number)
+            for number, test, error, out in draws
+        ]
+    )
+    table = baseline_table(trainings, controls, {"trained": 2.78})
+    assert set(baseline_rows(controls)["variant"]) == {"no_network", "long_step"}
+    trained = table[table["test"] == "trained"]
+    assert trained["model"].tolist() == ["thesis", "thesis", "long_step", "no_network", "other_seed"]
+    assert trained["dissipation_error_percent"].tolist()[2:] == [1.0, 1.0, 0.7]
+    assert (table["length_s"] == 1.5).all() and (trained["thesis_percent"] == 2.78).all()
+    assert trained["ran_away"].tolist() == ["no", "yes", "no", "no", "no"]
+    assert np.isnan(trained["dissipation_error_percent"].iloc[1]) and trained["balls_left"].iloc[1] == 3
+    assert table[table["test"] == "post"]["thesis_percent"].isna().all()
+    stored = with_machine(with_machine(table.assign(measured_on="a"), trained, "b"), table, "b")
+    assert stored["measured_on"].tolist() == ["a"] * 9 + ["b"] * 9
 
 
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from millprint.config.surrogate import NetworkConfig
+from millprint.errors import TrainingError
 from millprint.surrogate.checkpoint import write_tensors
 from millprint.surrogate.thesis.dataset import TrainingRun, featurise
 from millprint.surrogate.thesis.graphs import Edges, Graphs, graphs_at
@@ -204,6 +205,22 @@ def test_wall_time_ends_a_training():
     trainer = Trainer([RUN], small_recipe(epochs=100_000, wall_time_max_s=0.3), CPU)
     assert not trainer.train()
     assert 0.3 <= trainer.elapsed_s < 3 and len(trainer.history) >= 1
+
+
+@pytest.mark.parametrize("field", ["ball", "position", "finite_difference", "dissipation"])
+def test_data_that_are_not_finite_are_refused_before_a_training(field):
+    values = getattr(SNAPSHOTS, field).clone()
+    values[120] = float("nan")
+    poisoned = replace(RUN, snapshots=replace(SNAPSHOTS, **{field: values}))
+    with pytest.raises(TrainingError, match=f"before epoch 1, run sample: {field} of snapshot 120 is not a finite"):
+        Trainer([RUN, poisoned], small_recipe(), CPU)
+
+
+def test_a_training_that_runs_away_stops_and_names_epoch_and_run(tmp_path):
+    trainer = Trainer([RUN], small_recipe(learning_rate=100.0, final_learning_rate=100.0, epochs=3), CPU)
+    with pytest.raises(TrainingError, match=r"epoch 1, step \d, run sample: \w+ is nan.*learning_rate = 100 may be"):
+        trainer.train(tmp_path / "checkpoint.pt")
+    assert not list(tmp_path.iterdir())
 
 
 def test_learning_rate_reaches_its_end():

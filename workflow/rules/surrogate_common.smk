@@ -95,8 +95,8 @@ def compared_runs(tests) -> dict[str, str]:
     return {f"{test}_{role}": path for test in tests for role, path in runs_of(test).items()}
 
 
-def single_steps_in(tests) -> dict[str, float]:
-    """Those tests in which the balls move, with their starts [s]; single steps are evaluated from there."""
+def starts_in(tests) -> dict[str, float]:
+    """Those tests in which the balls move, with their first starts [s]; single steps are evaluated from there."""
     moving = [test for test in tests if test in MOVING_TESTS]
     return {test: CONFIG.surrogate.tests[test].starts_s[0] for test in moving}
 
@@ -111,7 +111,7 @@ def changes(variant: str) -> str:
 
 def stepped_in(tests) -> list[str]:
     """The simulations from whose states single steps are evaluated, for some tests."""
-    return [simulated(CONFIG.surrogate.tests[name].case) for name in single_steps_in(tests)]
+    return [simulated(CONFIG.surrogate.tests[name].case) for name in starts_in(tests)]
 
 
 def recipe_of(variant: str) -> dict:

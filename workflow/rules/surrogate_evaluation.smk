@@ -72,7 +72,7 @@ rule evaluate_surrogate:
     params:
         variants=lambda wildcards: {wildcards.variant: edges_of(wildcards.variant)},
         tests=lambda wildcards: tests_of(wildcards.variant),
-        starts_s=lambda wildcards: single_steps_in(tests_of(wildcards.variant)),
+        starts_s=lambda wildcards: starts_in(tests_of(wildcards.variant)),
         library=library("evaluate_surrogate.py"),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
@@ -101,7 +101,7 @@ if QUICK_TRAININGS:
         params:
             variants={each: edges_of(each) for each in QUICK_TRAININGS},
             tests=SURROGATE_TESTS,
-            starts_s=single_steps_in(SURROGATE_TESTS),
+            starts_s=starts_in(SURROGATE_TESTS),
             library=library("evaluate_surrogate.py"),
         message:
             "Comparing {QUICK_TRAININGS} with the simulation"
@@ -109,7 +109,8 @@ if QUICK_TRAININGS:
 
 rule check_measures:
     input:
-        **runs_of(CONFIG.surrogate.trained_test),
+        **compared_runs(MOVING_TESTS),
+        trained=[simulated(case) for case in CONFIG.surrogate.snapshots.cases],
     output:
         controls=f"{SURROGATE}/controls.tsv",
     log:
@@ -117,12 +118,14 @@ rule check_measures:
     benchmark:
         f"{BENCHMARKS}/check_measures/check_measures.tsv"
     params:
-        start_s=CONFIG.surrogate.tests[CONFIG.surrogate.trained_test].starts_s[0],
+        starts_s=starts_in(SURROGATE_TESTS),
+        # As long as the roll-outs of the first variant.
+        lengths_s={test: CONFIG.surrogate.rollout_of(list(TRAININGS)[0], test).length_s for test in MOVING_TESTS},
         interval_s=CONFIG.surrogate.rollout.frame_interval_s,
-        test=CONFIG.surrogate.trained_test,
+        train_until_s=CONFIG.surrogate.snapshots.train_until_s,
         library=library("check_measures.py"),
     message:
-        "Checking the measures with roll-outs that are known to be right or wrong"
+        "Checking the measures with roll-outs that are known to be right or wrong, and with those in which nothing is learned"
     script:
         "../../scripts/check_measures.py"
 

@@ -15,10 +15,11 @@ rule plot_surrogates:
             name: expand(rules.evaluate_surrogate.output[name], variant=CONFIG.surrogate.variants)
             for name in ("errors", "distributions")
         },
-        # Of every training of a variant.
         run=simulated(CONFIG.surrogate.snapshots.cases[0]),
         wall_contacts=rules.build_surrogate_dataset.output.wall_contacts,
         histories=expand(f"{SURROGATE}/{{variant}}/loss.tsv", variant=CONFIG.surrogate.variants),
+        controls=rules.check_measures.output.controls,
+        # Of every training of a variant.
         measured=[path for variant in CONFIG.surrogate.variants for path in measured_trainings(variant)],
         dissipation=[
             path
@@ -28,6 +29,7 @@ rule plot_surrogates:
     output:
         metrics=f"{SURROGATE}/metrics.tsv",
         trainings=f"{SURROGATE}/trainings.tsv",
+        baselines=f"{SURROGATE}/baselines.tsv",
         slices_svg=report(
             f"{SURROGATE}/signed_distance.svg",
             caption="../report/surrogate_signed_distance.rst",

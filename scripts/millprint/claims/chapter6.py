@@ -67,9 +67,9 @@ def plateau(evidence: Evidence) -> Finding:
     centroid = _all_measures(evidence, "trained")["position_mse_centroid_m2"]
     return Finding(
         float(row["value"]),
-        f"on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 apart and every ball at the "
-        f"centre of mass scores {centroid:.2g} m2, so a plateau says nothing of trajectories"
-        f"{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
+        f"over {row['length_s']:g} s, on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 "
+        f"apart and every ball at the centre of mass scores {centroid:.2g} m2, so a plateau says nothing of "
+        f"trajectories{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
     )
 
 
@@ -80,9 +80,10 @@ def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
     row, own = _measure(evidence, test, DISSIPATION), _all_measures(evidence, test)
     return Finding(
         float(row["value"]),
-        f"against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single steps from DEM states, with "
-        f"the edges of the roll-out, are off by {own['one_step_dissipation_bias_percent']:+.3g} % and explain "
-        f"{100 * own['one_step_acceleration_r2']:.3g} % of the accelerations; {_course(own)}{_budget(evidence)}"
+        f"over {row['length_s']:g} s, against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single "
+        f"steps from DEM states, with the edges of the roll-out, are off by "
+        f"{own['one_step_dissipation_bias_percent']:+.3g} % and explain {100 * own['one_step_acceleration_r2']:.3g} % "
+        f"of the accelerations; {_course(own)}{_budget(evidence)}"
         f"{_trainings(evidence, test, DISSIPATION, '%')}{_others(evidence, test, DISSIPATION, '%')}",
     )
 
@@ -125,7 +126,7 @@ def _trainings(evidence: Evidence, test: str, measure: str, unit: str) -> str:
 
 
 def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
-    """The measures of the other variants, as text."""
+    """The measures of the other variants and of the baselines, as text."""
     rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
     return in_words(rows, f"; variant {{variant}}: {{value:.3g}} {unit}", "")
 

@@ -126,6 +126,8 @@ class ScenarioConfig(Section):
     """the truth with a disturbance at the first start: how fast two DEM runs diverge"""
     other_seed: str
     """the same case with another seed: how much two DEM runs differ"""
+    long_step: str | None = None
+    """the same case with a longer time step: a faster simulation in which nothing is learned"""
     original: str | None = None
     """DEM case of the unmodified geometry, which the thesis compares with in Fig. 6.17"""
     driven: str | None = None
@@ -138,7 +140,7 @@ class ScenarioConfig(Section):
     def runs(self) -> dict[str, str]:
         """The reference cases of a roll-out, by their role."""
         named = {"dem": self.truth or self.case, "other_seed": self.other_seed}
-        further = {name: getattr(self, name) for name in ("twin", "original", "driven")}
+        further = {name: getattr(self, name) for name in ("twin", "long_step", "original", "driven")}
         return named | {name: case for name, case in further.items() if case}
 
 

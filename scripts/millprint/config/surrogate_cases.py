@@ -26,13 +26,18 @@ def check_surrogate_cases(config: SurrogateConfig, cases: dict[str, Case], sourc
     """Check that the sweeps simulate what the surrogate reads.
 
     Raises ConfigError for a case that no sweep has, that records no snapshots, or that begins too late or ends too
-    early, and for a twin that has no disturbance at the start.
+    early, for a twin that has no disturbance at the start, and for a longer step that is none.
     """
     for path, (from_s, until_s) in config.simulated_cases().items():
         fault = _fault_of(cases.get(path), from_s, until_s)
         if fault:
             raise ConfigError(f"{source}: surrogate: case {path} {fault}")
     for name, test in config.tests.items():
+        if test.long_step and cases[test.long_step].time_step_s is None:
+            raise ConfigError(
+                f"{source}: surrogate.tests.{name}.long_step: {test.long_step} has no step of its own: its sweep needs "
+                "time_steps_s"
+            )
         twin = cases[test.twin] if test.twin else None
         if twin and not (twin.disturbance_m and abs(twin.discard_s - test.starts_s[0]) < 1e-9):
             raise ConfigError(

@@ -1,4 +1,4 @@
-"""Roll-outs that are known to be right or wrong, made from simulations to test the measures."""
+"""Roll-outs that are known to be right or wrong, and those in which nothing is learned, made from simulations."""
 
 from dataclasses import replace
 
@@ -29,6 +29,23 @@ def blurred(rollout: RollOut) -> RollOut:
         for array in (rollout.position_m, rollout.velocity_m_s)
     )
     return replace(rollout, position_m=centre, velocity_m_s=drift)
+
+
+def riding(rollout: RollOut, scene: Scene, power_W: float) -> RollOut:
+    """Nothing learned: every ball keeps its place in the jar, and a constant power is dissipated.
+
+    power_W: the mean of the training.
+    """
+    wall = scene.wall_position(rollout.start_s + rollout.time_s[:, None])[:, :, None, :]
+    step = rollout.time_s[1] - rollout.time_s[0]
+    dissipated = np.full_like(rollout.dissipated_J, power_W * step)
+    dissipated[0] = 0
+    return replace(
+        rollout,
+        position_m=rollout.position_m[:1] + wall - wall[:1],
+        velocity_m_s=np.broadcast_to(np.gradient(wall, step, axis=0), rollout.velocity_m_s.shape),
+        dissipated_J=dissipated,
+    )
 
 
 def slowed(rollout: RollOut, scene: Scene, rate: float = SLOWED_RATE) -> RollOut:

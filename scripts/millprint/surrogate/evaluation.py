@@ -5,6 +5,7 @@ There are two kinds of second simulation. A twin starts from the same state as t
 the statistics would be as far away.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,12 @@ class Evaluation:
     values: Values
     references: Values
     rollouts: dict[str, RollOut]
+
+
+def of_test(test: str, inputs: Mapping[str, str]) -> dict[str, str]:
+    """What a test is measured against, by role; the inputs of a test are named `test_role`."""
+    prefix = f"{test}_"
+    return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
 
 
 def growth(rollout: RollOut, truth: RollOut, saturation_m2: float) -> Values:

@@ -4,6 +4,8 @@ import numpy as np
 
 # A mean square speed over that of the simulation, above which a roll-out runs away.
 RUNAWAY = 2.0
+# What sums of equal numbers differ by, over these numbers.
+ROUNDING = 1e-9
 
 
 def position_error(position: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -46,11 +48,11 @@ def relative_error_percent(cumulative: np.ndarray, truth: np.ndarray) -> float:
 
 
 def correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Pearson's r of two arrays of one shape; not a number where either does not vary or is not finite."""
+    """Pearson's r of two arrays of one shape; not a number where either is constant to rounding or not finite."""
     first, second = first.ravel(), second.ravel()
     if len(first) < 3 or not (np.isfinite(first).all() and np.isfinite(second).all()):
         return np.nan
-    if np.ptp(first) == 0 or np.ptp(second) == 0:
+    if any(np.ptp(values) <= ROUNDING * np.abs(values).max() for values in (first, second)):
         return np.nan
     return float(np.corrcoef(first, second)[0, 1])
 

@@ -54,6 +54,11 @@ class RollOut:
         """Dissipation since the start, (frames, batch) [J]."""
         return np.cumsum(self.dissipated_J, axis=0) if self.recorded_J is None else self.recorded_J
 
+    @property
+    def length_s(self) -> float:
+        """Time from the first frame to the last [s]."""
+        return float(self.time_s[-1])
+
     def in_scene(self, scene: Scene, wall_m: np.ndarray | None = None) -> "RollOut":
         """The same with wall distances; wall_m (frames, batch, 3): as recorded, or else as the scene's wall moves."""
         wall_m = scene.wall_position(self.start_s + self.time_s[:, None]) if wall_m is None else wall_m

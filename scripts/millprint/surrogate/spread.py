@@ -9,7 +9,7 @@ MEASURE = ["test", "measure"]
 SPREAD = ["trainings", "lowest", "highest"]
 # Measures whose size says nothing once balls are gone: however large, the training has failed.
 FAILING = ("position_mse_plateau_m2", "dissipation_error_percent")
-TRAINING_COLUMNS = ["variant", "training", "test", "measure", "value"]
+TRAINING_COLUMNS = ["variant", "training", "test", "length_s", "measure", "value"]
 
 
 def tabulate_trainings(metrics: pd.DataFrame, trainings: dict[str, list[str]]) -> pd.DataFrame:

@@ -62,15 +62,18 @@ def tabulate(
     test: str,
     variant: str,
     printed: dict[tuple[str, str], float] | None = None,
+    length_s: float | None = None,
 ) -> pd.DataFrame:
-    """Rows of metrics.tsv: variant, test, measure, value, dem_reference, thesis, aim.
+    """Rows of metrics.tsv: variant, test, length_s, measure, value, dem_reference, thesis, aim.
 
-    printed: what the thesis prints, by test and measure, for the column `thesis`.
+    printed: what the thesis prints, by test and measure, for the column `thesis`; length_s: of the roll-out, None of
+    single steps.
     """
     rows = [
         {
             "variant": variant,
             "test": test,
+            "length_s": length_s,
             "measure": measure,
             "value": value,
             "dem_reference": references.get(measure),

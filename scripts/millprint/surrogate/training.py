@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from millprint.config.surrogate import TrainingConfig
+from millprint.errors import TrainingError
 from millprint.progress import progress
 from millprint.surrogate.checkpoint import read_checkpoint, write_checkpoint
 
@@ -50,6 +51,10 @@ class ResumableTraining(ABC):
         """Columns of the history, at the end of an epoch."""
 
     @abstractmethod
+    def subject(self) -> str:
+        """What the present step is about, in words for an error."""
+
+    @abstractmethod
     def further_state(self) -> dict:
         """What the next step depends on besides the model, its optimiser and the place in the epoch."""
 
@@ -60,7 +65,8 @@ class ResumableTraining(ABC):
     def train(self, checkpoint: str | Path | None = None, max_steps: int | None = None) -> bool:
         """Train until it is finished, the wall-time limit or `max_steps` more steps; True if it is finished.
 
-        With a path, a checkpoint is written every `checkpoint_every_s` and at the end.
+        With a path, a checkpoint is written every `checkpoint_every_s` and at the end. Raises TrainingError at the
+        first loss that is not finite.
         """
         settings, total = self.settings, self.epoch_steps()
         started = saved = time.perf_counter()
@@ -69,8 +75,10 @@ class ResumableTraining(ABC):
         done = self.epoch * total + self.cursor
         with progress(settings.epochs * total, None, "step", initial=done) as bar:
             while not self.finished and left and self.elapsed_s < settings.wall_time_max_s:
-                for name, value in self.step().items():
-                    self.sums[name] = self.sums.get(name, 0.0) + value.item()
+                terms = {name: value.item() for name, value in self.step().items()}
+                self.check_finite(terms, f"step {self.cursor + 1}, {self.subject()}")
+                for name, value in terms.items():
+                    self.sums[name] = self.sums.get(name, 0.0) + value
                 self.cursor, left = self.cursor + 1, left - 1
                 self.elapsed_s = time.perf_counter() - started
                 bar.update()
@@ -93,10 +101,21 @@ class ResumableTraining(ABC):
     def end_epoch(self) -> None:
         """Validate, add a row to the history, and begin the next epoch."""
         row = {f"training_{name}": value / self.cursor for name, value in self.sums.items()}
+        measured = self.validate()
+        self.check_finite(measured, "validation")
         self.epoch, self.cursor, self.sums = self.epoch + 1, 0, {}
-        row |= self.validate()
+        row |= measured
         self.history.append({"epoch": self.epoch, "elapsed_s": self.elapsed_s, **row})
         logger.info("epoch %d: %s", self.epoch, ", ".join(f"{key} {value:.4g}" for key, value in row.items()))
+
+    def check_finite(self, values: dict[str, float], where: str) -> None:
+        """Raise TrainingError where one of these losses of the present epoch is not finite."""
+        for name, value in values.items():
+            if not math.isfinite(value):
+                raise TrainingError(
+                    f"surrogate.training: epoch {self.epoch + 1}, {where}: {name} is {value:g}, not a finite "
+                    f"number; learning_rate = {self.settings.learning_rate:g} may be too large"
+                )
 
     def history_table(self) -> pd.DataFrame:
         """A row an epoch: losses on training and validation data, and seconds since the start."""

@@ -102,6 +102,13 @@ def read_rows(path: str | Path, names: tuple[str, ...], rows: slice) -> list[np.
         return [_dataset(file, name, path)[rows] for name in names]
 
 
+def mean_power_W(path: str | Path, until_s: float) -> float:
+    """Dissipated energy of a run over time, from its first snapshot to the one at `until_s` [s] of motion [W]."""
+    time_s, normal, tangential = read_rows(path, ("time_s", "normal_J", "tangential_J"), slice(None))
+    end = int(np.searchsorted(time_s, until_s + 5e-7))
+    return float((normal + tangential)[1:end].sum(dtype=float) / (time_s[end - 1] - time_s[0]))
+
+
 def _dataset(file: h5py.File, name: str, path: str | Path) -> h5py.Dataset:
     """A data set of the snapshots; raises ConfigError where it is missing."""
     if name not in file.get("snapshots", {}):

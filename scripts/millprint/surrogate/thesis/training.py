@@ -7,8 +7,8 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from millprint.config.surrogate import Recipe, TrainingConfig
-from millprint.errors import ConfigError
+from millprint.config.surrogate import GraphConfig, Recipe, TrainingConfig
+from millprint.errors import ConfigError, TrainingError
 from millprint.surrogate.checkpoint import identity
 from millprint.surrogate.thesis.dataset import Snapshots, TrainingRun, on_device, read_dataset
 from millprint.surrogate.thesis.graphs import graphs_at
@@ -53,8 +53,26 @@ def draw_epoch(rows: list[Tensor], snapshots: int, batch_size: int, seed: int) -
     return [batches[place] for place in torch.randperm(len(batches), generator=generator)]
 
 
+def check_data(run: TrainingRun, graph: GraphConfig) -> None:
+    """Raise TrainingError for the first snapshot of a run with a feature or target that is not a finite number."""
+    snapshots, end = run.snapshots, run.validation_end
+    read = {"ball": snapshots.ball, "wall": snapshots.wall, "position": snapshots.position}
+    read |= {graph.acceleration: target(snapshots, graph), "dissipation": snapshots.dissipation}
+    for name, values in read.items():
+        finite = torch.isfinite(values[:end]).reshape(end, -1).all(dim=1)
+        if not finite.all():
+            row = int(torch.argmin(finite.int()))
+            raise TrainingError(
+                f"surrogate.training: before epoch 1, run {run.case}: {name} of snapshot {row} is not a finite number; "
+                "delete its run.h5 and run the same command again"
+            )
+
+
 class Trainer(ResumableTraining):
-    """The training of a graph network. Raises ConfigError without a full window of snapshots to train on."""
+    """The training of a graph network.
+
+    Raises ConfigError without a full window of snapshots to train on, and TrainingError for data that are not finite.
+    """
 
     headline = "training_total"
     model: NormalisedNetwork
@@ -67,6 +85,8 @@ class Trainer(ResumableTraining):
         self.rows = [run.training_rows(window) for run in runs]
         if not sum(map(len, self.rows)):
             raise ConfigError(f"surrogate.snapshots.train_until_s: no {window} snapshots in a row to train on")
+        for run in runs:
+            check_data(run, recipe.graph)
         # Statistics never see a row that is not trained on.
         parts = [(run.snapshots, rows) for run, rows in zip(runs, self.rows, strict=True)]
         statistics = feature_statistics(parts, recipe.graph, recipe.edges)
@@ -105,6 +125,11 @@ class Trainer(ResumableTraining):
         self.optimiser.step()
         self.scheduler.step()
         return terms
+
+    def subject(self) -> str:
+        """The simulation whose snapshots the step takes."""
+        number, _ = self.batches()[self.cursor]
+        return f"run {self.runs[number].case}"
 
     def stop(self) -> None:
         """An epoch that the wall-time limit has cut short counts."""
@@ -158,8 +183,8 @@ class Trainer(ResumableTraining):
 def train(dataset: str, checkpoint: Path, recipe: Recipe, device: torch.device) -> tuple[dict, pd.DataFrame]:
     """Train a network on a data set, from its checkpoint if there is one of the same recipe and data.
 
-    Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError without a full window of
-    snapshots to train on.
+    Returns the content of the weights file, and a row of losses an epoch. Raises ConfigError and TrainingError as
+    `Trainer` and `ResumableTraining.train`.
     """
     trainer = Trainer(read_dataset(dataset), recipe, device)
     if trainer.resume(checkpoint, device):
