@@ -20,7 +20,7 @@ def main(results: str, table: str, date: str) -> str:
     """Store the verdicts of the run in the folder `results`; returns what was done, in words."""
     report = Path(results) / "report"
     run = read_yaml(str(report / "run.yaml"))["name"]
-    text = ["id", "verdict", "kind", "reproduced", "lower", "upper"]
+    text = ["id", "verdict", "interval_verdict", "nature", "reproduced", "lower", "upper"]
     number = store(table, read_table(report / "claims.tsv", text=text), run, date)
     return f"{table}: {number} verdicts of the run {run} on this machine, {date}"
 
