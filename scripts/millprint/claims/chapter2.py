@@ -150,9 +150,9 @@ def _too_many_degrees(evidence: Evidence, anova: pd.DataFrame, left: int) -> Con
         return None
     return Contradiction(
         f"its own p of {printed_p}, with the {evidence.printed['2.screening_runs']} runs of Table 2.3",
-        f"{printed} for each of the three interactions would leave {left} degrees of freedom for the residual, and even "
-        f"with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, but the "
-        "sum of squares is that of A:B",
+        f"{printed} for each of the three interactions would leave {left} degrees of freedom for the residual, and "
+        f"even with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, but "
+        "the sum of squares is that of A:B",
     )
 
 
@@ -200,8 +200,8 @@ def weight_loss(evidence: Evidence, speed: str) -> Finding:
     row = evidence.row(WEAR, "weight_loss_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
     value, rounded = row["weight_loss_percent"], row["weight_loss_by_difference_percent"]
     told = (
-        f"wear over the unused mass; the masses differ by {rounded:.3f} +- {row['reading_error_percent']:.3f} %, as they "
-        "are printed to 0.01 g"
+        f"wear over the unused mass; the masses differ by {rounded:.3f} +- {row['reading_error_percent']:.3f} %, as "
+        "they are printed to 0.01 g"
     )
     return Finding(value, told, contradiction=_loss_of_the_wear(evidence, speed, row["unused_mass_g"]))
 
@@ -215,8 +215,8 @@ def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contra
         return None
     return Contradiction(
         f"the wear of {wear_g} g in the same row",
-        f"it is {ends[0]:.3f} to {ends[1]:.3f} % of {unused_g:.2f} g. {printed} % follows from the two masses, so one of "
-        "two printed numbers is off, and which one is not known",
+        f"it is {ends[0]:.3f} to {ends[1]:.3f} % of {unused_g:.2f} g. {printed} % follows from the two masses, so one "
+        "of two printed numbers is off, and which one is not known",
     )
 
 

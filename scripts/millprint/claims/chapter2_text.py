@@ -95,7 +95,7 @@ def loss_of_yield_by_shorter_milling(evidence: Evidence) -> Finding:
     off = not agrees(evidence.printed[evidence.id], "printed", lost)
     contradiction = Contradiction(
         "the yields in the same paragraph",
-        f"from {printed[0]:g} to {printed[1]:g} % is {printed[0] - printed[1]:g} percentage points, and {-lost:.1f} % less",
+        f"from {printed[0]:g} to {printed[1]:g} % is {printed[0] - printed[1]:g} points, and {-lost:.1f} % less",
     )
     stands = off and as_printed(evidence, "2.best_yield 2.case.23.yield")
     return Finding(

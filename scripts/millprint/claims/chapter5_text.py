@@ -99,7 +99,7 @@ def later_feature(evidence: Evidence, model: str, rank: str) -> Finding:
 
 @claim("5.shap.mechanics")
 def mechanical_features(evidence: Evidence) -> Finding:
-    """Sec. 5.3.2: whether energies and collisions move the predictions of both tree models less than the first three."""
+    """Sec. 5.3.2: whether energies and collisions move the predictions of both tree models less than three others."""
     holds, words = True, []
     for model in ("xgb", "rf"):
         ranked = _ranking(evidence, model).set_index("feature")["mean_abs_shap_pp"]

@@ -1,7 +1,7 @@
 """Verdicts of other machines: a small table of the project, and how the verdicts of a run differ from it.
 
-The processor decides how sums are rounded, and chaotic simulations and trainings magnify that. So a claim whose interval
-decides nothing may have another verdict elsewhere; of one that its interval decides, this is not expected.
+The processor decides how sums are rounded, and chaotic simulations and trainings magnify that. So a claim whose
+interval decides nothing may have another verdict elsewhere; of one that its interval decides, this is not expected.
 """
 
 import platform
@@ -16,8 +16,7 @@ from millprint.tables import Text, read_measured, refuse_rows
 
 MACHINE = ["processor", "instructions", "date"]
 STORED = ["run", "id", "verdict", "interval_verdict", "reproduced", "lower", "upper"]
-# What the columns of words may hold; an interval verdict is empty where there is no interval.
-WORDS = {"verdict": VERDICTS, "interval_verdict": (*INTERVAL_VERDICTS, "")}
+WORDS = {"verdict": VERDICTS, "interval_verdict": INTERVAL_VERDICTS}
 COLUMNS = [*STORED, *MACHINE]
 # The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
 INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
@@ -41,7 +40,8 @@ def read_stored(path: str | Path) -> pd.DataFrame:
     Raises ConfigError, in one line, for a table that lacks a column, has another verdict, or has two verdicts of one
     processor on a claim of a run.
     """
-    columns = [Text(name, WORDS.get(name, ())) for name in COLUMNS]
+    # There is no interval verdict where there is no interval.
+    columns = [Text(name, WORDS.get(name, ()), may_be_blank=name == "interval_verdict") for name in COLUMNS]
     table = read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
     twice = table.duplicated(["run", "id", "processor"])
     refuse_rows(table, path, "id", twice, "this run has a verdict of this processor on it in a row above")

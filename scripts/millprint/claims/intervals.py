@@ -55,7 +55,7 @@ def quantiles(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
 
 
 def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Interval:
-    """The interval over a few repeats, such as trainings: `spread_of`. Of statements, the other one is the lower end."""
+    """The interval over a few repeats, such as trainings: `spread_of`. Of statements, another one is the lower end."""
     if not all(map(is_number, values)):
         return Interval(next((one for one in values if one != value), value), value, origin, len(values))
     found = [float(one) for one in values]

@@ -19,6 +19,7 @@ from millprint.claims import (  # noqa: F401
     chapter6,
 )
 from millprint.claims.compare import interval_verdict, verdict
+from millprint.claims.conclusions import chapter_name
 from millprint.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
 from millprint.claims.natures import BASES, DERIVED, NATURES
 from millprint.claims.tolerances import deviation, is_number
@@ -106,8 +107,7 @@ def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd
 
 def chapter_of(claim: str) -> str:
     """The chapter, in words, of a claim's id."""
-    name = claim.split(".")[0]
-    return f"chapter {name}" if name != "A" else "appendix A"
+    return chapter_name(claim.split(".")[0])
 
 
 def count_verdicts(table: pd.DataFrame, by: str = "chapter") -> pd.DataFrame:

@@ -43,6 +43,8 @@ class DataConfig(Section):
     """published values shown as marks in figures"""
     verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
     """verdicts of the claims on other machines"""
+    conclusions: ProjectFile = "config/data/conclusions.tsv"
+    """what each chapter concludes, and the claims that it rests on"""
 
 
 class ChapterSections(Section):
