@@ -44,7 +44,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Text:
-    """A column of text: one of the `choices`, if there are any, or nothing if it `may_be_blank`; `unique`: none twice."""
+    """A column of text: one of the `choices`, if there are any, or none if it `may_be_blank`; `unique`: none twice."""
 
     name: str
     choices: Sequence[str] = ()

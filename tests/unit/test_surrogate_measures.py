@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from millprint.claims.tabulate import collect_findings, tabulate_claims
-from millprint.claims.verdicts import UNDECIDED
+from millprint.claims.verdicts import TOO_FEW
 from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.surrogate import measures
@@ -348,13 +348,15 @@ def test_a_statement_on_which_trainings_of_the_baseline_disagree_says_nothing():
     assert table["says"]["window3"] == "something"
 
 
-def test_the_claims_of_appendix_a_are_undecided_where_a_row_says_nothing(tmp_path):
+def test_the_claims_of_appendix_a_say_where_a_row_says_nothing(tmp_path):
     parts = {"baseline": (1, 5.0, 0.735), "window3": (1, 9.0, 0.76), "layers2": (1, 120.0, 1.5)}
     table = ablations(parts, {"baseline": [(1, 23.0, 0.9)]}).reset_index()
     write_table(table, tmp_path / "surrogate/ablations.tsv")
     claims = ROOT / "config/data/claims.tsv"
     found = tabulate_claims(claims, collect_findings(tmp_path, claims)).set_index("id")
-    assert found["verdict"]["A.window3"] == UNDECIDED and found["verdict"]["A.layers2"] == "reproduced"
+    assert found["verdict"]["A.window3"] == found["verdict"]["A.layers2"] == "reproduced"
+    # Two trainings of the baseline are too few for an interval to decide anything.
+    assert found["interval_verdict"]["A.window3"] == found["interval_verdict"]["A.layers2"] == TOO_FEW
     assert "so this row says nothing" in found["explanation"]["A.window3"]
     assert found.loc["A.window3", ["lower", "upper", "interval_from"]].tolist() == [
         "no", "yes", "trainings of the baseline"
