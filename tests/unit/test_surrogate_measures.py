@@ -331,7 +331,8 @@ def test_an_ablation_within_the_scatter_of_the_baseline_says_nothing():
     assert table["baseline_apart_percent"].unique() == pytest.approx([18.0])
     assert table["trainings"].tolist() == [3, 1, 1, 1, 1, 3]
     low, high = table.loc["phi_deep", ["lower_percent", "upper_percent"]]
-    assert low < 50 and 60 < high < table["upper_percent"]["layers2"]
+    # Of three trainings only the range is known.
+    assert (low, high) == (50.0, 60.0) and high < table["upper_percent"]["layers2"]
     assert scatter_in_words(table.reset_index()) == (
         "2 of 5 ablations say nothing (window3, no_global_loss): two trainings of the baseline are up to 18 "
         "points of the dissipation error apart."
