@@ -151,8 +151,8 @@ def _too_many_degrees(evidence: Evidence, anova: pd.DataFrame, left: int) -> Con
     return Contradiction(
         f"its own p of {printed_p}, with the {evidence.printed['2.screening_runs']} runs of Table 2.3",
         f"{printed} for each of the three interactions would leave {left} degrees of freedom for the residual, and "
-        f"even with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, but "
-        "the sum of squares is that of A:B",
+        f"even with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, "
+        "but the sum of squares is that of A:B",
     )
 
 

@@ -38,7 +38,7 @@ class DataConfig(Section):
     split: ProjectFile
     """the locked train-test split of the screening runs"""
     claims: ProjectFile
-    """every number that the thesis states, with a tolerance"""
+    """numbers and statements of the thesis, with what each is and a tolerance"""
     published: ProjectFile
     """published values shown as marks in figures"""
     verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
