@@ -7,14 +7,14 @@ import numpy as np
 from millprint.quantiles import student_quantile
 
 LEVEL = 0.95
-# Of fewer repeats the spread is hardly known, so that an interval of their mean would be of any size.
-FEWEST_FOR_STUDENT = 5
+# Of fewer repeats the spread is hardly known: an interval of their mean would be of any size, and decides nothing.
+FEWEST_REPEATS = 5
 
 
 def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
     """Between which values the mean of repeats lies: Student's interval, mean +- t(n - 1) s / sqrt(n), and all of them.
 
-    Of fewer than FEWEST_FOR_STUDENT, only the lowest and the highest. Repeats that are not finite, as of a roll-out
+    Of fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out
     that runs away, open the upper end. Raises ValueError for fewer than two.
     """
     found = _several(values)
@@ -22,7 +22,7 @@ def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, flo
     if len(known) < len(found):
         return (float(known.min()) if len(known) else np.inf), np.inf
     low, high = float(known.min()), float(known.max())
-    if len(known) < FEWEST_FOR_STUDENT:
+    if len(known) < FEWEST_REPEATS:
         return low, high
     reach = student_quantile((1 + level) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
     return min(low, float(known.mean() - reach)), max(high, float(known.mean() + reach))

@@ -84,7 +84,7 @@ def change_between_zones(evidence: Evidence, contact: str, size: str, letter: st
     table = _energies(evidence, contact, int(size), letter)
     printed = float(evidence.printed[evidence.id])
     zone = table[(table.index > ELBOW) & (table.index <= END_OF_ZONE_2)]
-    changes = change_percent(table.loc[ELBOW], zone.max() if printed > 0 else zone.min())
+    changes = 100 * ((zone.max() if printed > 0 else zone.min()) / table.loc[ELBOW] - 1)
     told = ", ".join(f"{value:+.0f} % at {speed:.0f} rpm" for speed, value in changes.items())
     value = float(changes.max() if printed > 0 else changes.min())
     contradiction = Contradiction(

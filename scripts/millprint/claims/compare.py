@@ -5,13 +5,13 @@ from millprint.claims.tolerances import BOUND, RANGE, agrees, allowed_width, is_
 from millprint.claims.verdicts import (
     DEVIATES,
     ERRATUM,
-    FEWEST_REPEATS,
     NOT_RUN,
     REPRODUCED,
     TOO_FEW,
     TOO_WIDE,
     UNDECIDED,
 )
+from millprint.repeats import FEWEST_REPEATS
 
 
 def verdict(published: str, tolerance: str, finding: Finding) -> str:
@@ -40,7 +40,8 @@ def interval_verdict(published: str, tolerance: str, finding: Finding) -> str:
         return TOO_FEW
     if interval.failed == interval.repeats:
         return DEVIATES
-    found = [_of_ends(*part, tolerance) for part in pairs(published, str(interval.lower), str(interval.upper))]
+    parts = pairs(published, str(interval.lower), str(interval.upper))
+    found = [_of_ends(theirs, lower, upper, tolerance) for theirs, lower, upper in parts]
     worst = next((one for one in (DEVIATES, TOO_WIDE, UNDECIDED) if one in found), REPRODUCED)
     # A repeat that failed is a miss, so that the others cannot all be hits.
     return UNDECIDED if worst == REPRODUCED and interval.failed else worst
@@ -63,4 +64,4 @@ def _of_ends(published: str, lower: str, upper: str, tolerance: str) -> str:
 def _holds_range(tolerance: str, lower: str, upper: str) -> bool:
     """Whether an interval holds the range that a tolerance names."""
     within = RANGE.fullmatch(tolerance)
-    return bool(within) and float(lower) <= float(within[1]) and float(within[2]) <= float(upper)
+    return within is not None and float(lower) <= float(within[1]) and float(within[2]) <= float(upper)

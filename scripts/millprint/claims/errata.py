@@ -41,7 +41,7 @@ def erratum(chapter: str, locus: str, source: str) -> Callable:
 
 def errata_of_claims(claims: pd.DataFrame, findings: Mapping[str, Finding]) -> list[tuple[str, ...]]:
     """The claims with the verdict `erratum`, in the order of the table, as rows of ERRATA_COLUMNS."""
-    found = []
+    found: list[tuple[str, ...]] = []
     for claim in claims[claims["verdict"] == ERRATUM].itertuples():
         contradiction = findings[claim.id].contradiction
         assert contradiction is not None, "the verdict is of claims that have one"

@@ -59,7 +59,8 @@ def over_repeats(value: Value, values: list[Value], level: float, origin: str = 
     if not all(map(is_number, values)):
         return Interval(next((one for one in values if one != value), value), value, origin, len(values))
     found = [float(one) for one in values]
-    return Interval(*(spread_of(found, level) if len(found) > 1 else found * 2), origin, len(found))
+    lower, upper = spread_of(found, level) if len(found) > 1 else (found[0], found[0])
+    return Interval(lower, upper, origin, len(found))
 
 
 def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Interval:

@@ -9,5 +9,3 @@ UNDECIDED, TOO_WIDE, TOO_FEW = "undecided", "wider than the tolerance", "too few
 INTERVAL_VERDICTS = (REPRODUCED, DEVIATES, UNDECIDED, TOO_WIDE, TOO_FEW)
 # Another run may fall on either side of the tolerance.
 OPEN_VERDICTS = (UNDECIDED, TOO_WIDE, TOO_FEW)
-# With fewer repeats an interval decides nothing.
-FEWEST_REPEATS = 5
