@@ -40,7 +40,7 @@ def main(name: str, results: str, inputs, output) -> str:
     }
     for key, one in written.items():
         write_table(one, getattr(output, key))
-    sentences = [what_falls(table, stored, name), f"{told[0].upper()}{told[1:]}."]
+    sentences = [*what_falls(table, conclusions, stored, name), f"{told[0].upper()}{told[1:]}."]
     write_page(summary_page(name, table, conclusions, errata, Path(results), sentences), output.summary)
     write_page(claims_page(name, table, findings, Path(results)), output.page)
     save(plot_verdicts(written["counts"]), output.svg, output.png)

@@ -76,13 +76,15 @@ def test_the_summary_shows_the_counts(tmp_path):
         [["chapter 2", "Table 2.5", "6", "Table 2.3", "4", "the rank is 4.", "doe/audit.tsv"]],
         columns=["chapter", "locus", "printed", "against", "computed", "calculation", "source"],
     )
-    conclusions = pd.DataFrame([{"chapter": "chapter 2", "conclusion": "Speed decides.", "stands": "does not stand"}])
+    rows = [("Speed decides.", "does not stand", 1, "2.b"), ("Time decides.", "stands in part", 2, "2.b, 2.c")]
+    conclusions = pd.DataFrame(rows, columns=["conclusion", "stands", "claims", "against"]).assign(chapter="chapter 2")
     stored = pd.DataFrame({"run": ["test"], "id": ["2.b"], "verdict": ["deviates"], "processor": ["znver4"]})
-    told = what_falls(table, stored, "test")
-    assert told == (
-        "1 claims deviate here, and are reproduced on none of the 1 machines that are stored: q: 2 for 1 (2.b)."
-    )
-    text = summary_page("test", table, conclusions, errata, tmp_path, [told])
+    told = what_falls(table, conclusions, stored, "test")
+    assert told == [
+        "Chapter 2: Speed decides. Nothing of it is reproduced anywhere: q: 2 for 1 (2.b).",
+        "Chapter 2: Time decides. Of its 2 claims, these are reproduced nowhere: q: 2 for 1 (2.b).",
+    ]
+    text = summary_page("test", table, conclusions, errata, tmp_path, told)
     # The conclusions are the first thing on the page, and what falls is said in prose.
     assert text.index("Speed decides.") < text.index("q: 2 for 1 (2.b)") < text.index("What the claims are")
     assert "3 claims, 0 of them derived from two printed numbers: 3 simulated" in text

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from millprint.claims.conclusions import deviating_everywhere, in_prose
+from millprint.claims.conclusions import FALLS, deviating_everywhere, in_prose
 from millprint.claims.evidence import Finding
 from millprint.claims.natures import NATURES
 from millprint.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
@@ -109,13 +109,21 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
 
 
-def what_falls(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> str:
-    """The claims that stand on no machine, in prose; claims as tabulate_claims, stored as read_stored."""
+def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
+    """The conclusions with claims that stand on no machine, a sentence each.
+
+    claims as tabulate_claims, conclusions as judge_conclusions, stored as read_stored.
+    """
     names = deviating_everywhere(claims, stored, run)
-    machines = stored.loc[stored["run"] == run, "processor"].nunique()
-    where = f"here, and are reproduced on none of the {machines} machines that are stored" if machines else "here"
-    told = "; ".join(in_prose(name, claims) for name in names)
-    return f"{len(names)} claims deviate {where}: {told}." if names else "No claim deviates on every machine."
+    sentences = []
+    for row in conclusions.itertuples():
+        own = [name for name in row.against.split(", ") if name in names]
+        if own:
+            some = f"Of its {row.claims} claims, these are reproduced nowhere"
+            how = "Nothing of it is reproduced anywhere" if row.stands == FALLS else some
+            told = "; ".join(in_prose(name, claims) for name in own)
+            sentences.append(f"{row.chapter.capitalize()}: {row.conclusion} {how}: {told}.")
+    return sentences
 
 
 def summary_page(
@@ -123,7 +131,7 @@ def summary_page(
 ) -> str:
     """The page of the run `name`; tables as tabulate_claims, judge_conclusions and collect_errata give.
 
-    told: sentences below the conclusions, on what falls and on other machines.
+    told: sentences below the conclusions: what stands on no machine, as what_falls gives, and other machines.
     """
     counts = count_verdicts(claims)
     natures = count_verdicts(claims, "nature")
