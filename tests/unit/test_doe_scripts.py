@@ -13,7 +13,7 @@ from millprint.claims.compare import verdict
 from millprint.claims.tabulate import collect_findings
 from millprint.config.doe import DoeConfig
 from millprint.doe.design import design_table
-from millprint.files import read_table
+from millprint.files import read_table, write_table
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 
@@ -175,3 +175,24 @@ def test_another_design_of_two_levels_runs_through_the_same_scripts(tmp_path):
     # Eight runs and six parameters: the last term of AICc divides by zero.
     assert read_table(tmp_path / "doe/rival_models.tsv", text=["model"])["aicc"].isna().all()
     assert not any("inf" in path.read_text().split() for path in (tmp_path / "doe").glob("*.tsv"))
+
+
+def test_the_share_of_time_is_an_erratum_only_beside_the_printed_sums(thesis, tmp_path):
+    """Table 2.5 leaves time 38 % of the sum of squares at most, where Sec. 5.2.5 says 50 %."""
+    results = tmp_path / "results"
+    shutil.copytree(thesis, results)
+    table = pd.DataFrame({"measure": ["levels", "line"], "share": [0.368, 0.354]})
+    write_table(table, results / "yield/time_variance.tsv")
+    claim = read_table(CLAIMS, text=["id", "value", "tolerance"]).set_index("id").loc["5.time_variance"]
+
+    def judged() -> str:
+        finding = collect_findings(results, CLAIMS, "5.time")["5.time_variance"]
+        return verdict(claim["value"], claim["tolerance"], finding)
+
+    assert judged() == "erratum"
+    anova = read_table(results / "doe/anova_printed.tsv")
+    anova.loc[anova["term"] == "C", "sum_of_squares"] = 0.5
+    write_table(anova, results / "doe/anova_printed.tsv")
+    assert judged() == "deviates"
+    write_table(table.assign(share=0.51), results / "yield/time_variance.tsv")
+    assert judged() == "reproduced"

@@ -110,6 +110,22 @@ def test_the_gains_with_our_own_curves_are_claims_of_their_own(results, claims):
     assert found["4.own.power.tangential.gain"].value == pytest.approx(at_power, rel=1e-6)
 
 
+def test_energies_between_zones_and_their_optimum_follow_from_the_simulations(results, claims):
+    found = findings(results, "3.")
+    table = read_table(results / "fingerprint/descriptors.tsv", text=["contact", "varied"])
+    own = table[(table["contact"] == "calibrated") & (table["ball_diameter_mm"] == 10) & (table["varied"] == "nothing")]
+    zone = own[(own["fill_ratio"] > 0.10) & (own["fill_ratio"] <= 0.20) & (own["speed_rpm"] == 600)]
+    border = own[(own["fill_ratio"] == 0.10) & (own["speed_rpm"] == 600)].iloc[0]
+    expected = 100 * (zone["normal_energy_J"].max() / border["normal_energy_J"] - 1)
+    assert found["3.zone.calibrated.10.n"].value == pytest.approx(expected, rel=1e-6)
+    # A fall by 150 % contradicts what a mean of energies is, whatever is simulated.
+    row = claims.loc["3.zone.steel.10.t"]
+    assert verdict(row["value"], row["tolerance"], found["3.zone.steel.10.t"]) == "erratum"
+    assert found["3.zone.steel.5.n"].contradiction is None
+    best = own.groupby("fill_ratio")["normal_energy_J"].mean().idxmax()
+    assert found["3.optimum.calibrated"].value == pytest.approx(100 * best)
+
+
 def test_what_follows_from_printed_numbers_of_chapter_3_is_reproduced_but_for_a_ball_count_and_an_erratum(
     results, claims
 ):
