@@ -9,7 +9,7 @@ from millprint.claims.tabulate import collect_findings, count_verdicts, tabulate
 from millprint.figures.style import save
 from millprint.files import read_table, whole_file, write_table
 from millprint.job import job
-from millprint.report.summary import claims_page, plot_verdicts, summary_page, what_falls
+from millprint.report.summary import claims_page, front_text, plot_verdicts, summary_page, what_falls
 
 
 def write_page(text: str, path: str) -> None:
@@ -40,7 +40,9 @@ def main(name: str, results: str, inputs, output) -> str:
     }
     for key, one in written.items():
         write_table(one, getattr(output, key))
-    sentences = [*what_falls(table, conclusions, stored, name), f"{told[0].upper()}{told[1:]}."]
+    falls = what_falls(table, conclusions, stored, name)
+    sentences = [*falls, f"{told[0].upper()}{told[1:]}."]
+    write_page(front_text(conclusions, falls), output.front)
     write_page(summary_page(name, table, conclusions, errata, Path(results), sentences), output.summary)
     write_page(claims_page(name, table, findings, Path(results)), output.page)
     save(plot_verdicts(written["counts"]), output.svg, output.png)

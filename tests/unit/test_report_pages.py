@@ -1,9 +1,12 @@
 """Tables as pages, the summary of the claims, and the table of runtimes."""
 
 import re
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
+from docutils.core import publish_parts
+from jinja2 import Environment
 
 from millprint.claims.evidence import Finding
 from millprint.claims.sources import source_in
@@ -12,8 +15,9 @@ from millprint.files import write_table
 from millprint.machine import commit, provenance
 from millprint.pages import embed_json
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.report.summary import claims_page, largest_deviations, summary_page, what_falls
+from millprint.report.summary import claims_page, front_text, largest_deviations, summary_page, what_falls
 from millprint.report.tables import Section, tables_page
+from tests.conftest import ROOT
 
 
 def cells(**columns):
@@ -93,6 +97,28 @@ def test_the_summary_shows_the_counts(tmp_path):
     assert "the rank is 4 (doe/audit.tsv)." in text and "1 contradictions inside" in text
     without = summary_page("test", table.iloc[:1], conclusions, errata.iloc[:0], tmp_path, [])
     assert "Errata" not in without and "Largest deviations" not in without
+
+
+def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
+    """As Snakemake renders it, and without the claims of a run that has none."""
+    rows = [("chapter 2", "Speed |decides|.", "does not stand"), ("chapter 2", "Time does.", "stands")]
+    rows += [("appendix A", "All is needed.", "not run")]
+    conclusions = pd.DataFrame(rows, columns=["chapter", "conclusion", "stands"])
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report/conclusions.rst").write_text(front_text(conclusions, ["Chapter 2: not so: 5_x is 2 for 1_."]))
+    text = (ROOT / "workflow/report/workflow.rst").read_text()
+    config = SimpleNamespace(config={"name": "test", "mill": "emax", "results": str(tmp_path)})
+
+    def page(*categories: str) -> str:
+        named = [SimpleNamespace(name=name) for name in categories]
+        template = Environment(trim_blocks=True, lstrip_blocks=True).from_string(text)
+        return publish_parts(template.render(snakemake=config, categories=named, files={}), writer_name="html")["body"]
+
+    shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
+    assert "Chapter 2: 1 of 2 conclusions stand." in shown and "Appendix A: not run." in shown
+    assert "Stands: Time does." in shown and "Does not stand: Speed |decides|." in shown
+    assert "5_x is 2 for 1_." in shown and "problem" not in shown.lower()
+    assert "conclusions stand" not in re.sub("<.*?>", "", page("Explorer"))
 
 
 def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):

@@ -73,6 +73,8 @@ rule tabulate_claims:
         ),
         claims=f"{RESULTS}/report/claims.tsv",
         conclusions=f"{RESULTS}/report/conclusions.tsv",
+        # What the first page of report.html includes.
+        front=f"{RESULTS}/report/conclusions.rst",
         counts=f"{RESULTS}/report/claims_by_chapter.tsv",
         natures=f"{RESULTS}/report/claims_by_nature.tsv",
         errata=f"{RESULTS}/report/errata.tsv",

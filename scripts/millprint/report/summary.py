@@ -1,5 +1,6 @@
 """The claims: which conclusions stand, verdicts by chapter and nature, every erratum, every claim with its source."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
-from millprint.claims.conclusions import FALLS, deviating_everywhere, in_prose
+from millprint.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
 from millprint.claims.evidence import Finding
 from millprint.claims.natures import NATURES
 from millprint.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
@@ -122,8 +123,34 @@ def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataF
             some = f"Of its {row.claims} claims, these are reproduced nowhere"
             how = "Nothing of it is reproduced anywhere" if row.stands == FALLS else some
             told = "; ".join(in_prose(name, claims) for name in own)
-            sentences.append(f"{row.chapter.capitalize()}: {row.conclusion} {how}: {told}.")
+            sentences.append(f"{_capital(row.chapter)}: {row.conclusion} {how}: {told}.")
     return sentences
+
+
+def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
+    """What the first page of the report says of each chapter, as reStructuredText.
+
+    conclusions as judge_conclusions, falls as what_falls.
+    """
+    lines = ["**Which conclusions of the thesis stand**", ""]
+    for chapter, own in conclusions.groupby("chapter", sort=False):
+        known = own[own["stands"] != UNKNOWN]
+        count = f"{(own['stands'] == STANDS).sum()} of {len(known)} conclusions stand" if len(known) else UNKNOWN
+        lines += [f"- **{_capital(str(chapter))}**: {count}.", ""]
+        for status in (STANDS, PARTLY, FALLS):
+            told = " ".join(own.loc[own["stands"] == status, "conclusion"])
+            lines += [f"  - *{status.capitalize()}*: {_plain(told)}", ""] if told else []
+    lines += ["**What stands on no machine**", "", *(f"- {_plain(sentence)}\n" for sentence in falls)]
+    return "\n".join(lines if falls else lines[:-2]) + "\n"
+
+
+def _capital(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
+def _plain(text: str) -> str:
+    """Text in which no sign has a meaning in reStructuredText."""
+    return re.sub(r"([\\*`|_])", r"\\\1", text)
 
 
 def summary_page(
