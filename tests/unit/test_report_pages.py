@@ -112,7 +112,7 @@ def test_the_first_page_of_the_report_says_which_conclusions_stand(tmp_path):
     def page(*categories: str) -> str:
         named = [SimpleNamespace(name=name) for name in categories]
         template = Environment(trim_blocks=True, lstrip_blocks=True).from_string(text)
-        return publish_parts(template.render(snakemake=config, categories=named, files={}), writer_name="html")["body"]
+        return publish_parts(template.render(snakemake=config, categories=named, files={}), writer="html")["body"]
 
     shown = re.sub("<.*?>", "", page("Claims", "Explorer"))
     assert "Chapter 2: 1 of 2 conclusions stand." in shown and "Appendix A: not run." in shown
