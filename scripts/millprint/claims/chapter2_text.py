@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.claims.evidence import Contradiction, Evidence, Finding, as_printed, claim, in_words, yes_no
+from millprint.claims.evidence import Contradiction, Evidence, Finding, NotRun, as_printed, claim, in_words, yes_no
 from millprint.claims.tolerances import agrees
 from millprint.files import read_table
 
@@ -20,13 +20,19 @@ def _case(evidence: Evidence, case: int, columns: str) -> pd.Series:
     """A run of the screening, which becomes the source."""
     evidence.cite(SCREENING, f"{columns} of case {case}", read_table)
     runs = read_table(evidence.data / "screening.tsv", numeric=["case"])
-    return runs[runs["case"] == case].iloc[0]
+    own = runs[runs["case"] == case]
+    if own.empty:
+        raise NotRun(f"{SCREENING} has no case {case}")
+    return own.iloc[0]
 
 
 def _prior_speed(evidence: Evidence) -> float:
     evidence.cite(LITERATURE, f"speed_rpm of reference {PRIOR_REFERENCE}", read_table)
     studies = read_table(evidence.data / "literature.tsv", numeric=["reference"], may_be_blank=["speed_rpm"])
-    return float(studies.set_index("reference")["speed_rpm"][PRIOR_REFERENCE])
+    own = studies.loc[studies["reference"] == PRIOR_REFERENCE, "speed_rpm"]
+    if own.empty:
+        raise NotRun(f"{LITERATURE} has no reference {PRIOR_REFERENCE}")
+    return float(own.iloc[0])
 
 
 def change_percent(before: float, after: float) -> float:
@@ -129,7 +135,10 @@ def order_of_the_effects(evidence: Evidence) -> Finding:
 def _means(evidence: Evidence, axis: str, curve: str) -> pd.DataFrame:
     """Mean yields [%] by the level of the curve (rows) and of the axis (columns)."""
     rows = evidence.rows(INTERACTIONS, "mean_yield_percent", f"axis == '{axis}' and curve == '{curve}'")
-    return rows.pivot(index="curve_level", columns="axis_level", values="mean_yield_percent")
+    means = rows.pivot(index="curve_level", columns="axis_level", values="mean_yield_percent")
+    if means.shape != (3, 3):
+        raise NotRun(f"{axis} and {curve} have not three levels each")
+    return means
 
 
 def _told(means: pd.Series) -> str:

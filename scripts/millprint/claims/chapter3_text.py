@@ -70,7 +70,8 @@ def _energies(evidence: Evidence, contact: str, diameter: int, letter: str) -> p
     absent = f"the sweep does not span the zones with {diameter} mm balls of contact set {contact}"
     rows = evidence.rows("fingerprint/descriptors.tsv", column, where, absent)
     table = rows.pivot_table(index="fill_ratio", columns="speed_rpm", values=column).dropna(axis="columns")
-    if ELBOW not in table.index or table.index.max() <= ELBOW or table.empty:
+    in_zone_2 = (table.index > ELBOW) & (table.index <= END_OF_ZONE_2)
+    if table.empty or ELBOW not in table.index or not in_zone_2.any():
         raise NotRun(absent)
     return table
 
@@ -131,8 +132,11 @@ def yield_of_the_experiment(evidence: Evidence) -> Finding:
 
 def _measured_yield(evidence: Evidence) -> float:
     evidence.cite(OUT_OF_DOMAIN, f"yield_percent of case {EXPERIMENT}", read_table)
-    runs = read_table(evidence.data / "out_of_domain.tsv", numeric=["case", "yield_percent"])
-    return float(runs.set_index("case")["yield_percent"][EXPERIMENT])
+    runs = read_table(evidence.data / "out_of_domain.tsv", numeric=["yield_percent"], text=["case"])
+    own = runs.loc[runs["case"] == str(EXPERIMENT), "yield_percent"]
+    if own.empty:
+        raise NotRun(f"{OUT_OF_DOMAIN} has no case {EXPERIMENT}")
+    return float(own.iloc[0])
 
 
 @claim("3.experiment.predicted")

@@ -4,7 +4,7 @@ import pandas as pd
 
 from millprint.claims.chapter2_text import change_percent
 from millprint.claims.chapter3_curves import curves_of
-from millprint.claims.evidence import Contradiction, Evidence, Finding, as_printed, claim
+from millprint.claims.evidence import Contradiction, Evidence, Finding, NotRun, as_printed, claim
 from millprint.claims.tolerances import agrees
 from millprint.fingerprint.regimes import read_regimes
 
@@ -12,12 +12,20 @@ PATH_4_4, PATH_4_5 = "partition/table_4_4.tsv", "partition/table_4_5.tsv"
 PUBLISHED = "curves == 'published'"
 REGIMES = "config/data/regimes.tsv"
 LOW_POWER, EQUAL_POWER, NORMAL = "speed.tangential", "power.tangential", ("speed.normal", "power.normal")
+CASES = ("reference", LOW_POWER, EQUAL_POWER, *NORMAL)
+
+
+def _by_case(evidence: Evidence, path: str, column: str) -> pd.Series:
+    """A column of a table of chapter 4 by case, from the published curves; not run without all cases."""
+    found = evidence.rows(path, column, PUBLISHED).set_index("case")[column]
+    if not set(CASES) <= set(found.index):
+        raise NotRun(f"data.regimes has not the cases {', '.join(CASES)}")
+    return found
 
 
 def _specific(evidence: Evidence) -> pd.Series:
-    """Specific yields of Table 4.4 by case, at the printed power."""
-    rows = evidence.rows(PATH_4_4, "specific_yield_per_W", PUBLISHED)
-    return rows.set_index("case")["specific_yield_per_W"]
+    """Specific yields of Table 4.4, at the printed power."""
+    return _by_case(evidence, PATH_4_4, "specific_yield_per_W")
 
 
 @claim(
@@ -26,7 +34,7 @@ def _specific(evidence: Evidence) -> pd.Series:
 )
 def gain_by_mass(evidence: Evidence, case: str) -> Finding:
     """Table 4.4, lower block: from the entries at their three printed digits, as the thesis does."""
-    mass = evidence.rows(PATH_4_4, "mass_per_watt_g_W", PUBLISHED).set_index("case")["mass_per_watt_g_W"]
+    mass = _by_case(evidence, PATH_4_4, "mass_per_watt_g_W")
     exact, rounded = (change_percent(table["reference"], table[case]) for table in (mass, mass.round(3)))
     return Finding(rounded, f"of rounded entries; {exact:.1f} % unrounded")
 
@@ -76,7 +84,10 @@ def loss_of_specific_yield(evidence: Evidence) -> Finding:
 
 def _slopes(evidence: Evidence) -> pd.Series:
     """Slopes of the two lines by series, per percentage point of fill ratio."""
-    return -evidence.rows("partition/slopes.tsv", "slope_per_pp").set_index("series")["slope_per_pp"]
+    slopes = -evidence.rows("partition/slopes.tsv", "slope_per_pp").set_index("series")["slope_per_pp"]
+    if not {"speed", "power"} <= set(slopes.index):
+        raise NotRun("data.regimes has fewer than three cases of a way of running")
+    return slopes
 
 
 @claim("4.text.steeper")
@@ -89,7 +100,7 @@ def steeper_line(evidence: Evidence) -> Finding:
 @claim("4.text.lost")
 def yield_lost(evidence: Evidence) -> Finding:
     """Sec. 4.3.1: yield lost from fill 6 to 17 %, at constant speed and at constant power, as fractions."""
-    yields = evidence.rows("partition/table_4_2.tsv", "yield_percent", PUBLISHED).set_index("case")["yield_percent"]
+    yields = _by_case(evidence, "partition/table_4_2.tsv", "yield_percent")
     lost = [(yields[f"{mode}.tangential"] - yields[f"{mode}.normal"]) / 100 for mode in ("speed", "power")]
     return Finding("/".join(f"{value:.4g}" for value in lost), "at constant speed and at constant power; Table 4.2")
 
@@ -118,6 +129,8 @@ def gain_with_our_curves(evidence: Evidence, case: str) -> Finding:
     """Table 4.4 with our own curves: yield over the power that the experiment had, at the speed that it was run at."""
     evidence.cite(REGIMES, "yield_percent, balls, fill_ratio", read_regimes)
     cases = read_regimes(str(evidence.data / "regimes.tsv")).set_index("case")
+    if not set(CASES) <= set(cases.index):
+        raise NotRun(f"{REGIMES} has not the cases {', '.join(CASES)}")
     powers = {}
     for name in ("reference", case):
         fill = cases.at[name, "fill_ratio"]

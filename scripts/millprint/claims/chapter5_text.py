@@ -2,22 +2,31 @@
 
 import pandas as pd
 
-from millprint.claims.evidence import Evidence, Finding, claim, in_words, yes_no
+from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words, yes_no
 from millprint.predict.features import FREQUENCY, NORMAL, TANGENTIAL
 from millprint.predict.schemes import LEFT_OUT
 
 HONEST, SHAP = "yield/honest.tsv", "yield/shap_ranking.tsv"
 # The learned models of the thesis; the linear one is its baseline.
 MODELS, BASELINE = ("gpr", "rf", "svr", "xgb"), "linear"
+STRATEGIES = ("primary", "two_step")
 MECHANICAL = (NORMAL, TANGENTIAL, FREQUENCY)
 RANKS = {"second": 1, "third": 2}
 
 
 def _errors(evidence: Evidence, scheme: str = "locked") -> pd.DataFrame:
     """The weighted error [pp2] of the models of the thesis; rows: model, columns: strategy. The locked ones decide."""
-    where = f"scheme == '{scheme}' and metric == 'wmse' and model in {[BASELINE, *MODELS]}"
-    rows = evidence.rows(HONEST, "value", where) if scheme == "locked" else evidence.table(HONEST, where)
-    return rows.pivot(index="model", columns="strategy", values="value") if len(rows) else pd.DataFrame()
+    models = f"model in {[BASELINE, *MODELS]} and strategy in {list(STRATEGIES)}"
+    where = f"scheme == '{scheme}' and metric == 'wmse' and {models}"
+    absent = "yields has not all models of the thesis, in one step and in two"
+    if scheme != "locked":
+        rows = evidence.table(HONEST, where)
+        return rows.pivot(index="model", columns="strategy", values="value") if len(rows) else pd.DataFrame()
+    rows = evidence.rows(HONEST, "value", where, absent)
+    errors = rows.pivot(index="model", columns="strategy", values="value")
+    if not {BASELINE, *MODELS} <= set(errors.index) or errors.reindex(MODELS).isna().any(axis=None):
+        raise NotRun(absent)
+    return errors
 
 
 def _ranked(errors: pd.DataFrame) -> pd.Series:
@@ -53,7 +62,7 @@ def gain_of_two_steps(evidence: Evidence, model: str) -> Finding:
     """Sec. 5.3.2: whether a model has a smaller weighted error in two steps."""
     own, all_runs = _errors(evidence).loc[model], _errors(evidence, LEFT_OUT)
     told = f"weighted error {own['primary']:.0f} in one step and {own['two_step']:.0f} in two, of 6 runs"
-    if model in all_runs.index:
+    if model in all_runs.index and all_runs.loc[model].notna().all():
         other = all_runs.loc[model]
         told += f"; leave-one-out, over all runs: {other['primary']:.0f} and {other['two_step']:.0f}"
     return yes_no(bool(own["two_step"] < own["primary"]), told)
