@@ -56,7 +56,7 @@ def test_the_jar_of_the_emax_translates_with_one_acceleration(mills):
 
 
 def test_the_torque_of_the_drive_does_the_work_of_the_walls(mills, contacts):
-    """Eqs 3.24 and 3.25: omega times the mean torque about the centre, from the momentum of the balls alone."""
+    """Eqs 3.24 and 3.25: omega times the mean torque about the centre, from the momentum of the balls."""
     case = Case(
         mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=600, seed=0, settle_s=0.1,
         discard_s=0.2, window_s=0.3, rayleigh_fraction=0.03, snapshot_interval_s=1e-4,

@@ -40,7 +40,7 @@ def read_stored(path: str | Path) -> pd.DataFrame:
     Raises ConfigError, in one line, for a table that lacks a column, has another verdict, or has two verdicts of one
     processor on a claim of a run.
     """
-    # There is no interval verdict where there is no interval.
+    # A claim without an interval has none by it.
     columns = [Text(name, WORDS.get(name, ()), may_be_blank=name == "interval_verdict") for name in COLUMNS]
     table = read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
     twice = table.duplicated(["run", "id", "processor"])

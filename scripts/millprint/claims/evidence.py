@@ -40,7 +40,7 @@ class Interval:
 class Contradiction:
     """Two printed places that cannot both hold: that of the claim, and another one.
 
-    place: the other one, with what it prints; check: the calculation, from printed numbers alone, that shows it.
+    place: the other one, with what it prints; check: the calculation that shows it, only from printed numbers.
     """
 
     place: str

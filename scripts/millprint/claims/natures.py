@@ -1,4 +1,4 @@
-"""What a claim is: how its value comes about, and whether the thesis states it in so many digits."""
+"""What a claim is: how its value comes about, and whether the thesis states it."""
 
 # Values of the column `nature` of claims.tsv, in the order from the least to the most that a match says.
 NATURES = {

@@ -59,7 +59,7 @@ def allowed_width(published: str, tolerance: str) -> float:
 
 
 def deviation(published: str, value: float | str | None) -> float | None:
-    """Relative deviation from the published number, in per cent; None where either is no number or the latter is 0."""
+    """Relative deviation from the published number, in per cent; None where one is not a number or the latter is 0."""
     if value is None or not is_number(published) or not is_number(value) or float(published) == 0:
         return None
     if not math.isfinite(float(value)):
@@ -86,7 +86,7 @@ def _reach(published: str, tolerance: str) -> float:
 def _unit(published: str) -> Decimal:
     """One unit of the last printed digit."""
     exponent = Decimal(published).as_tuple().exponent
-    assert isinstance(exponent, int), "only infinity and what is no number have a letter there"
+    assert isinstance(exponent, int), "only infinity and what is not a number have a letter there"
     return Decimal(1).scaleb(exponent)
 
 

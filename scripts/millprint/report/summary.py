@@ -104,7 +104,7 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
         "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
         "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
         "function that computed it. What chance has a part in has an interval in brackets, with how many repeats it is "
-        "of and what was drawn again, and a verdict by the interval beside that by the value."
+        "of and what was drawn again, and a verdict by the interval next to that by the value."
     )
     introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
