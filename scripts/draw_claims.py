@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from millprint.claims.intervals import WINDOWS, Repeated, over_draws, repeated_trainings, tabulate_intervals
+from millprint.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
 from millprint.config.claims import ClaimsConfig
 from millprint.files import read_json, write_table
 from millprint.fingerprint.inputs import read_summaries
@@ -18,7 +18,7 @@ def main(
     drawn = draw_tables(
         read_summaries(summaries), [read_json(path) for path in of_modulus], settings.draws, settings.seed, **tables
     )
-    repeated = [Repeated(WINDOWS, drawn, over_draws), *repeated_trainings(results, trainings)]
+    repeated = [Repeated(drawn, over_draws), *repeated_trainings(results, trainings)]
     table = tabulate_intervals(results, claims, repeated, settings.level)
     write_table(table, output)
     return table

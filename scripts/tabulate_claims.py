@@ -1,14 +1,15 @@
-"""Writes the table of every claim of the thesis with its verdict, its summary by chapter, and the errata."""
+"""Writes which conclusions of the thesis stand, every claim with its verdicts, counts of them, and the errata."""
 
 from pathlib import Path
 
+from millprint.claims.conclusions import judge_conclusions, read_conclusions
 from millprint.claims.elsewhere import compare_verdicts, in_a_line, read_stored
 from millprint.claims.errata import collect_errata
 from millprint.claims.tabulate import collect_findings, count_verdicts, tabulate_claims
 from millprint.figures.style import save
 from millprint.files import read_table, whole_file, write_table
 from millprint.job import job
-from millprint.report.summary import claims_page, plot_verdicts, summary_page
+from millprint.report.summary import claims_page, front_text, plot_verdicts, summary_page, what_falls
 
 
 def write_page(text: str, path: str) -> None:
@@ -16,31 +17,41 @@ def write_page(text: str, path: str) -> None:
         partial.write_text(text)
 
 
-def main(name: str, results: str, claims_path: str, intervals_path: str, stored_path: str, output) -> str:
-    """Compare every claim with the tables in `results`, and those with an interval by that.
+def main(name: str, results: str, inputs, output) -> str:
+    """Compare every claim with the tables in `results`, and those with an interval by that too.
 
     Returns a line on the verdicts that differ from those that another machine gave to a run of this name.
     """
-    findings = collect_findings(results, claims_path, intervals=read_table(intervals_path, text=["lower", "upper"]))
-    table = tabulate_claims(claims_path, findings)
-    counts, errata = count_verdicts(table), collect_errata(results, Path(claims_path).parent, table)
-    stored = read_stored(stored_path)
+    intervals = read_table(inputs.intervals, text=["lower", "upper"])
+    findings = collect_findings(results, inputs.claims, intervals=intervals)
+    table = tabulate_claims(inputs.claims, findings)
+    errata = collect_errata(results, Path(inputs.claims).parent, table, findings)
+    conclusions = judge_conclusions(read_conclusions(inputs.conclusions, table["id"]), table)
+    stored = read_stored(inputs.verdicts)
     differences = compare_verdicts(table, stored, name)
     told = in_a_line(differences, stored, name)
-    write_table(table, output.claims)
-    write_table(differences, output.elsewhere)
-    write_table(counts, output.counts)
-    write_table(errata, output.errata)
-    write_page(summary_page(name, table, counts, errata, Path(results), told), output.summary)
+    written = {
+        "claims": table,
+        "conclusions": conclusions,
+        "elsewhere": differences,
+        "counts": count_verdicts(table),
+        "natures": count_verdicts(table, "nature"),
+        "errata": errata,
+    }
+    for key, one in written.items():
+        write_table(one, getattr(output, key))
+    falls = what_falls(table, conclusions, stored, name)
+    sentences = [*falls, f"{told[0].upper()}{told[1:]}."]
+    write_page(front_text(conclusions, falls), output.front)
+    write_page(summary_page(name, table, conclusions, errata, Path(results), sentences), output.summary)
     write_page(claims_page(name, table, findings, Path(results)), output.page)
-    save(plot_verdicts(counts), output.svg, output.png)
+    save(plot_verdicts(written["counts"]), output.svg, output.png)
     return told
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "tabulate claims") as logger:
-        inputs, own = snakemake.input, snakemake.params
-        told = main(own.name, own.results, inputs.claims, inputs.intervals, inputs.verdicts, snakemake.output)
+        told = main(snakemake.params.name, snakemake.params.results, snakemake.input, snakemake.output)
         logger.info("wrote %s; %s", snakemake.output.claims, told)
         # Where whoever runs the thesis sees it.
         print(told)

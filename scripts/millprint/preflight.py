@@ -5,7 +5,9 @@ import pandas as pd
 from millprint.calibration.preflight import calibration_faults
 from millprint.card.cases import own_cases
 from millprint.card.inputs import check_material
+from millprint.claims.conclusions import read_conclusions
 from millprint.claims.elsewhere import read_stored
+from millprint.claims.natures import BASES, NATURES
 from millprint.config.checks import card_experiments
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
@@ -31,6 +33,7 @@ from millprint.predict.other_runs import check_folds, read_other_runs, with_othe
 from millprint.predict.region import check_region
 from millprint.predict.tables import check_yield_tables, read_parts, read_rows
 from millprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces
+from millprint.tables import Text, read_measured
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
 from millprint.validation.inputs import read_other_codes
@@ -145,7 +148,7 @@ def check_tables(config: ChapterSections, source: str) -> None:
     check_formulas(config.doe.chemistry, f"{source}: doe.chemistry")
     read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
     read_wear(config.data.wear)
-    read_stored(config.data.verdicts)
+    check_claims(config)
     read_literature(config.doe.literature)
     read_reported_yields(config.doe.literature_yields)
     check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
@@ -157,6 +160,14 @@ def check_tables(config: ChapterSections, source: str) -> None:
     if proposals.experiments:
         runs = read_runs(config.data.screening, config.doe.factors)["case"]
         read_experiments(proposals.experiments, regimes if published else None, [*runs.astype(str), *regimes["case"]])
+
+
+def check_claims(config: ChapterSections) -> None:
+    """Check what the claims are, what rests on them, and their verdicts on other machines."""
+    columns = [Text("id", unique=True), Text("nature", list(NATURES)), Text("basis", list(BASES))]
+    claims = read_measured(config.data.claims, columns)
+    read_conclusions(config.data.conclusions, claims["id"])
+    read_stored(config.data.verdicts)
 
 
 def check_other_sources(config: ChapterSections, regimes: pd.DataFrame, source: str) -> None:

@@ -44,17 +44,19 @@ class Number:
 
 @dataclass(frozen=True)
 class Text:
-    """A column of text: one of the `choices`, if there are any; different in every row if `unique`."""
+    """A column of text: one of the `choices`, if there are any, or none if it `may_be_blank`; `unique`: none twice."""
 
     name: str
     choices: Sequence[str] = ()
     unique: bool = False
+    may_be_blank: bool = False
 
     def check(self, frame: pd.DataFrame, path: str | Path) -> None:
         """Raise ConfigError for the first text that is no choice, or in a unique column is empty or repeated."""
         values = frame[self.name]
         if self.choices:
-            refuse_rows(frame, path, self.name, ~values.isin(self.choices), f"must be {' or '.join(self.choices)}")
+            bad = ~values.isin(self.choices) & ~(values.isna() & self.may_be_blank)
+            refuse_rows(frame, path, self.name, bad, f"must be {' or '.join(self.choices)}")
         if self.unique:
             empty = np.flatnonzero(values.isna() | (values == ""))
             if len(empty):

@@ -8,10 +8,12 @@ import pytest
 
 from millprint.config.sweep import Case, DemConfig
 from millprint.config.view import ViewConfig
+from millprint.dem.layout import SNAPSHOT
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
 from millprint.mill.bodies import build_bodies
+from millprint.mill.pose import POSE
 from millprint.view.frames import read_movie
 from millprint.view.paraview import export_run
 from tests import poses
@@ -51,6 +53,29 @@ def test_the_jar_of_the_emax_translates_with_one_acceleration(mills):
     (jar,) = build_bodies(mills["emax"], 1200)
     found = accelerations(jar, jar.vessel.vertices[0], np.linspace(0.01, 0.05, 50))
     assert np.linalg.norm(found, axis=1) == pytest.approx(0.017 * (2 * math.pi * 20) ** 2, rel=1e-6)
+
+
+def test_the_torque_of_the_drive_does_the_work_of_the_walls(mills, contacts):
+    """Eqs 3.24 and 3.25: omega times the mean torque about the centre, from the momentum of the balls."""
+    case = Case(
+        mill="emax", contact="calibrated", ball_diameter_mm=10, fill_ratio=0.1, speed_rpm=600, seed=0, settle_s=0.1,
+        discard_s=0.2, window_s=0.3, rayleigh_fraction=0.03, snapshot_interval_s=1e-4,
+    )  # fmt: skip
+    simulation = Simulation(case, mills["emax"], contacts["calibrated"], DEM)
+    recording = simulation.run("test")
+    state, pose = np.concatenate(recording.snapshots), np.concatenate(recording.poses)[:, 0]
+    mass = simulation.balls.mass[simulation.balls.species]
+    place = SNAPSHOT.velocity_m_s.x
+    momentum = np.einsum("n,tnc->tc", mass, state[:, :, place : place + 3])
+    # What the wall does to the balls besides gravity; its reaction is what the drive is loaded with.
+    force = np.diff(momentum, axis=0) / 1e-4 + [0, 0, GRAVITY * mass.sum()]
+    arm = (pose[1:, POSE.position.x : POSE.position.x + 3] + pose[:-1, POSE.position.x : POSE.position.x + 3]) / 2
+    torque = np.cross(arm, force)[:, 2]
+    series = ledger_series(np.concatenate(recording.samples))
+    power = series["wall_work_J"].iloc[-1] / simulation.window_s
+    turning = 2 * math.pi * 10 * (1 if np.cross(arm[0], arm[1])[2] > 0 else -1)
+    assert turning * torque.mean() == pytest.approx(power, rel=0.01)
+    assert power > 0
 
 
 def test_the_planetary_jar_has_the_acceleration_of_its_two_rotations(mills):

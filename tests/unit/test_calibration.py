@@ -9,10 +9,10 @@ import yaml
 
 from millprint.calibration.drop_test import read_heights, summarise_drops
 from millprint.calibration.oscillation import read_track
-from millprint.claims.compare import verdict
+from millprint.claims.compare import interval_verdict, verdict
 from millprint.claims.evidence import Finding
 from millprint.claims.tabulate import collect_findings
-from millprint.claims.verdicts import UNDECIDED
+from millprint.claims.verdicts import TOO_WIDE
 from millprint.config.calibration import CalibrationConfig
 from millprint.config.load import check_model
 from millprint.errors import ConfigError
@@ -115,10 +115,10 @@ def test_the_friction_claim_uses_the_track_of_the_same_mill(tmp_path, pair, expe
     assert "emax_smooth gives 0.45/0.04" in finding.explanation
 
 
-def test_a_wide_fit_leaves_the_friction_claim_undecided(tmp_path):
+def test_a_wide_fit_decides_nothing_on_the_friction_claim(tmp_path):
     table = friction_table(0.3, 0.045, lower=0.0, upper=1.0)
     write_table(table, tmp_path / "calibration/calibrated/friction_fit.tsv")
-    assert verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == UNDECIDED
+    assert interval_verdict("0.30/0.045", "recover", friction_claim(tmp_path)) == TOO_WIDE
 
 
 def test_without_a_simulated_track_the_friction_claim_is_not_run(tmp_path):

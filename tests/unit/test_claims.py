@@ -7,10 +7,28 @@ from fnmatch import fnmatch
 import pandas as pd
 import pytest
 
-from millprint.claims.compare import agrees, deviation, verdict
-from millprint.claims.evidence import CLAIMS, Evidence, Finding, NotRun, claim
+from millprint.claims.compare import verdict
+from millprint.claims.conclusions import (
+    FALLS,
+    PARTLY,
+    STANDS,
+    UNKNOWN,
+    deviating_everywhere,
+    judge_conclusions,
+    read_conclusions,
+)
+from millprint.claims.evidence import CLAIMS, Contradiction, Evidence, Finding, NotRun, claim
+from millprint.claims.natures import BASES, NATURES
 from millprint.claims.sources import ORIGINS, source_in
-from millprint.claims.tabulate import CLAIM_COLUMNS, collect_findings, read_claims, tabulate_claims
+from millprint.claims.tabulate import (
+    CLAIM_COLUMNS,
+    collect_findings,
+    count_natures,
+    count_verdicts,
+    read_claims,
+    tabulate_claims,
+)
+from millprint.claims.tolerances import agrees, allowed_width, deviation
 from millprint.digest import library_files
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
@@ -45,6 +63,14 @@ CODE = ROOT / "scripts/millprint/claims"
         ("yes", "yes", "no", False),
         ("0.30/0.045", "recover", "0.31/0.0455", True),
         ("0.30/0.045", "recover", "0.30/0.05", False),
+        ("1.7/3.7", "printed", "1.692/3.65", True),
+        ("1.7/3.7", "printed", "1.64/3.65", False),
+        ("20-35", "20..35", 27.0, True),
+        ("20-35", "20..35", 36.0, False),
+        # A trailing zero is a printed digit.
+        ("0.270", "printed", 0.2703, True),
+        ("0.270", "printed", 0.2771, False),
+        ("0.27", "printed", 0.2771, True),
         ("50", "report", 34.0, False),
         ("yes", "report", "yes", True),
         ("23", "15%", float("nan"), False),
@@ -58,8 +84,97 @@ def test_a_claim_without_a_value_was_not_run():
     assert verdict("23", "15%", Finding(None, "not run: left out")) == "not run"
 
 
-def test_a_computed_reason_makes_an_erratum():
-    assert verdict("6", "printed", Finding(4, erratum="4 by the rank of the design")) == "erratum"
+def test_a_contradiction_makes_a_miss_an_erratum_and_a_hit_stays_one():
+    contradiction = Contradiction("Table 2.3", "27 runs leave no residual")
+    assert verdict("6", "printed", Finding(4, contradiction=contradiction)) == "erratum"
+    assert verdict("6", "printed", Finding(6, contradiction=contradiction)) == "reproduced"
+    assert verdict("6", "printed", Finding(4)) == "deviates"
+
+
+@pytest.mark.parametrize(
+    ("published", "tolerance", "width"),
+    [("20", "15%", 6), ("0.3", "0.01", 0.02), ("0.270", "printed", 0.0015), ("20-35", "20..35", 15)],
+)
+def test_a_tolerance_has_a_width(published, tolerance, width):
+    assert allowed_width(published, tolerance) == pytest.approx(width)
+    assert allowed_width("2.78", "<=2.78") == allowed_width("yes", "yes") == float("inf")
+
+
+def test_every_printed_digit_is_kept():
+    """The reader keeps text, so that 0.270 is not 0.27, and so does the table of verdicts."""
+    zeros = {
+        "2.anova.AB.ss": "0.270",
+        "2.anova.AC.ss": "0.050",
+        "2.anova.DQ.ss": "0.020",
+        "4.case.reference.Et": "5.00",
+        "4.case.speed.normal.ratio": "1.40",
+        "4.leverage.reference.LHV": "5.30",
+        "4.leverage.speed.normal.LHV": "4.00",
+        "4.specific_yield.speed.tangential": "0.280",
+        "4.mass_per_watt.power.tangential": "0.090",
+        "5.linear.rmse": "15.50",
+        "5.svr.two_step.mape": "50.20",
+    }
+    read = read_claims(CLAIMS_TSV)["value"]
+    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in CLAIMS}).set_index("id")["published"]
+    assert read[list(zeros)].to_dict() == table[list(zeros)].to_dict() == zeros
+
+
+def test_every_claim_says_what_it_is_and_the_counts_add_up():
+    claims = read_claims(CLAIMS_TSV)
+    assert set(claims["nature"]) == set(NATURES) and set(claims["basis"]) == set(BASES)
+    derived = claims.index[claims["basis"] == "derived"]
+    assert len(derived) == 18 and all(name.startswith(("3.cycle.", "3.curve.0.08.")) for name in derived)
+    table = tabulate_claims(CLAIMS_TSV, {name: Finding(None) for name in CLAIMS})
+    counts = count_verdicts(table, "nature")
+    assert counts["nature"].tolist() == list(NATURES) and counts["claims"].sum() == len(claims)
+    told = count_natures(claims)
+    assert told.startswith(f"{len(claims)} claims, 18 of them derived from two printed numbers: ")
+    assert f"{(claims['nature'] == 'simulated').sum()} simulated" in told
+    # What the jar was fitted to is not a prediction.
+    fit = re.search(r"fitted: \[([^\]]+)\]", (ROOT / "config/config.yaml").read_text())[1].split(",")
+    assert (claims["nature"] == "fitted").sum() == len(fit)
+
+
+CONCLUSIONS = ROOT / "config/data/conclusions.tsv"
+
+
+def test_every_chapter_has_conclusions_and_each_rests_on_claims():
+    claims = read_claims(CLAIMS_TSV)
+    found = read_conclusions(CONCLUSIONS, claims["id"])
+    assert found["chapter"].unique().tolist() == ["2", "3", "4", "5", "6", "A"] and found["claims"].map(len).min() > 0
+
+
+def test_a_conclusion_on_no_claim_is_refused(tmp_path):
+    (tmp_path / "c.tsv").write_text("chapter\tlocus\tconclusion\tclaims\n3\tSec. 3\tIt is so.\t3.none.*\n")
+    with pytest.raises(ConfigError, match=r"column claims.*no claim is 3\.none\.\*"):
+        read_conclusions(tmp_path / "c.tsv", pd.Series(["3.collapse"]))
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "expected"),
+    [
+        (("reproduced", "reproduced"), STANDS),
+        (("reproduced", "not run"), STANDS),
+        (("reproduced", "deviates"), PARTLY),
+        (("erratum", "deviates"), FALLS),
+        (("not run", "not run"), UNKNOWN),
+    ],
+)
+def test_a_conclusion_stands_with_its_claims(verdicts, expected):
+    conclusion = pd.DataFrame(
+        [{"chapter": "3", "locus": "Sec. 3", "conclusion": "It is so.", "claims": ["3.a", "3.b"]}]
+    )
+    claims = pd.DataFrame({"id": ["3.a", "3.b"], "verdict": verdicts, "interval_verdict": ["too few repeats", ""]})
+    row = judge_conclusions(conclusion, claims).iloc[0]
+    assert row["stands"] == expected and row["reproduced"] + row["missed"] == row["claims"]
+
+
+def test_what_is_reproduced_on_one_machine_does_not_deviate_everywhere():
+    claims = pd.DataFrame({"id": ["3.a", "3.b", "3.c"], "verdict": ["deviates", "deviates", "reproduced"]})
+    stored = pd.DataFrame({"run": "thesis", "id": ["3.a", "3.b"], "verdict": ["deviates", "reproduced"]})
+    assert deviating_everywhere(claims, stored, "thesis") == ["3.a"]
+    assert deviating_everywhere(claims, stored, "other") == ["3.a", "3.b"]
 
 
 def test_deviation_is_relative_to_the_published_number():
@@ -73,8 +188,11 @@ def test_every_claim_of_the_thesis_has_code_and_all_code_a_claim():
 
 
 def test_a_search_for_a_claims_id_finds_its_code_in_one_place():
-    """But for places that read what is printed for it."""
-    code = {path.stem: re.sub(r"printed\[.*?\]", "", path.read_text()) for path in CODE.glob("*.py")}
+    """In front of a function; other places read what is printed for it."""
+    code = {
+        path.stem: "".join(re.findall(r"@claim\(.*?\)\n(?=@claim|def)", path.read_text(), re.S))
+        for path in CODE.glob("*.py")
+    }
     for name, own in CLAIMS.items():
         pattern = rf"(?<![\w.]){re.escape(name)}(?![\w.])"
         assert [stem for stem, text in code.items() for _ in re.findall(pattern, text)] == [
@@ -95,6 +213,8 @@ def test_a_second_code_for_a_claim_and_an_id_of_another_form_are_refused(templat
         (lambda table: pd.concat([table, table.iloc[:1]]), "names twice 2.full_factorial"),
         (lambda table: table.replace("6.mse", "6.mean"), "lacks 6.mse"),
         (lambda table: pd.concat([table, table.iloc[:1].assign(id="7.new")]), "without code that computes them: 7.new"),
+        (lambda table: table.assign(nature="guessed"), "column nature.*'guessed': must be one of read, arithmetic"),
+        (lambda table: table.assign(basis="thought"), "column basis.*'thought': must be one of stated, derived"),
     ],
 )
 def test_claims_and_code_must_have_the_same_ids(tmp_path, change, said):
@@ -169,7 +289,9 @@ def test_a_claim_names_its_source_before_anything_has_run(tmp_path):
         else:
             assert any(fnmatch(path, pattern) for pattern in ORIGINS)
     values = table[table["verdict"] != "not run"]["id"]
-    assert all(name.startswith(("3.balls", "3.eps", "6.timestep")) for name in values)
+    # What is read from tables of the project, or follows from printed numbers.
+    natures = table.set_index("id")["nature"]
+    assert set(natures[values]) <= {"read", "arithmetic", "put_in"}
 
 
 PUBLISHED = "quantity\tcontact\tfill_ratio\tball_diameter_mm\tspeed_rpm\tvalue\tunit\tlocus"

@@ -27,7 +27,7 @@ def known_run() -> dict:
     """Eight collisions of five balls in two seconds, 16 J normal and 4 J tangential; rho omega^2 A^2 d^3 is 1 J."""
     run = summary() | {"balls": 5, "density_kg_m3": 1000.0, "frequency_hz": 10.0, "amplitude_m": 0.1, "window_s": 2.0}
     rule = counted("gap_3ms", 0.003, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
-    power = {"normal": 8.0, "tangential": 2.0, "rolling": 0.0, "wall": 10.0}
+    power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
     return run | {
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
@@ -42,6 +42,8 @@ def test_known_collisions_have_a_known_answer():
         "tangential_energy_J": 0.5,
         "frequency_per_ball_hz": 0.8,  # 4 collisions a second, shared by 5 balls
         "effective_restitution": 0.5,  # without friction, the restitution itself
+        "drive_torque_Nm": 12.5 / (2 * np.pi * 10),  # 12.5 W at 10 revolutions a second
+        "efficiency": 0.8,  # 10 of 12.5 W; the rest is rolling
         "Pn": 0.16,  # 8 W over 5 balls of 10 W each
         "Pt": 0.04,
         "f": 0.08,  # 0.8 collisions of a ball in a tenth of a second

@@ -5,7 +5,7 @@ import pytest
 from sklearn.ensemble import RandomForestRegressor
 from xgboost import XGBRegressor
 
-from millprint.claims.compare import agrees
+from millprint.claims.tolerances import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
 from millprint.predict.boosting import BoostingFold, QuickBoosting

@@ -50,7 +50,7 @@ def test_a_bad_run_of_the_screening(settings, refusal, row, changed, parts):
     assert all(part in line for part in ["screening.tsv", *parts])
 
 
-VERDICT = "thesis\t2.1\treproduced\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
+VERDICT = "thesis\t2.1\treproduced\ttoo few repeats\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,14 @@ VERDICT = "thesis\t2.1\treproduced\t1\t\t\tznver4\tAVX-512\t2026-11-20\n"
     [
         (lambda text: text.replace("verdict", "word"), ["column verdict is missing"]),
         (lambda text: text + VERDICT.replace("reproduced", "perhaps"), ["column verdict", "'perhaps'", "must be"]),
+        (
+            lambda text: text + VERDICT.replace("too few", "many"),
+            ["column interval_verdict", "'many repeats'", "must be"],
+        ),
         (lambda text: text + VERDICT + VERDICT, ["column id, row 2 = '2.1'", "in a row above"]),
         (lambda text: text + VERDICT.strip() + "\tmore\n", ["more columns than the header"]),
     ],
-    ids=["column", "word", "twice", "cells"],
+    ids=["column", "word", "interval", "twice", "cells"],
 )
 def test_bad_verdicts_of_other_machines(settings, refusal, damage, parts):
     table = settings / "config/data/verdicts_elsewhere.tsv"
@@ -69,6 +73,23 @@ def test_bad_verdicts_of_other_machines(settings, refusal, damage, parts):
     table.write_text(damage(f"{header}\n"))
     line = refusal()
     assert all(part in line for part in ["config/data/verdicts_elsewhere.tsv", *parts])
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong", "parts"),
+    [
+        ("claims.tsv", "\tread\t", "\tguessed\t", ["column nature", "'guessed'", "must be read or arithmetic"]),
+        ("claims.tsv", "\tderived\t", "\tthought\t", ["column basis", "'thought'", "must be stated or derived"]),
+        ("conclusions.tsv", "\t3.collapse\n", "\t3.fall\n", ["column claims", "3.fall", "no claim is 3.fall"]),
+    ],
+)
+def test_claims_of_no_nature_and_conclusions_on_no_claim(settings, refusal, name, right, wrong, parts):
+    table = settings / "config/data" / name
+    text = table.read_text()
+    assert right in text
+    table.write_text(text.replace(right, wrong, 1))
+    line = refusal()
+    assert all(part in line for part in [name, *parts])
 
 
 def test_a_bad_study_of_the_literature(settings, refusal):

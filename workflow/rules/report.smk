@@ -51,12 +51,13 @@ rule tabulate_claims:
         claims=CONFIG.data.claims,
         intervals=rules.draw_claims.output.intervals,
         verdicts=CONFIG.data.verdicts,
+        conclusions=CONFIG.data.conclusions,
     output:
         summary=report(
             f"{RESULTS}/report/summary.html",
             caption="../report/summary.rst",
             category="Claims",
-            labels={"shows": "summary by chapter, errata"},
+            labels={"shows": "which conclusions stand, errata"},
         ),
         page=report(
             f"{RESULTS}/report/claims.html",
@@ -71,7 +72,11 @@ rule tabulate_claims:
             labels={"shows": "verdicts by chapter (figure)"},
         ),
         claims=f"{RESULTS}/report/claims.tsv",
+        conclusions=f"{RESULTS}/report/conclusions.tsv",
+        # What the first page of report.html includes.
+        front=f"{RESULTS}/report/conclusions.rst",
         counts=f"{RESULTS}/report/claims_by_chapter.tsv",
+        natures=f"{RESULTS}/report/claims_by_nature.tsv",
         errata=f"{RESULTS}/report/errata.tsv",
         elsewhere=f"{RESULTS}/report/verdicts_elsewhere.tsv",
         png=f"{RESULTS}/report/claims_by_chapter.png",

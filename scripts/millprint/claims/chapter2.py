@@ -1,6 +1,9 @@
 """Claims of thesis chapter 2: the screening design, the analysis of variance, half-life and wear."""
 
-from millprint.claims.evidence import Evidence, Finding, NotRun, claim, in_words
+import pandas as pd
+
+from millprint.claims.evidence import Contradiction, Evidence, Finding, NotRun, as_printed, claim, in_words
+from millprint.claims.tolerances import agrees
 from millprint.quantiles import f_above
 
 ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
@@ -129,21 +132,28 @@ def interaction_degrees_of_freedom(evidence: Evidence) -> Finding:
     anova = evidence.table(ANOVA).set_index("term")
     if not {*MAIN_EFFECTS, *INTERACTIONS} <= set(anova.index):
         raise NotRun(absent)
-    printed, printed_p = int(evidence.printed[evidence.id]), evidence.printed["2.anova.AB.p"]
     degrees = anova["degrees_of_freedom"]
     own, residual = int(degrees["A:B"]), int(degrees["Residual"])
     total = int(degrees[[*MAIN_EFFECTS, *INTERACTIONS, "Residual"]].sum())
-    left = total - int(degrees[list(MAIN_EFFECTS)].sum()) - len(INTERACTIONS) * printed
-    p_value = anova.loc["A:B", "p_value"]
-    mean_square = anova.loc["Residual", "mean_square"]
-    as_printed = f_above(anova.loc["A:B", "sum_of_squares"] / printed / mean_square, printed, residual)
-    reason = (
-        f"The printed p = {printed_p} follows from {own} and {residual} degrees of freedom (p = {p_value:.4f}); "
-        f"{printed} for each of the three interactions would leave {left} of {total} for the residual, and even with "
-        f"{residual} there p would be {as_printed:.4f}. {printed} is the number for A:B and C:D together (components "
-        "AB = CD2, AB2 and CD), but the sum of squares is that of A:B alone."
+    left = total - int(degrees[list(MAIN_EFFECTS)].sum()) - len(INTERACTIONS) * int(evidence.printed[evidence.id])
+    told = f"contrasts of A:B in the fitted model; p = {anova.loc['A:B', 'p_value']:.4f} on {own} and {residual}"
+    return Finding(own, told, contradiction=_too_many_degrees(evidence, anova, left))
+
+
+def _too_many_degrees(evidence: Evidence, anova: pd.DataFrame, left: int) -> Contradiction | None:
+    """The printed degrees of freedom leave none for a residual, and the printed p is not theirs."""
+    printed, printed_p = int(evidence.printed[evidence.id]), evidence.printed["2.anova.AB.p"]
+    residual, mean_square = anova.loc["Residual", ["degrees_of_freedom", "mean_square"]]
+    other = f_above(anova.loc["A:B", "sum_of_squares"] / printed / mean_square, printed, int(residual))
+    rests = "2.screening_runs 2.anova.AB.ss 2.anova.AB.p"
+    if left > 0 or agrees(printed_p, "printed", other) or not as_printed(evidence, rests):
+        return None
+    return Contradiction(
+        f"its own p of {printed_p}, with the {evidence.printed['2.screening_runs']} runs of Table 2.3",
+        f"{printed} for each of the three interactions would leave {left} degrees of freedom for the residual, and "
+        f"even with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, "
+        "but the sum of squares is that of A:B",
     )
-    return Finding(own, "contrasts of A:B in the fitted model", reason if own != printed else "")
 
 
 @claim("2.pareto.first")
@@ -177,14 +187,48 @@ def iron(evidence: Evidence, speed: str) -> Finding:
     )
 
 
-@claim("2.wear.1200.loss")
-def weight_loss(evidence: Evidence) -> Finding:
-    """Table 2.6: an erratum where the printed digits follow from rounded masses alone."""
-    row = evidence.row(WEAR, "weight_loss_percent", "speed_rpm == 1200", "no weighing at 1200 rpm")
+@claim("2.wear.{speed}.g", "2.wear.1200.g 2.wear.1000.g")
+def wear(evidence: Evidence, speed: str) -> Finding:
+    """Table 2.6: what the balls lost."""
+    row = evidence.row(WEAR, "wear_g", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    return Finding(row["wear_g"], "weighed; from the table of wear")
+
+
+@claim("2.wear.{speed}.loss", "2.wear.1200.loss 2.wear.1000.loss")
+def weight_loss(evidence: Evidence, speed: str) -> Finding:
+    """Table 2.6: wear over the unused mass, and what the difference of the two masses gives."""
+    row = evidence.row(WEAR, "weight_loss_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
     value, rounded = row["weight_loss_percent"], row["weight_loss_by_difference_percent"]
-    erratum = (
-        f"The row's own wear, {row['wear_g']:.3f} g of {row['unused_mass_g']:.2f} g, is {value:.3f} %; "
-        f"{evidence.printed[evidence.id]} % follows only from the difference of the masses rounded to 0.01 g "
-        f"({rounded:.3f} +- {row['reading_error_percent']:.3f} %)."
+    told = (
+        f"wear over the unused mass; the masses differ by {rounded:.3f} +- {row['reading_error_percent']:.3f} %, as "
+        "they are printed to 0.01 g"
     )
-    return Finding(value, "wear over the unused mass", erratum if f"{value:.2f}" != f"{rounded:.2f}" else "")
+    return Finding(value, told, contradiction=_loss_of_the_wear(evidence, speed, row["unused_mass_g"]))
+
+
+def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contradiction | None:
+    """The printed loss and the printed wear are of one weighing, and each stands for a range."""
+    printed, wear_g = evidence.printed[evidence.id], evidence.printed[f"2.wear.{speed}.g"]
+    rests = f"2.wear.{speed}.g"
+    ends = [100 * (float(wear_g) + end * 0.001) / unused_g for end in (-0.5, 1)]
+    if any(agrees(printed, "printed", end) for end in ends) or not as_printed(evidence, rests):
+        return None
+    return Contradiction(
+        f"the wear of {wear_g} g in the same row",
+        f"it is {ends[0]:.3f} to {ends[1]:.3f} % of {unused_g:.2f} g. {printed} % follows from the two masses, so one "
+        "of two printed numbers is off, and which one is not known",
+    )
+
+
+@claim("2.wear.below")
+def iron_at_the_largest_speed(evidence: Evidence) -> Finding:
+    """Sec. 2.3.3: the contamination is said to be below a bound up to 1000 rpm."""
+    row = evidence.row(WEAR, "iron_percent", "speed_rpm == 1000", "no weighing at 1000 rpm")
+    least = row["iron_percent"] * (1 - 0.0005 / row["wear_g"])
+    bound, wear_g = float(evidence.printed[evidence.id]), evidence.printed["2.wear.1000.g"]
+    contradiction = Contradiction(
+        f"the wear of {wear_g} g in Table 2.6",
+        f"it is {row['iron_percent']:.2f} % of {row['powder_mass_g']:.3f} g of powder, and {least:.2f} % at least",
+    )
+    holds = least <= bound or not as_printed(evidence, "2.wear.1000.g")
+    return Finding(row["iron_percent"], "at 1000 rpm", contradiction=None if holds else contradiction)

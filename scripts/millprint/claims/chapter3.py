@@ -61,7 +61,7 @@ def friction_fit(evidence: Evidence) -> Finding:
         "/".join(f"{value:.4g}" for value in pair["estimate"]),
         f"fitted to a simulated track of {pair['frames'].iloc[0]:.0f} frames that misses it by "
         f"{pair['rms_mm'].iloc[0]:.2g} mm; intervals {intervals}; the thesis prints no track{''.join(told)}",
-        interval=Interval(lower, upper, FIT),
+        interval=Interval(lower, upper, FIT, int(pair["frames"].iloc[0])),
     )
 
 
@@ -75,25 +75,25 @@ def friction_fit(evidence: Evidence) -> Finding:
     """,
 )
 def number_of_balls(evidence: Evidence, diameter: str, fill: str) -> Finding:
-    """Table 3.4: rounded volume ratios; a number that breaks the rule which gives all others is an erratum."""
+    """Table 3.4: rounded volume ratios, with the volumes of a jar that give every number as printed."""
     evidence.cite(f"config/mills/{MILL}.yaml", "volume_ml", ball_count)
     volume_m3 = load_named(evidence.data.parent / "mills", MILL, MillConfig, "mill").volume_ml * 1e-6
-    printed, agreeing = {}, 0
-    for own in CLAIMS.values():
-        if own.find is number_of_balls:
-            printed[own.id] = int(evidence.printed[own.id])
-            count = ball_count(float(own.parts["fill"]), volume_m3, float(own.parts["diameter"]) * 1e-3)
-            agreeing += count == printed[own.id]
     diameter_m, fill_ratio = float(diameter) * 1e-3, float(fill)
     count, exact = ball_count(fill_ratio, volume_m3, diameter_m), fill_ratio * volume_m3 / (np.pi / 6 * diameter_m**3)
-    # One or two odd entries among many contradict the table's own rule; more would mean that the rule is wrong.
-    odd = count != printed[evidence.id] and len(printed) - agreeing <= len(printed) // 6
-    reason = (
-        f"Rounding gives {count} and not {printed[evidence.id]}, and {agreeing} of {len(printed)} numbers of Table 3.4 "
-        "as printed."
-    )
-    explanation = f"volume of balls over volume of one ball = {exact:.2f}, rounded"
-    return Finding(count, explanation, erratum=reason if odd else "")
+    low, high = _volumes_of_the_table(evidence)
+    every = f"a jar of {low:.2f} to {high:.2f} mL gives every number of Table 3.4" if low < high else "no jar does"
+    return Finding(count, f"volume of balls over volume of one ball = {exact:.2f} in {1e6 * volume_m3:g} mL; {every}")
+
+
+def _volumes_of_the_table(evidence: Evidence) -> tuple[float, float]:
+    """The least and the largest volume of a jar [mL] with which every number of Table 3.4 is as printed."""
+    bounds = []
+    for own in CLAIMS.values():
+        if own.find is number_of_balls:
+            ball_ml = np.pi / 6 * (0.1 * float(own.parts["diameter"])) ** 3 / float(own.parts["fill"])
+            bounds.append([(int(evidence.printed[own.id]) + half) * ball_ml for half in (-0.5, 0.5)])
+    lower, upper = zip(*bounds, strict=True)
+    return max(lower), min(upper)
 
 
 @claim("3.eps.{contact}", "3.eps.calibrated 3.eps.steel")

@@ -10,7 +10,7 @@ from millprint.fingerprint.collapse import MACHINE
 from millprint.fingerprint.exponents import FACTOR
 
 
-def _curves(evidence: Evidence, columns: str, where: str, absent: str, contact: str = CONTACT) -> pd.DataFrame:
+def curves_of(evidence: Evidence, columns: str, where: str, absent: str, contact: str = CONTACT) -> pd.DataFrame:
     """Means over the conditions of a contact set, a row a fill ratio; not run if they are of another mill."""
     found = evidence.rows(f"fingerprint/means_{contact}.tsv", columns, where, absent)
     if evidence.table(f"fingerprint/fingerprint_{contact}.json")["about"].iloc[0].get("mill") != MILL:
@@ -30,7 +30,7 @@ def _curves(evidence: Evidence, columns: str, where: str, absent: str, contact: 
 def curve_value(evidence: Evidence, fill: str, quantity: str) -> Finding:
     """Fig. 3.12 and Table 4.2: a value of the calibrated master curves at one fill ratio."""
     absent = f"the sweep has no calibrated case at fill {fill}"
-    row = _curves(evidence, quantity, f"fill_ratio == {fill}", absent).iloc[0]
+    row = curves_of(evidence, quantity, f"fill_ratio == {fill}", absent).iloc[0]
     spread = 100 * (row[f"{quantity}_upper"] / row[quantity] - 1)
     rules = ""
     if quantity == "f":
@@ -55,7 +55,7 @@ def power_of_large_balls(evidence: Evidence, quantity: str) -> Finding:
 def largest_ratio(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the largest ratio up to the elbow, at fill 0.10."""
     absent = "the sweep has no calibrated case up to fill 0.10"
-    low = _curves(evidence, "ratio", "fill_ratio <= 0.10", absent)
+    low = curves_of(evidence, "ratio", "fill_ratio <= 0.10", absent)
     top = low.loc[low["ratio"].idxmax()]
     return Finding(float(top["ratio"]), f"at fill {top['fill_ratio']:g}")
 
@@ -64,7 +64,7 @@ def largest_ratio(evidence: Evidence) -> Finding:
 def ratio_at_the_elbow(evidence: Evidence) -> Finding:
     """Fig. 3.12 d."""
     absent = "the sweep has no calibrated case at fill 0.10"
-    row = _curves(evidence, "ratio", "fill_ratio == 0.10", absent).iloc[0]
+    row = curves_of(evidence, "ratio", "fill_ratio == 0.10", absent).iloc[0]
     return Finding(float(row["ratio"]), f"mean of {int(row['conditions'])} condition(s) at fill 0.10")
 
 
@@ -72,7 +72,7 @@ def ratio_at_the_elbow(evidence: Evidence) -> Finding:
 def ratio_at_high_fill(evidence: Evidence) -> Finding:
     """Fig. 3.12 d: the mean over zone 3."""
     absent = "the sweep has no calibrated case at fill 0.20 or more"
-    high = _curves(evidence, "ratio", "fill_ratio >= 0.20", absent)
+    high = curves_of(evidence, "ratio", "fill_ratio >= 0.20", absent)
     fills = high["fill_ratio"]
     return Finding(float(high["ratio"].mean()), f"mean over fills {fills.min():g} to {fills.max():g}")
 
@@ -80,7 +80,7 @@ def ratio_at_high_fill(evidence: Evidence) -> Finding:
 def _whole_curves(evidence: Evidence, columns: str) -> pd.DataFrame:
     """The curves, if they show on which side of fill 0.20 the powers of one ball are largest."""
     absent = "the calibrated cases of the sweep do not span the fills 0.06 to over 0.20"
-    curves = _curves(evidence, columns, "", absent)
+    curves = curves_of(evidence, columns, "", absent)
     if curves["fill_ratio"].max() <= 0.20 or curves["fill_ratio"].min() > 0.06:
         raise NotRun(absent)
     return curves
@@ -119,7 +119,7 @@ def rank_correlation(first: pd.Series, second: pd.Series) -> float:
 def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
     """Figs 3.7 d and 3.8 d: falling with fill for calibrated contacts, rising for steel, by rank and by its ends."""
     absent = f"the sweep has fewer than three fill ratios with contact set {contact}"
-    curves = _curves(evidence, "f", "", absent, contact)
+    curves = curves_of(evidence, "f", "", absent, contact)
     if len(curves) < 3:
         raise NotRun(absent)
     rank = rank_correlation(curves["fill_ratio"], curves["f"])

@@ -146,7 +146,7 @@ def correlation(evidence: Evidence) -> Finding:
     )
     if not np.isfinite(own).all():
         explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"
-        return Finding(0.0, explanation, limits=CORRELATIONS)
+        return Finding(0.0, explanation, limits=CORRELATIONS, failed=True)
     return Finding(float(min(own)), explanation, limits=CORRELATIONS)
 
 
@@ -158,6 +158,15 @@ def modified_geometry(evidence: Evidence) -> Finding:
         stable["value"] == 1,
         f"{_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the modified jar"
         f"{_others(evidence, 'post', 'balls_left', 'ball(s) out')}",
+    )
+
+
+@claim("6.geometry.dissipation")
+def dissipation_of_the_original(evidence: Evidence) -> Finding:
+    """Sec. 6.3.3: the roll-out in the jar with a post against the simulation of the jar without one."""
+    row = _measure(evidence, "post", "dissipation_error_original_percent")
+    return Finding(
+        float(row["value"]), "the thesis says itself that this agreement has no physical validity; see 6.geometry"
     )
 
 
@@ -183,6 +192,14 @@ def speed_up(evidence: Evidence) -> Finding:
         f"for what took the thesis's {float(evidence.printed['6.runtime.dem']):,.0f} s, so there is little left to "
         f"gain{in_words(rivals, '; variant {variant}: {ratio:.3g}', '')}",
     )
+
+
+@claim("6.runtime.shorter")
+def shorter_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4: by how much the surrogate is shorter than the simulation."""
+    row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
+    share = float(row["seconds_for_15_s"] / row["dem_seconds_for_15_s"])
+    return Finding(100 * (1 - share), f"our surrogate takes {share:.3g} of the time of our DEM; see 6.runtime.ratio")
 
 
 @claim("6.runtime.dem")
@@ -214,12 +231,18 @@ def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
         f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
         f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
     )
-    return Finding(row[column], nothing + told + _scatter(row), interval=_interval(row, column))
+    interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if _says(row) else None
+    return Finding(row[column], nothing + told + _scatter(row), interval=interval)
+
+
+def _says(row: pd.Series) -> bool:
+    """Whether the baseline was trained more than once, so that its scatter is known."""
+    return row.get("says") in (SOMETHING, NOTHING)
 
 
 def _scatter(row: pd.Series) -> str:
     """What the scatter between trainings leaves of an ablation, as text."""
-    if row.get("says") not in (SOMETHING, NOTHING):
+    if not _says(row):
         return ""
     told = (
         f"its error is {row['from_baseline_percent']:.3g} points from the baseline's, and two trainings of the "
@@ -228,16 +251,15 @@ def _scatter(row: pd.Series) -> str:
     return f"; {told}{', so this row says nothing' if row['says'] == NOTHING else ''}"
 
 
-def _interval(row: pd.Series, column: str) -> Interval | None:
-    """The interval of a column of an ablation; None where the baseline was trained once."""
-    if row.get("says") not in (SOMETHING, NOTHING):
-        return None
+def _interval(row: pd.Series, column: str, of_baseline: int) -> Interval:
+    """The interval of a column of an ablation, by its own trainings or by how those of the baseline scatter."""
+    own = int(row["trainings"])
     if column == DISSIPATION:
-        origin = TRAININGS if row["trainings"] > 1 else f"{TRAININGS} of the baseline"
-        return Interval(float(row["lower_percent"]), float(row["upper_percent"]), origin)
+        origin, repeats = (TRAININGS, own) if own > 1 else (f"{TRAININGS} of the baseline", of_baseline)
+        return Interval(float(row["lower_percent"]), float(row["upper_percent"]), origin, repeats)
     open_to_chance = row["says"] == NOTHING or row["holds"] == OPEN
     lower, upper = ("no", "yes") if open_to_chance else (row[column], row[column])
-    return Interval(lower, upper, f"{TRAININGS} of the baseline")
+    return Interval(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
 
 
 @claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")

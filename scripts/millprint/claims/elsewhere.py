@@ -1,7 +1,7 @@
 """Verdicts of other machines: a small table of the project, and how the verdicts of a run differ from it.
 
-The processor decides how sums are rounded, and chaotic simulations and trainings magnify that. So an undecided claim
-may have another verdict elsewhere; that one is reproduced on one machine and deviates on another is not expected.
+The processor decides how sums are rounded, and chaotic simulations and trainings magnify that. So a claim whose
+interval decides nothing may have another verdict elsewhere; of one that its interval decides, this is not expected.
 """
 
 import platform
@@ -9,16 +9,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.claims.verdicts import DEVIATES, NOT_RUN, REPRODUCED, UNDECIDED, VERDICTS, in_short
+from millprint.claims.natures import CERTAIN, TIMED
+from millprint.claims.verdicts import INTERVAL_VERDICTS, NOT_RUN, OPEN_VERDICTS, VERDICTS
 from millprint.files import write_table
 from millprint.tables import Text, read_measured, refuse_rows
 
 MACHINE = ["processor", "instructions", "date"]
-STORED = ["run", "id", "verdict", "reproduced", "lower", "upper"]
+STORED = ["run", "id", "verdict", "interval_verdict", "reproduced", "lower", "upper"]
+WORDS = {"verdict": VERDICTS, "interval_verdict": INTERVAL_VERDICTS}
 COLUMNS = [*STORED, *MACHINE]
 # The widest vector instructions of a processor, which decide in which order sums are taken; widest first.
 INSTRUCTIONS = {"avx512f": "AVX-512", "avx2": "AVX2", "avx": "AVX", "sve": "SVE", "neon": "NEON"}
-EXPECTED, UNEXPECTED, TIMED = "undecided on one of them", "not expected", "a run time is of its machine"
+EXPECTED, UNEXPECTED, OF_MACHINE = "an interval decides nothing", "not expected", "a run time is of its machine"
 DIFFERENCES = ["id", "verdict", "verdict_elsewhere", "reason", *MACHINE]
 
 
@@ -38,7 +40,8 @@ def read_stored(path: str | Path) -> pd.DataFrame:
     Raises ConfigError, in one line, for a table that lacks a column, has another verdict, or has two verdicts of one
     processor on a claim of a run.
     """
-    columns = [Text(name, [in_short(one) for one in VERDICTS] if name == "verdict" else ()) for name in COLUMNS]
+    # A claim without an interval has none by it.
+    columns = [Text(name, WORDS.get(name, ()), may_be_blank=name == "interval_verdict") for name in COLUMNS]
     table = read_measured(path, columns, fewest_rows=0)[COLUMNS].fillna("")
     twice = table.duplicated(["run", "id", "processor"])
     refuse_rows(table, path, "id", twice, "this run has a verdict of this processor on it in a row above")
@@ -51,8 +54,8 @@ def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict
     claims: as `millprint.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored, since
     the rest is the same everywhere.
     """
-    own = claims[~claims["kind"].isin(["computed", "data"]) & (claims["verdict"] != NOT_RUN)]
-    rows = own.assign(run=run, verdict=own["verdict"].map(in_short), **machine)[COLUMNS]
+    own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != NOT_RUN)]
+    rows = own.assign(run=run, **machine)[COLUMNS]
     same = (stored["run"] == run) & (stored["processor"] == machine["processor"]) & stored["id"].isin(rows["id"])
     return pd.concat([stored[~same], rows], ignore_index=True).fillna("")
 
@@ -70,15 +73,12 @@ def compare_verdicts(claims: pd.DataFrame, stored: pd.DataFrame, run: str) -> pd
     own = claims.set_index("id")
     rows = []
     for row in stored[(stored["run"] == run) & stored["id"].isin(own.index)].to_dict("records"):
-        here = in_short(own.at[row["id"], "verdict"])
-        if here in (row["verdict"], NOT_RUN):
+        here = own.loc[row["id"]]
+        if here["verdict"] in (row["verdict"], NOT_RUN):
             continue
-        timed = own.at[row["id"], "kind"] == "runtime"
-        flips = {here, row["verdict"]} == {REPRODUCED, DEVIATES}
-        reason = (
-            TIMED if timed else UNEXPECTED if flips or in_short(UNDECIDED) not in (here, row["verdict"]) else EXPECTED
-        )
-        rows.append(row | {"verdict": here, "verdict_elsewhere": row["verdict"], "reason": reason})
+        is_open = here["interval_verdict"] in OPEN_VERDICTS or row["interval_verdict"] in OPEN_VERDICTS
+        reason = OF_MACHINE if here["nature"] == TIMED else EXPECTED if is_open else UNEXPECTED
+        rows.append(row | {"verdict": here["verdict"], "verdict_elsewhere": row["verdict"], "reason": reason})
     return pd.DataFrame(rows, columns=DIFFERENCES)
 
 

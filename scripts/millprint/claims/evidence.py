@@ -9,21 +9,25 @@ from pathlib import Path
 import pandas as pd
 
 from millprint.claims.sources import Source, source_in
+from millprint.claims.tolerances import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, read_table
-from millprint.repeats import student
+from millprint.repeats import spread_of
 
 
 @dataclass(frozen=True)
 class Interval:
     """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
 
-    lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044.
+    lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
+    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed, which are in neither end.
     """
 
     lower: float | str
     upper: float | str
     origin: str
+    repeats: int
+    failed: int = 0
 
     def within(self, limits: tuple[float, float]) -> "Interval":
         """The part of an interval of numbers that the quantity can take at all; words stay as they are."""
@@ -33,23 +37,40 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Contradiction:
+    """Two printed places that cannot both hold: that of the claim, and another one.
+
+    place: the other one, with what it prints; check: the calculation that shows it, only from printed numbers.
+    """
+
+    place: str
+    check: str
+
+    def __str__(self) -> str:
+        return f"contradicts {self.place}: {self.check}"
+
+
+@dataclass(frozen=True)
 class Finding:
     """The computed value for one claim.
 
     value: the computed number or word, in the unit of the claim; None if it was not run.
     interval: of a value that is simulated or trained; None of one that is computed from data.
     explanation: how it was computed, from how many runs, or why it was not run.
-    erratum: a computed reason why the printed value cannot be right; the verdict is then `erratum`.
+    contradiction: what else the thesis prints that cannot hold together with the claim; a value that is not reproduced
+    is then an erratum.
     sources: the rows of the results that decide the value.
     limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
+    failed: whether what was to be measured failed, such as a roll-out that ran away: a miss, whatever its number.
     """
 
     value: float | str | None
     explanation: str = ""
-    erratum: str = ""
+    contradiction: Contradiction | None = None
     sources: tuple[Source, ...] = ()
     interval: Interval | None = None
     limits: tuple[float, float] = (-math.inf, math.inf)
+    failed: bool = False
 
 
 class NotRun(Exception):
@@ -190,4 +211,13 @@ def yes_no(holds: bool, explanation: str) -> Finding:
 
 def interval_of(values: list[float], origin: str) -> Interval | None:
     """The interval of the mean of a few repeats, such as seeds; None of one."""
-    return Interval(*student(values), origin) if len(values) > 1 else None
+    return Interval(*spread_of(values), origin, len(values)) if len(values) > 1 else None
+
+
+def as_printed(evidence: Evidence, ids: str) -> bool:
+    """Whether this run's own numbers are the printed ones of all these claims, separated by blanks, to the digit.
+
+    An erratum rests on them: where the input is not what the thesis prints, it says nothing of the thesis.
+    """
+    found = {name: find_claim(replace(evidence, id=name, sources=[])).value for name in ids.split()}
+    return all(value is not None and agrees(evidence.printed[name], "printed", value) for name, value in found.items())

@@ -10,6 +10,7 @@ ORIGINS: dict[str, tuple[str, str]] = {
     "doe/fraction.json": ("tabulate_experiments", "millprint.doe.design.describe"),
     "doe/audit.tsv": ("tabulate_experiments", "millprint.doe.audit.audit_table"),
     "doe/anova_printed.tsv": ("analyse_variance", "millprint.doe.variance.printed_table"),
+    "doe/interactions.tsv": ("analyse_variance", "millprint.doe.trends.interaction_table"),
     "doe/residuals.tsv": ("analyse_variance", "millprint.doe.residuals.residual_table"),
     "doe/pareto.tsv": ("analyse_variance", "millprint.doe.variance.pareto_table"),
     "doe/half_life.tsv": ("tabulate_experiments", "millprint.doe.wet_lab.half_life_table"),

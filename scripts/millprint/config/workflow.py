@@ -38,11 +38,13 @@ class DataConfig(Section):
     split: ProjectFile
     """the locked train-test split of the screening runs"""
     claims: ProjectFile
-    """every number that the thesis states, with a tolerance"""
+    """numbers and statements of the thesis, with what each is and a tolerance"""
     published: ProjectFile
     """published values shown as marks in figures"""
     verdicts: ProjectFile = "config/data/verdicts_elsewhere.tsv"
     """verdicts of the claims on other machines"""
+    conclusions: ProjectFile = "config/data/conclusions.tsv"
+    """what each chapter concludes, and the claims that it rests on"""
 
 
 class ChapterSections(Section):

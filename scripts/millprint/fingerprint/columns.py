@@ -133,6 +133,15 @@ COMPUTED = (
     Computed("effective_restitution", "-", "effective restitution",
              "eps = e - 3/2 mu exp(-3 mu) of ball on ball (Eq. 3.30)",
              values=lambda table: effective_restitution(table["restitution"], table["static_friction"])),
+    Computed("drive_torque_Nm", "N m", "torque of the drive",
+             "mean torque of the balls on the mill about the axis of its drive, power of the walls over 2 pi omega "
+             "(Eqs 3.24 and 3.25); empty for a mill at rest", optional=True,
+             values=lambda table: table["wall_power_W"] / (2 * np.pi * table["speed_hz"].replace(0, np.nan))),
+    Computed("efficiency", "-", "share of the drive's power",
+             "normal and tangential power over the power of the walls (Sec. 3.2.2); empty for a mill at rest",
+             axis="share of power", optional=True,
+             values=lambda table: (table["normal_power_W"] + table["tangential_power_W"])
+             / table["wall_power_W"].where(table["speed_hz"] != 0)),
     Computed("Pn", "-", "specific normal power", "normal power over n rho omega^3 A^2 d^3 (Eq. 3.28)",
              values=lambda table: _specific(table, "normal"),
              standard_error=lambda table: table["Pn"] * _normal_error(table)),

@@ -38,6 +38,7 @@ FORMATS = {
     ".bib": "application/x-bibtex",
     ".h5": "application/x-hdf5",
     ".pt": "application/zip",
+    ".rst": "text/x-rst",
     ".smk": "text/x-python",
     ".stl": "model/stl",
     ".tex": "application/x-tex",

@@ -1,5 +1,6 @@
-"""The claims: verdicts by chapter, as a page and as a figure, every erratum, and every claim with its source."""
+"""The claims: which conclusions stand, verdicts by chapter and nature, every erratum, every claim with its source."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,8 +9,11 @@ from markupsafe import Markup
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
+from millprint.claims.conclusions import FALLS, PARTLY, STANDS, UNKNOWN, deviating_everywhere, in_prose
 from millprint.claims.evidence import Finding
-from millprint.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED, UNDECIDED, in_short
+from millprint.claims.natures import NATURES
+from millprint.claims.tabulate import INTERVAL_PARTS, count_natures, count_verdicts
+from millprint.claims.verdicts import DEVIATES, ERRATUM, NOT_RUN, REPRODUCED
 from millprint.figures.style import COLUMN_WIDTH_IN
 from millprint.pages import embed_files, render_page
 from millprint.report.catalogue import TABLES
@@ -24,15 +28,9 @@ class ShownVerdict:
     meaning: str
 
 
-# By the first words of a verdict.
 SHOWN_VERDICTS = {
-    REPRODUCED: ShownVerdict(
-        "#009E73", "within the tolerance of the claim, with the whole of its interval if it has one"
-    ),
-    ERRATUM: ShownVerdict("#56B4E9", "the computation shows that the printed value cannot be right"),
-    in_short(UNDECIDED): ShownVerdict(
-        "#F0E442", "the interval crosses the tolerance: another run or another training may fall on either side"
-    ),
+    REPRODUCED: ShownVerdict("#009E73", "the value is within the tolerance of the claim"),
+    ERRATUM: ShownVerdict("#56B4E9", "outside the tolerance, and two printed places of the thesis cannot both hold"),
     DEVIATES: ShownVerdict("#D55E00", "outside the tolerance; the table says by how much and what is known of why"),
     NOT_RUN: ShownVerdict("#BBBBBB", "this configuration leaves out what the claim needs"),
 }
@@ -97,37 +95,98 @@ def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], r
     # Of type object, as pandas would make plain text of it.
     shown = claims.assign(source=pd.Series(sources, dtype=object, index=claims.index))
     # In one cell with the value: the page is no wider than a screen.
-    interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + claims["interval_from"] + ")"
+    origin = claims["repeats"] + " of " + claims["interval_from"]
+    interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + origin + ")"
     shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
-    shown = shown.drop(columns=["kind", "lower", "upper", "interval_from"])
+    shown["nature"] = claims["nature"].map(NATURES)
+    shown = shown.drop(columns=["basis", *INTERVAL_PARTS])
     note = (
         "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
         "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
-        "function that computed it. What is simulated or trained has an interval in brackets, and what was drawn "
-        "again for it. claims.tsv also says of what kind a claim is."
+        "function that computed it. What chance has a part in has an interval in brackets, with how many repeats it is "
+        "of and what was drawn again, and a verdict by the interval next to that by the value."
     )
-    introduction = f"Every number that the thesis states, what the run {name} computed for it, and the verdict."
+    introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
 
 
-def summary_page(
-    name: str, claims: pd.DataFrame, counts: pd.DataFrame, errata: pd.DataFrame, results: Path, elsewhere: str = ""
-) -> str:
-    """The page of the run `name`; claims, counts and errata as tabulate_claims, count_verdicts, collect_errata give.
+def what_falls(claims: pd.DataFrame, conclusions: pd.DataFrame, stored: pd.DataFrame, run: str) -> list[str]:
+    """The conclusions with claims that stand on no machine, a sentence each.
 
-    elsewhere: a line on the verdicts of other machines.
+    claims as tabulate_claims, conclusions as judge_conclusions, stored as read_stored.
     """
+    names = deviating_everywhere(claims, stored, run)
+    sentences = []
+    for row in conclusions.itertuples():
+        own = [name for name in row.against.split(", ") if name in names]
+        if own:
+            some = f"Of its {row.claims} claims, these are reproduced nowhere"
+            how = "Nothing of it is reproduced anywhere" if row.stands == FALLS else some
+            told = "; ".join(in_prose(name, claims) for name in own)
+            sentences.append(f"{_capital(row.chapter)}: {row.conclusion} {how}: {told}.")
+    return sentences
+
+
+def front_text(conclusions: pd.DataFrame, falls: list[str]) -> str:
+    """What the first page of the report says of each chapter, as reStructuredText.
+
+    conclusions as judge_conclusions, falls as what_falls.
+    """
+    lines = ["**Which conclusions of the thesis stand**", ""]
+    for chapter, own in conclusions.groupby("chapter", sort=False):
+        known = own[own["stands"] != UNKNOWN]
+        count = f"{(own['stands'] == STANDS).sum()} of {len(known)} conclusions stand" if len(known) else UNKNOWN
+        lines += [f"- **{_capital(str(chapter))}**: {count}.", ""]
+        for status in (STANDS, PARTLY, FALLS):
+            told = " ".join(own.loc[own["stands"] == status, "conclusion"])
+            lines += [f"  - *{status.capitalize()}*: {_plain(told)}", ""] if told else []
+    lines += ["**What stands on no machine**", "", *(f"- {_plain(sentence)}\n" for sentence in falls)]
+    return "\n".join(lines if falls else lines[:-2]) + "\n"
+
+
+def _capital(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
+def _plain(text: str) -> str:
+    """Text in which no sign has a meaning in reStructuredText."""
+    return re.sub(r"([\\*`|_])", r"\\\1", text)
+
+
+def summary_page(
+    name: str, claims: pd.DataFrame, conclusions: pd.DataFrame, errata: pd.DataFrame, results: Path, told: list[str]
+) -> str:
+    """The page of the run `name`; tables as tabulate_claims, judge_conclusions and collect_errata give.
+
+    told: sentences below the conclusions: what stands on no machine, as what_falls gives, and other machines.
+    """
+    counts = count_verdicts(claims)
+    natures = count_verdicts(claims, "nature")
+    natures["nature"] = natures["nature"].map(NATURES)
     deviating = int(counts[DEVIATES].sum())
-    told = [
+    linked = [
         Markup("{} ({}).").format(row.calculation.rstrip("."), link_to(row.source, results))
         for row in errata.itertuples()
     ]
+    first = Section(
+        "What stands",
+        conclusions,
+        "The conclusions of each chapter. One stands if all claims that it rests on are reproduced; open: claims whose "
+        "interval decides nothing; against: those that are not reproduced.",
+        cards=True,
+    )
     sections = [
         Section(
+            "What the claims are",
+            natures,
+            f"{count_natures(claims)}. Only what is simulated, trained or timed says anything about the thesis's "
+            "computations; the others say that its numbers follow from each other.",
+        ),
+        Section(
             "Errata",
-            errata.drop(columns="source").assign(calculation=pd.Series(told, dtype=object, index=errata.index)),
-            f"{len(errata)} printed statements that a computation of this run contradicts, with the calculation and "
-            "the table that its numbers are in.",
+            errata.drop(columns="source").assign(calculation=pd.Series(linked, dtype=object, index=errata.index)),
+            f"{len(errata)} contradictions inside the thesis: two printed places that cannot both hold, with the "
+            "calculation and the table that its numbers are in.",
             cards=True,
         ),
         Section(
@@ -140,10 +199,11 @@ def summary_page(
     ]
     return render_page(
         FOLDER / "summary.html",
-        title="Which numbers of the thesis hold",
-        introduction=f"Run {name}: the {len(claims)} numbers and statements of the thesis, computed again from its "
-        "measured data and its methods, and compared with what is printed."
-        + (f" {elsewhere[0].upper()}{elsewhere[1:]}." if elsewhere else ""),
+        title="Which conclusions of the thesis stand",
+        introduction=f"Run {name}: the conclusions of the thesis and the {len(claims)} numbers and statements that "
+        "they rest on, computed again from its measured data and its methods, and compared with what is printed.",
+        first=first,
+        told=told,
         verdicts=[
             {"name": key, "meaning": shown.meaning, "colour": shown.colour, "count": int(counts[key].sum())}
             for key, shown in SHOWN_VERDICTS.items()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from millprint.repeats import apart, once, student
+from millprint.repeats import apart, once, spread_of
 
 BASELINE = "baseline"
 DISSIPATION, PLATEAU = "dissipation_error_percent", "position_mse_plateau_m2"
@@ -152,7 +152,7 @@ def _against(row: pd.Series, own: pd.DataFrame, baselines: pd.DataFrame) -> dict
         return found | {"says": ""}
     errors, error = baselines[DISSIPATION].tolist(), float(row[DISSIPATION])
     found["lower_percent"], found["upper_percent"] = (
-        student(own[DISSIPATION].tolist()) if len(own) > 1 else once(error, errors)
+        spread_of(own[DISSIPATION].tolist()) if len(own) > 1 else once(error, errors)
     )
     if row["variant"] == BASELINE:
         return found | {"baseline_apart_percent": apart(errors), "says": ""}

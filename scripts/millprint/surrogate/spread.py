@@ -1,14 +1,11 @@
 """The spread of a surrogate's measures over its trainings: one training is one draw, as one run of a mill is."""
 
-import numpy as np
 import pandas as pd
 
 from millprint.surrogate.measures import RUNAWAY
 
 MEASURE = ["test", "measure"]
 SPREAD = ["trainings", "lowest", "highest"]
-# Measures whose size says nothing once balls are gone: however large, the training has failed.
-FAILING = ("position_mse_plateau_m2", "dissipation_error_percent")
 TRAINING_COLUMNS = ["variant", "training", "test", "length_s", "measure", "value"]
 
 
@@ -37,9 +34,3 @@ def failed_tests(metrics: pd.DataFrame) -> set[str]:
     measures = measures.reindex(columns=["balls_left", "mean_square_speed_ratio"])
     lost, calm = measures["balls_left"] > 0, measures["mean_square_speed_ratio"] < RUNAWAY
     return set(measures.index[lost & ~calm])
-
-
-def with_failures(metrics: pd.DataFrame) -> pd.DataFrame:
-    """The same with infinite FAILING in the tests of `failed_tests`: worse than any number, and of no size."""
-    failed = metrics["test"].isin(failed_tests(metrics)) & metrics["measure"].isin(FAILING)
-    return metrics.assign(value=metrics["value"].mask(failed, np.inf))
