@@ -238,7 +238,7 @@ def filleted_corner(fillet: float, steps: int = 24) -> Vessel:
 def test_a_ball_in_a_rounded_corner_touches_twice_where_the_rounding_is_tighter_than_the_ball(fillet, contacts):
     vessel = filleted_corner(fillet)
     walls = walls_for(vessel, RADIUS)
-    assert find_patches(vessel).count == 5
+    assert find_patches(vessel).patches == 5
     if contacts == 2:
         point = [RADIUS - 2e-5, -0.05, RADIUS - 2e-5]
     else:

@@ -88,7 +88,7 @@ def test_a_cone_and_a_rim_stay_as_they_are_drawn(in_project):
 
 
 def test_noise_of_the_file_is_passed_over_and_more_is_taken_as_drawn(mills, in_project):
-    for noise, found in ((5e-8, True), (2e-6, False)):
+    for noise, found in ((5e-8, True), (5e-6, False)):
         mesh = drawn(shaped(mills, "drum", 48, 1))
         mesh.vertices += np.random.default_rng(0).normal(scale=noise, size=mesh.vertices.shape)
         assert bool(from_file(mesh).curves) == found

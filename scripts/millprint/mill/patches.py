@@ -28,7 +28,7 @@ SMOOTH_TURN = math.acos(0.8)
 class Patches(NamedTuple):
     """Of the facets, the convex edges, the corners and the curves of a body, in this order."""
 
-    count: int
+    patches: int  # number of them
     patch: tuple[np.ndarray, ...]  # number of each feature's patch
     vertices: tuple[list[np.ndarray], ...]  # numbers of its vertices, ascending
     is_drawing: tuple[np.ndarray, ...]  # whether it only shows a curve, and is no wall itself
@@ -94,8 +94,8 @@ def find_patches(vessel: Vessel) -> Patches:
     of_corner = np.array([of_vertex[ends[0]] for ends in corner_vertices], dtype=np.int64)
     facet_vertices = [numbers(np.concatenate(facet.loops)) for facet in vessel.facets]
     of_curve, curve_vertices = [], []
-    for number in range(len(vessel.curves)):
-        pieces = np.flatnonzero(vessel.facet_curves == number)
+    for curve in range(len(vessel.curves)):
+        pieces = np.flatnonzero(vessel.facet_curves == curve)
         of_curve.append(of_facet[pieces[0]])
         curve_vertices.append(np.unique(np.concatenate([facet_vertices[piece] for piece in pieces])))
     joints = np.array([is_joint(vessel, edge) for edge in vessel.convex_edges], dtype=bool)

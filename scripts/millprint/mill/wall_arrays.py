@@ -82,7 +82,7 @@ def _patches(bodies: Sequence[Vessel]) -> tuple[np.ndarray, np.ndarray, np.ndarr
             patches[kind].append(found.patch[kind] + first_patch)
             drawings[kind].append(found.is_drawing[kind])
             vertices[kind] += [numbers + first_vertex for numbers in found.vertices[kind]]
-        first_patch += found.count
+        first_patch += found.patches
         first_vertex += len(body.vertices)
     rows = [numbers for kind in vertices for numbers in kind]
     patch, is_drawing = (np.concatenate([each for kind in kinds for each in kind]) for kinds in (patches, drawings))
