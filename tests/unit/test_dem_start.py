@@ -113,7 +113,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     assert signed_distance(body.vessel)(start)[0].max() <= -diameter / 2
 
     contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
-    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002, skin_m=1e-3)
+    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002)
     simulation = Simulation(slice_case(fill), mill, contact, dem)
     assert simulation.count == BALLS
     simulation.run("test")

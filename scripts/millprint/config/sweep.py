@@ -37,8 +37,10 @@ class DemConfig(Section):
         default=DEFAULT_RULES, min_length=1
     )
     """definitions of one collision; every run counts by each of them"""
-    skin_m: Annotated[float, Field(gt=0, le=0.1)] = 6e-4
-    """a candidate contact is listed when its gap is smaller than this [m]"""
+    skin_share: Annotated[float, Field(gt=0, le=10)] = 1.5
+    """a candidate contact is listed when its gap is smaller than this times the radius of the smallest ball and the root
+    of the step over the Rayleigh time [-]
+    """
     overlap_max: Fraction = 0.15
     """overlap over the ball's radius at which a run fails [-]"""
     occupancy_interval_s: Positive = 5e-4

@@ -30,7 +30,7 @@ from millprint.dem.recording import (
 )
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
-from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step
+from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
 from millprint.errors import SimulationError
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
@@ -80,11 +80,12 @@ class Simulation:
         )
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, dem.skin_m)
+        skin = skin_of(dem, float(self.radii.min()), self.step / self.rayleigh_s)
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
             largest,
-            dem.skin_m / 2,
+            skin / 2,
             dem.overlap_max * largest,
             pitch=max(0.4 * largest, 1e-3),
         )
