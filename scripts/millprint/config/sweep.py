@@ -38,8 +38,8 @@ class DemConfig(Section):
     )
     """definitions of one collision; every run counts by each of them"""
     skin_share: Annotated[float, Field(gt=0, le=10)] = 1.5
-    """a candidate contact is listed when its gap is smaller than this times the radius of the smallest ball and the root
-    of the step over the Rayleigh time [-]
+    """a candidate contact is listed when its gap is smaller than this times the smallest ball's radius and the root of
+    the step over the Rayleigh time [-]
     """
     overlap_max: Fraction = 0.15
     """overlap over the ball's radius at which a run fails [-]"""
