@@ -15,6 +15,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
+from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
     TABLE_ROWS,
@@ -290,14 +291,10 @@ class Simulation:
 
     def _trouble(self) -> str:
         """The message for the status of the run."""
-        ball, partner = int(self.counters[COUNTER.ball]), int(self.counters[COUNTER.partner])
-        when = f"at {self.counters[COUNTER.step] * self.step:.6f} s"
-        other = f"ball {partner}" if partner >= 0 else f"wall feature {-1 - partner}"
+        if self.counters[COUNTER.status] == STATUS.overlap:
+            return overlap_in_words(self)
+        ball, when = int(self.counters[COUNTER.ball]), f"at {self.counters[COUNTER.step] * self.step:.6f} s"
         return {
-            STATUS.overlap: (
-                f"ball {ball} overlaps {other} by more than {100 * self.dem.overlap_max:g} % of its radius {when}: "
-                "the speed is too high for this Young's modulus, or the step too large"
-            ),
             STATUS.escaped: f"ball {ball} has left the vessel {when}",
             STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
             STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt {when}",

@@ -53,9 +53,9 @@ def largest_fraction(case: Case, dem: DemConfig) -> float:
 def skin_of(dem: DemConfig, radius_m: float, step_over_rayleigh: float) -> float:
     """The skin of the lists of candidates [m]: skin_share R sqrt(step / t_R).
 
-    Lists are made again when a ball has moved by half the skin, so that their cost in a step goes with step / skin. That
-    of going through them goes with their length, and so with skin / R. The sum is least where the skin goes with the
-    root of R times the step, and t_R goes with R.
+    Lists are made again when a ball has moved by half the skin, so that their cost in a step goes with step / skin.
+    That of going through them goes with their length, and so with skin / R. The sum is least where the skin goes with
+    the root of R times the step, and t_R goes with R.
     """
     return dem.skin_share * radius_m * math.sqrt(step_over_rayleigh)
 
