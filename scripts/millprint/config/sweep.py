@@ -123,6 +123,8 @@ class SweepConfig(Section):
                     raise ValueError(f"{study} and {other} cannot both be given in one sweep")
         if (self.compares_steps or self.young_moduli_gpa) and 0 in self.speeds_rpm:
             raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
+        if self.power_error_max and 0 in self.speeds_rpm:
+            raise ValueError("speeds_rpm = 0: a mill at rest has no power; leave out power_error_max, or the speed")
         charges = [mixture.name for size in self.ball_diameters_mm if (mixture := mixture_of(size))]
         if (self.compares_steps or self.young_moduli_gpa) and charges:
             raise ValueError(
