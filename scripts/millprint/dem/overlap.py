@@ -141,12 +141,12 @@ def _wall(stopped: Stopped, ball: int) -> tuple[str, str, float]:
         at = body.to_body(stopped.balls.position[ball][None], now)[0]
         distance, gradient = signed_distance(body.vessel)(at)
         found.append((-float(distance), body, at - distance * gradient))
-    distance, body, nearest = min(found, key=lambda each: each[0])
-    clear = distance - radius
+    height, body, nearest = min(found, key=lambda each: each[0])
+    clear = height - radius
     where = f"clear of it by {1e3 * clear:.3g} mm" if clear > 0 else f"in it by {-1e3 * clear:.3g} mm"
     place = ", ".join(f"{1e3 * value:.4g}" for value in nearest)
     words = (
-        f"by the exact distance, its centre is {1e3 * distance:.4g} mm from the nearest point of the wall, on "
+        f"by the exact distance, its centre is {1e3 * height:.4g} mm from the nearest point of the wall, on "
         f"{feature_at(body.vessel, nearest)} at ({place}) mm of the {body.name}'s frame, so that it is {where}"
     )
     return f"the wall of {body.name}", words, clear

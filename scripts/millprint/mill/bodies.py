@@ -54,8 +54,8 @@ def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
         solid = shape_vessel(insert.geometry, place, solid=True)
-        goes_along = insert.motion is None or insert.motion == mill.motion
-        own = motion if goes_along else motion_from_law(insert.motion, speed_rpm)
+        law = insert.motion or mill.motion
+        own = motion if law == mill.motion else motion_from_law(law, speed_rpm)
         bodies.append(Body(insert.name, solid, own))
     return bodies
 
