@@ -21,8 +21,8 @@ Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 class DemConfig(Section):
     """Settings of every simulation unless a sweep overrides them."""
 
-    time_step_s: Positive = 2e-6
-    """integration step [s]"""
+    time_step_s: Positive = 4e-6
+    """integration step, for balls of 10 mm; smaller balls take a `rayleigh_fraction` of their sweep [s]"""
     rayleigh_fraction_max: Fraction = 0.2
     """largest step allowed, as a fraction of the Rayleigh time [-]"""
     settle_s: Positive = 0.25
