@@ -8,7 +8,6 @@ import h5py
 import numpy as np
 import pytest
 
-import millprint.dem.run as run_module
 from millprint.columns import width_of
 from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
@@ -23,11 +22,10 @@ from millprint.dem.collisions import (
     merge_contacts,
     sort_by_pair,
 )
-from millprint.dem.layout import COLLISION, COUNTER
+from millprint.dem.layout import COLLISION
 from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.recording import Table, make_table
 from millprint.dem.run import AIM, run_case
-from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
 from millprint.files import read_json
 
@@ -265,24 +263,6 @@ def test_a_step_by_the_rayleigh_time_is_shortened_until_the_balance_closes(tmp_p
     assert {path.name for path in tmp_path.iterdir()} == {"run.h5", "summary.json"}
     with pytest.raises(SimulationError, match="energy balance is open"):
         run(tmp_path, closure_max=1e-9, **open_case)
-
-
-def test_a_balance_that_is_far_open_after_a_turn_is_not_run_to_its_end(tmp_path, monkeypatch):
-    """Three turns of 0.2 s: the first attempt ends after one of them, the second goes on to the end."""
-    made = []
-
-    class Kept(Simulation):
-        def __init__(self, *given):
-            super().__init__(*given)
-            made.append(self)
-
-    monkeypatch.setattr(run_module, "Simulation", Kept)
-    open_case = {"rayleigh_fraction": 0.1, "rayleigh_fraction_max": 0.4, "window_s": 0.6}
-    largest = 0.5 * run(tmp_path, closure_max=1.0, **open_case)["closure"]
-    shorter = run(tmp_path, closure_max=largest, **open_case)
-    ends = [each.counters[COUNTER.step] * each.step for each in made]
-    assert ends == pytest.approx([0.6, 0.2, 0.6], rel=1e-3)
-    assert shorter["closure"] <= largest
 
 
 def test_a_long_table_becomes_histograms_of_the_same_contacts(files, tmp_path):

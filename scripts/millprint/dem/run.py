@@ -12,7 +12,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.collisions import collision_table
-from millprint.dem.ledger import OpenBalanceError, closure, ledger_series
+from millprint.dem.ledger import OpenBalanceError, ledger_series
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
 from millprint.dem.store import write_run
@@ -22,15 +22,11 @@ from millprint.files import write_json
 
 logger = logging.getLogger("millprint")
 
-# Looks at what the first turn of a window has recorded, and may raise.
-FirstTurn = Callable[[Recording], None] | None
-
 # The restart file of an unfinished case.
 RESTART = "restart.h5"
 # How often a step is shortened until the energy balance closes, to what part of the first one at least, and what part
-# of the error that is allowed is aimed at. An error after one turn that is this much larger than allowed is not waited
-# for.
-SHORTENED, SHORTEST, AIM, HOPELESS = 2, 0.4, 0.7, 1.3
+# of the error that is allowed is aimed at.
+SHORTENED, SHORTEST, AIM = 2, 0.4, 0.7
 
 
 def _enough(case: Case, dem: DemConfig) -> Callable[[Recording], bool] | None:
@@ -70,7 +66,7 @@ def run_case(
     """
     restart = Path(run_path).with_name(RESTART)
 
-    def recorded(simulation: Simulation, first_turn: FirstTurn) -> Recording:
+    def recorded(simulation: Simulation) -> Recording:
         logger.info(
             "%s, step %.4g s (%.3g of the Rayleigh time), %d facets",
             balls_in_words(simulation.ball_counts, case.sizes_mm),
@@ -79,7 +75,7 @@ def run_case(
             sum(len(body.vessel.facets) for body in simulation.bodies),
         )
         with use_threads(cores) if simulation.threads > 1 else nullcontext():
-            return simulation.run(case.path, restart, _enough(case, dem), first_turn)
+            return simulation.run(case.path, restart, _enough(case, dem))
 
     simulation, recording, series, table, summary = _closing(case, mill, contact, dem, recorded)
     logger.info(
@@ -97,40 +93,30 @@ def run_case(
 
 def simulate(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, title: str | None = None) -> dict:
     """The summary of one case, without any file; title: of a progress bar. Raises SimulationError as `run_case`."""
-    return _closing(case, mill, contact, dem, lambda simulation, first: simulation.run(title, first_turn=first))[-1]
+    return _closing(case, mill, contact, dem, lambda simulation: simulation.run(title))[-1]
 
 
 def _closing(
-    case: Case,
-    mill: MillConfig,
-    contact: ContactConfig,
-    dem: DemConfig,
-    recorded: Callable[[Simulation, FirstTurn], Recording],
+    case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig, recorded: Callable[[Simulation], Recording]
 ) -> tuple[Simulation, Recording, pd.DataFrame, pd.DataFrame, dict]:
     """A simulation whose energy balance closes, its recording, ledger, collisions and summary; recorded: runs it.
 
     A step that is given as a fraction of the Rayleigh time is what suits most mills: where the balance does not close
-    with it, a shorter one follows from how far it is open, SHORTENED times and to SHORTEST of the first; at once where
-    it is far open after one turn of the window. The case of the summary and of run.h5 has the fraction that was taken.
-    A step that is given in seconds stays. Raises SimulationError as `run_case`.
+    with it, a shorter one follows from how far it is open, SHORTENED times and to SHORTEST of the first. The case of
+    the summary and of run.h5 has the fraction that was taken. A step that is given in seconds stays. Raises
+    SimulationError as `run_case`.
     """
     first = case.rayleigh_fraction or 0.0
-    allowed = case.closure_max or dem.closure_max
-
-    def first_turn(recording: Recording) -> None:
-        if (found := closure(ledger_series(np.concatenate(recording.samples)))) > HOPELESS * allowed:
-            raise OpenBalanceError(found, allowed)
-
     for attempt in range(SHORTENED + 1):
         simulation = Simulation(case, mill, contact, dem)
+        recording = recorded(simulation)
+        series = ledger_series(np.concatenate(recording.samples))
+        table = collision_table(recording.table)
         try:
-            recording = recorded(simulation, first_turn if first and attempt < SHORTENED else None)
-            series = ledger_series(np.concatenate(recording.samples))
-            table = collision_table(recording.table)
             return simulation, recording, series, table, summarise(simulation, series, table, recording.height_m)
         except OpenBalanceError as error:
             # The error grows with the square of the step.
-            shorter = (case.rayleigh_fraction or 0.0) * (AIM * allowed / error.found) ** 0.5
+            shorter = (case.rayleigh_fraction or 0.0) * (AIM * error.largest / error.found) ** 0.5
             if attempt == SHORTENED or not shorter > SHORTEST * first:
                 raise
             logger.warning("%s; again with a shorter step", error)

@@ -164,11 +164,6 @@ class Simulation:
         self.begin_s = self.discard_steps * self.step
 
     @property
-    def turn_steps(self) -> int:
-        """Steps of a turn of the mill."""
-        return self.sample_every * self.dem.ledger_samples_per_revolution
-
-    @property
     def window_s(self) -> float:
         """Length of the recorded window [s]."""
         return self.window_steps * self.step
@@ -178,14 +173,12 @@ class Simulation:
         title: str | None = None,
         restart: str | Path | None = None,
         enough: Callable[[Recording], bool] | None = None,
-        first_turn: Callable[[Recording], None] | None = None,
     ) -> Recording:
         """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
 
         title: of the progress bar, without which there is none; restart: a file that the state is written to from
         time to time, and that a run which was stopped goes on from; enough: tells of a window that is over whether it
-        is long enough; it is made longer by its own length until it is, up to case.window_max_s; first_turn: gets the
-        first turn of the window, and may raise.
+        is long enough; it is made longer by its own length until it is, up to case.window_max_s.
         """
         recorder, table = self._recorder(), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
         recording = Recording(
@@ -200,9 +193,6 @@ class Simulation:
         with progress(self._steps_in_all, title or "", "s simulated", **options) as bar:
             bar.update(int(self.counters[COUNTER.step]) + self.settle_steps)
             self._drive_in(recording, bar)
-            if first_turn and self.turn_steps < self.window_steps:
-                self._advance(self.discard_steps + self.turn_steps, recorder, table, recording, bar)
-                first_turn(recording)
             # A restarted run may be in a window that had been made longer.
             while self.counters[COUNTER.step] > self.discard_steps + self.window_steps + 1:
                 self.window_steps += first_window

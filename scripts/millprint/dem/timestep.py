@@ -34,13 +34,15 @@ def requested_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
 def longest_step(
     ball_diameter_mm: float, cases: Iterable[Case], contacts: Mapping[str, ContactConfig], dem: DemConfig
 ) -> float:
-    """The longest requested step [s] of the cases with balls of a diameter [mm]; that of `dem` if there are none."""
+    """The longest requested step [s] of the cases with balls of a diameter [mm] and the density of their contact set.
+
+    That of `dem` if there are none.
+    """
     steps = []
     for case in cases:
-        if case.ball_diameter_mm == ball_diameter_mm and case.mixture is None:
-            own = contacts[case.contact]
-            density = case.density_kg_m3 or own.density_kg_m3
-            t_r = rayleigh_time(ball_diameter_mm / 2000, density, own.young_modulus_gpa * 1e9, own.poisson_ratio)
+        if (case.ball_diameter_mm, case.mixture, case.density_kg_m3) == (ball_diameter_mm, None, None):
+            own, stiffness = contacts[case.contact], contacts[case.contact].young_modulus_gpa * 1e9
+            t_r = rayleigh_time(ball_diameter_mm / 2000, own.density_kg_m3, stiffness, own.poisson_ratio)
             steps.append(requested_step(case, dem, t_r))
     return max(steps, default=dem.time_step_s)
 
