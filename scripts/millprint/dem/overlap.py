@@ -99,7 +99,8 @@ def _meeting(stopped: Stopped, ball: int, partner: int) -> Meeting:
     return Meeting(
         overlap=float(histories[chosen, HISTORY.peak_overlap]),
         bound=float(law[LAW.largest_overlap]),
-        speed=float(histories[chosen, HISTORY.approach_speed]),
+        # Less than zero where a contact begins while its partners part.
+        speed=max(0.0, float(histories[chosen, HISTORY.approach_speed])),
         stiffness=float(law[LAW.normal_stiffness]),
         mass=float(mass),
         begun=float(histories[chosen, HISTORY.start]),
