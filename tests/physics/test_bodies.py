@@ -124,11 +124,12 @@ def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, co
     monkeypatch.chdir(tmp_path)
     from_file = jar_from_file(mills["emax"], tmp_path, "stl")
     powers = {}
-    for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(4))):
+    # Of four seeds, one spread in twenty is so small that another run is beyond four of it by chance.
+    for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(8))):
         described = case(mill="emax", speed_rpm=600, window_s=1.0, settle_s=0.1, discard_s=0.3, seed=seed)
         _, series = simulate(made, described, contacts["calibrated"])
         powers[key] = [series["normal_damping_J"].iloc[-1], series["tangential_work_J"].iloc[-1]]
-    seeds = np.array([powers[seed] for seed in range(4)])
+    seeds = np.array([powers[seed] for seed in range(8)])
     assert (np.abs(powers["stl"] - seeds.mean(axis=0)) < 4 * seeds.std(axis=0, ddof=1)).all()
 
 
