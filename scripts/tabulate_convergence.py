@@ -1,6 +1,6 @@
 """Descriptors against the time step and against Young's modulus (Fig. 3.4): tables and figures.
 
-Of the time step also the largest one that leaves every descriptor unchanged: is the configured one small enough?
+Of the time step also the largest one that leaves every descriptor unchanged: is the one of the sweeps small enough?
 """
 
 from millprint.config.fingerprint import ConvergenceConfig
@@ -19,10 +19,10 @@ def tabulate(summary_paths: list[str], varied: str, rules: tuple[str, list[str]]
     write_table(convergence_table([read_json(path) for path in summary_paths], varied, *rules), output)
 
 
-def choose(table_path: str, settings: ConvergenceConfig, configured_s: float, output: str) -> dict:
-    """Evaluate the table of the time-step sweep; write the result and return it."""
+def choose(table_path: str, settings: ConvergenceConfig, taken_s: dict[float, float], output: str) -> dict:
+    """Evaluate the table of the time-step sweep; write the result and return it. taken_s: as of `choose_step`."""
     columns = [*SERIES[2:], "time_step_s", "rayleigh_fraction", "seeds", "closure", "closure_worst", *DEVIATIONS]
-    choice = choose_step(read_table(table_path, numeric=columns, text=SERIES[:2]), settings, configured_s)
+    choice = choose_step(read_table(table_path, numeric=columns, text=SERIES[:2]), settings, taken_s)
     write_json(choice, output)
     return choice
 
@@ -47,8 +47,8 @@ if "snakemake" in globals():
         if given.of_step:
             logger.info("%d simulations of the time step", len(given.of_step))
             tabulate(given.of_step, "time_step_s", rules, made.step_table)
-            choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.configured_s, made.choice)
-            say = logger.info if choice["configured_step_holds"] else logger.warning
+            choice = choose(made.step_table, ConvergenceConfig(**own.settings), own.taken_s, made.choice)
+            say = logger.info if choice["taken_steps_hold"] else logger.warning
             say("%s", in_words(choice))
             draw_steps(made.step_table, made.choice, made.step_svg, made.step_png)
         if given.of_modulus:

@@ -137,8 +137,8 @@ def test_the_same_seed_gives_the_same_run_to_the_last_bit(mills, contacts):
 def test_history_survives_new_candidate_lists(mills, contacts):
     """A run whose lists are rebuilt five times as often gives the same result."""
     runs = []
-    for skin in (3e-4, 1.5e-3):
-        dem = DEM.model_copy(update={"skin_m": skin})
+    for skin in (0.3, 1.5):
+        dem = DEM.model_copy(update={"skin_share": skin})
         runs.append(simulate(mills, contacts, dem=dem, settle_s=0.02, discard_s=0.0, window_s=0.02)[0])
     rebuilds = [run.counters[COUNTER.rebuilds] for run in runs]
     assert rebuilds[0] > 3 * rebuilds[1]
@@ -152,7 +152,7 @@ def test_cells_and_all_pairs_list_the_same_pairs(mills, contacts, monkeypatch):
         (i, int(candidates.partner[k])) for i in range(n) for k in range(candidates.first[i], candidates.first[i + 1])
     }
     away = candidates.anchor[0, :, None] - candidates.anchor[0, None]
-    close = np.argwhere(np.triu((away**2).sum(axis=-1) < (2 * simulation.radius + DEM.skin_m) ** 2, 1))
+    close = np.argwhere(np.triu((away**2).sum(axis=-1) < (2 * simulation.radius + simulation.clock.skin) ** 2, 1))
     assert n > 160
     assert listed == {tuple(pair) for pair in close.tolist()}
 

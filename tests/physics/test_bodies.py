@@ -10,7 +10,9 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.simulation import Simulation
-from millprint.mill.vessel import build_vessel
+from millprint.mill.bodies import ball_space_m3, build_bodies
+from millprint.mill.distance import signed_distance
+from millprint.mill.vessel import Facet, Vessel, build_vessel
 from tests.poses import angular_velocity
 
 DEM = DemConfig(time_step_s=2e-6, settle_s=0.05, discard_s=0.0, window_s=0.2)
@@ -122,9 +124,45 @@ def test_a_binary_stl_gives_the_same_powers_within_the_spread_of_seeds(mills, co
     monkeypatch.chdir(tmp_path)
     from_file = jar_from_file(mills["emax"], tmp_path, "stl")
     powers = {}
-    for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(4))):
+    # Of four seeds, one spread in twenty is so small that another run is beyond four of it by chance.
+    for key, made, seed in (("stl", from_file, 0), *((seed, mills["emax"], seed) for seed in range(8))):
         described = case(mill="emax", speed_rpm=600, window_s=1.0, settle_s=0.1, discard_s=0.3, seed=seed)
         _, series = simulate(made, described, contacts["calibrated"])
         powers[key] = [series["normal_damping_J"].iloc[-1], series["tangential_work_J"].iloc[-1]]
-    seeds = np.array([powers[seed] for seed in range(4)])
+    seeds = np.array([powers[seed] for seed in range(8)])
     assert (np.abs(powers["stl"] - seeds.mean(axis=0)) < 4 * seeds.std(axis=0, ddof=1)).all()
+
+
+def notched_crate(folder) -> dict:
+    """A crate of 80 x 60 x 50 mm with the hollow beside a baffle that stands on its wall, as one surface in a file."""
+    x, y = [-40, 40, 40, 12, 12, 8, 8, -40], [-30, -30, 30, 30, 22, 22, 30, 30]
+    low, high = (np.column_stack([x, y, np.full(8, z)]) / 1e3 for z in (0, 50))
+    sides = [np.array([low[k], high[k], high[(k + 1) % 8], low[(k + 1) % 8]]) for k in range(8)]
+    hollow = Vessel([Facet.from_loops([loop]) for loop in (low, high[::-1], *sides)])
+    vertices, triangles = hollow.triangles()
+    trimesh.Trimesh(vertices * 1e3, triangles[:, ::-1], process=False).export(folder / "notched.obj", digits=15)
+    return {"kind": "stl", "path": "notched.obj", "unit": "mm"}
+
+
+def test_a_baffle_that_stands_in_the_wall_is_the_one_that_is_drawn_with_the_hollow(contacts, tmp_path, monkeypatch):
+    """Until chaos has made rounding large, the balls move alike; none gets into the baffle or behind it."""
+    monkeypatch.chdir(tmp_path)
+    motion = {"kind": "circle", "amplitude_mm": 12}
+    plate = {"kind": "box", "x_mm": 4, "y_mm": 12, "z_mm": 60, "centre_mm": [10, 28, 25]}
+    crate = {"kind": "box", "x_mm": 80, "y_mm": 60, "z_mm": 50}
+    inserted = mill(crate, motion, 240, inserts=[{"name": "baffle", "geometry": plate}])
+    drawn = mill(notched_crate(tmp_path), motion, 240)
+    assert ball_space_m3(build_bodies(inserted, 60)) == pytest.approx(build_vessel(drawn).volume_m3, rel=1e-6)
+    described, dem = case(speed_rpm=400, fill_ratio=0.15), DEM.model_copy(update={"window_s": 0.03, "settle_s": 0.02})
+    described = described.model_copy(update={"window_s": 0.03, "settle_s": 0.02})
+    start = Simulation(described, inserted, contacts["calibrated"], dem).balls.position
+    start = build_bodies(inserted, 400)[0].to_body(start, 0.0)
+    runs = [Simulation(described, made, contacts["calibrated"], dem, start) for made in (inserted, drawn)]
+    for run in runs:
+        run.run("test")
+    assert np.abs(runs[0].balls.position - runs[1].balls.position).max() < 1e-6
+    longer = case(speed_rpm=400, fill_ratio=0.15)
+    run, series = simulate(inserted, longer, contacts["calibrated"])
+    assert closure(series) < 1e-3
+    at = run.bodies[0].to_body(run.balls.position, run.counters[0] * run.step)
+    assert all(signed_distance(body.vessel)(at)[0].max() < -0.9 * run.radius for body in run.bodies)

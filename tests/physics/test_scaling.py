@@ -47,7 +47,6 @@ def descriptors(folder, length=1, density=1):
         discard_s=0.0,
         window_s=0.05 * root,
         counting_rules=[CountingRule(name="merged", gap_s=GAP * root)],
-        skin_m=DemConfig.model_fields["skin_m"].default * length,
     )
     case = Case(
         mill="emax",

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from millprint.bench import compare, physics, tumbling
 from millprint.bench.cases import (
@@ -382,18 +383,37 @@ def test_a_bench_that_cannot_be_compared_is_refused(section, key, value, message
         check_model(values, BenchConfig, "config/bench.yaml")
 
 
-def test_physics_table_counts_standard_errors(config):
+def test_physics_table_has_students_intervals(config):
     law = config.physics.laws[0]
-    ours = pd.DataFrame({name: [1.0, 2.0, 3.0] for name in MEANS})
-    theirs = pd.DataFrame({name: [4.0, 5.0, 6.0] for name in MEANS})
+    ours = pd.DataFrame({name: [1.0, 2.0, 3.0, 4.0] for name in MEANS})
+    theirs = pd.DataFrame({name: [5.0, 6.0, 7.0, 10.0] for name in MEANS})
     table = physics.compare_law(law, ours, theirs)
     assert tuple(table.columns) == physics.PHYSICS_COLUMNS
     assert list(table["quantity"]) == list(MEANS)
-    error = math.sqrt(1 / 3)
-    assert table["millprint_se"].to_numpy() == pytest.approx(error)
-    assert table["difference_pct"].to_numpy() == pytest.approx(150)
-    assert table["standard_errors"].to_numpy() == pytest.approx(3 / math.hypot(error, error))
-    assert law.differs in physics_text(table)
+    # With 3 degrees of freedom, 95 % are within 3.182 standard errors.
+    error = math.sqrt(5 / 3 / 4)
+    assert table["millprint_95"].to_numpy() == pytest.approx(3.18245 * error, rel=1e-5)
+    assert table["difference_pct"].to_numpy() == pytest.approx(180)
+    text = physics_text(table)
+    assert law.differs in text and "4 runs, 95 % intervals" in text and "2.5 +- 2.1" in text
+
+
+def test_the_interval_of_a_difference_is_welchs():
+    """Against scipy's own test of samples with unequal spreads."""
+    a, b = [1.0, 2.0, 3.0, 4.5, 2.5], [5.0, 9.0, 6.0, 20.0, 7.0]
+    own = physics.half_width([np.std(x, ddof=1) / math.sqrt(5) for x in (a, b)], 5)
+    interval = stats.ttest_ind(b, a, equal_var=False).confidence_interval(0.95)
+    assert own == pytest.approx((interval.high - interval.low) / 2)
+
+
+@pytest.mark.parametrize("runs", [2, 3])
+def test_few_runs_have_no_interval(config, runs):
+    """Two runs of a quick bench differed by five standard errors where a longer bench found no difference."""
+    frame = pd.DataFrame({name: np.arange(1.0, 1.0 + runs) for name in MEANS})
+    table = physics.compare_law(config.physics.laws[0], frame, frame + 1)
+    assert table[["millprint_95", "lammps_95", "difference_pct_95"]].isna().all(axis=None)
+    text = physics_text(table)
+    assert "+-" not in text and f"{runs} runs, too few for an interval" in text
 
 
 def test_our_means_agree_with_the_ledger(tmp_path, config, mill, contact):

@@ -49,6 +49,11 @@ def sweep(diameters=(10.0,), seeds=4, spread=0.01, slope=0.0, closure=25.0):
     return runs
 
 
+def taken(step):
+    """The same step for all balls."""
+    return {5.0: step, 10.0: step}
+
+
 def table_of(runs, varied="time_step_s", further=()):
     return convergence_table(runs, varied, "gap_3ms", list(further))
 
@@ -119,41 +124,42 @@ def test_the_stiffest_ball_is_the_reference_of_a_modulus_sweep():
 
 def test_the_balance_limits_the_step_if_no_descriptor_changes():
     """Balance errors of 1e-4, 4e-4, 1.6e-3 at 2, 4, 8 us against a bound of 1e-3."""
-    choice = choose_step(table_of(sweep()), SETTINGS, 2e-6)
+    choice = choose_step(table_of(sweep()), SETTINGS, taken(2e-6))
     (series,) = choice["series"]
-    assert choice["largest_step_s"] == 4e-6 and choice["configured_step_holds"]
+    assert series["largest_step_s"] == 4e-6 and choice["taken_steps_hold"]
     assert series["closure_order"] == pytest.approx(2.0)
     assert [step["passes"] for step in series["steps"]] == [True, True, True, True, False]
     assert series["steps"][-1]["deviating"] == []
-    assert "fail at 8e-06 s by a balance open by 0.16 %" in in_words(choice)
-    assert "2e-06 s holds" in in_words(choice)
+    assert "(8e-06 s fails by a balance open by 0.16 %); the step taken, 2e-06 s, holds" in in_words(choice)
 
 
-def test_the_strictest_series_decides():
+def test_each_ball_size_has_a_step_of_its_own():
     runs = [r for r in sweep((10.0, 5.0)) if not (r["case"]["ball_diameter_mm"] == 5 and r["time_step_s"] == 5e-7)]
     for made in runs:
         if made["case"]["ball_diameter_mm"] == 5:
             made["closure"] *= 4
-    choice = choose_step(table_of(runs), SETTINGS, 4e-6)
+    choice = choose_step(table_of(runs), SETTINGS, taken(4e-6))
     assert {s["ball_diameter_mm"]: s["largest_step_s"] for s in choice["series"]} == {5.0: 2e-6, 10.0: 4e-6}
-    assert choice["largest_step_s"] == 2e-6
-    assert not choice["configured_step_holds"] and "too large" in in_words(choice)
+    assert [s["taken_step_holds"] for s in choice["series"]] == [False, True]
+    assert not choice["taken_steps_hold"] and "4e-06 s, is too large" in in_words(choice)
+    choice = choose_step(table_of(runs), SETTINGS, {5.0: 2e-6, 10.0: 4e-6})
+    assert choice["taken_steps_hold"] and "too large" not in in_words(choice)
 
 
 def test_a_descriptor_that_moves_with_the_step_limits_it():
     """Energies up by 5 % at each microsecond, far over a spread of 0.1 %: only the finest step is left."""
-    choice = choose_step(table_of(sweep(spread=1e-3, slope=0.05, closure=1e-3)), SETTINGS, 2e-6)
+    choice = choose_step(table_of(sweep(spread=1e-3, slope=0.05, closure=1e-3)), SETTINGS, taken(2e-6))
     (series,) = choice["series"]
-    assert choice["largest_step_s"] == 5e-7 and not choice["configured_step_holds"]
+    assert series["largest_step_s"] == 5e-7 and not choice["taken_steps_hold"]
     assert series["steps"][2]["deviating"] == ["normal_energy_J", "tangential_energy_J"]
     assert series["steps"][2]["closes"]
 
 
 def test_chance_is_not_taken_for_a_deviation_and_is_reported():
     """With a spread of 3 % and four seeds a deviation under some 6 % cannot be told; the verdict says so."""
-    choice = choose_step(table_of(sweep(spread=0.03, closure=1e-3)), SETTINGS, 2e-6)
+    choice = choose_step(table_of(sweep(spread=0.03, closure=1e-3)), SETTINGS, taken(2e-6))
     (series,) = choice["series"]
-    assert choice["largest_step_s"] == 8e-6
+    assert series["largest_step_s"] == 8e-6
     assert max(abs(step["largest_deviation_percent"]) for step in series["steps"]) > SETTINGS.tolerance_percent
     assert 4 < series["steps"][-1]["resolution_percent"] < 12
 
@@ -161,23 +167,23 @@ def test_chance_is_not_taken_for_a_deviation_and_is_reported():
 def test_chance_alone_rarely_fails_a_step():
     """A confidence of 95 %: at most one in twenty sweeps without an effect fails, within its own chance."""
     rng = np.random.default_rng(5)
-    choice = choose_step(table_of(chance_sweeps(0.03 * rng.standard_normal((100, 3, 4)))), SETTINGS, 1e-6)
+    choice = choose_step(table_of(chance_sweeps(0.03 * rng.standard_normal((100, 3, 4)))), SETTINGS, taken(1e-6))
     assert len(choice["series"]) == 100
     assert sum(series["largest_step_s"] < 4e-6 for series in choice["series"]) <= 11
 
 
 def test_no_step_passes_where_the_finest_leaves_the_balance_open():
-    choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, 5e-7)
-    assert choice["largest_step_s"] is None and not choice["configured_step_holds"]
-    assert "no step of the sweep passes" in in_words(choice)
+    choice = choose_step(table_of(sweep(closure=1e4)), SETTINGS, taken(5e-7))
+    assert choice["series"][0]["largest_step_s"] is None and not choice["taken_steps_hold"]
+    assert "no step passes" in in_words(choice)
 
 
 @pytest.fixture
 def files(tmp_path):
     table = table_of(sweep((10.0, 5.0)))
     write_table(table, tmp_path / "timestep.tsv")
-    choice = tabulate_convergence.choose(tmp_path / "timestep.tsv", SETTINGS, 2e-6, tmp_path / "timestep.json")
-    assert choice["configured_step_holds"] and "2e-06 s holds" in in_words(choice)
+    choice = tabulate_convergence.choose(tmp_path / "timestep.tsv", SETTINGS, taken(2e-6), tmp_path / "timestep.json")
+    assert choice["taken_steps_hold"] and "2e-06 s, holds" in in_words(choice)
     return tmp_path
 
 
@@ -187,14 +193,14 @@ def outputs(folder, name):
 
 def test_the_verdict_and_the_figure_come_from_the_written_table(files):
     choice = read_json(files / "timestep.json")
-    assert choice["configured_step_s"] == 2e-6 and choice["criteria"] == SETTINGS.model_dump(exclude={"study"})
+    assert choice["series"][0]["taken_step_s"] == 2e-6 and choice["criteria"] == SETTINGS.model_dump(exclude={"study"})
     tabulate_convergence.draw_steps(files / "timestep.tsv", files / "timestep.json", *outputs(files, "timestep"))
     assert (files / "timestep.svg").stat().st_size > 1000 and (files / "timestep.png").stat().st_size > 1000
 
 
 def test_the_figure_of_the_step_shows_errors_orders_and_the_default():
     table = table_of(sweep((10.0, 5.0)))
-    figure = plot_timestep(table, choose_step(table, SETTINGS, 2e-6))
+    figure = plot_timestep(table, choose_step(table, SETTINGS, taken(2e-6)))
     assert len(figure.axes) == 4
     assert figure.axes[0].get_yscale() == "log"
     labels = figure.axes[0].get_legend_handles_labels()[1]

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from millprint.columns import width_of
 from millprint.config.contact import ContactConfig
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count
+from millprint.dem.layout import COUNTER, LANE, LANES, STATUS
+from millprint.dem.overlap import feature_at, impact_overlap, overlap_in_words
 from millprint.dem.simulation import Simulation
 from millprint.errors import SimulationError
+from millprint.mill.vessel import build_vessel
 
 CONFIG = Path(__file__).parents[2] / "config"
 MILL = load_named(CONFIG / "mills", "emax", MillConfig, "mill")
@@ -70,19 +74,82 @@ def test_a_number_that_is_not_finite_names_its_ball(value):
     assert re.match(r"the position of ball 5 is not a finite number at -?\d+\.\d+ s", refusal(lambda: run.run("test")))
 
 
-def test_an_overlap_that_is_too_large_names_both_sides_and_the_bound():
+def test_an_overlap_by_speed_names_both_sides_the_speed_and_a_modulus():
     run = simulation(DEM.model_copy(update={"overlap_max": 1e-3}))
     line = refusal(lambda: run.run("test"))
     pattern = (
-        r"ball \d+ overlaps (ball|wall feature) \d+ by more than 0\.1 % of its radius at .* s: the speed is too high"
+        r"ball \d+ overlaps (ball \d+|the wall of vessel) by 0\.\d+ % of its radius, more than 0\.1 %, at .* s: .*; "
+        r"they met at [\d.]+ m/s, and the ball has [\d.]+ m/s now\. the speed is too high for this Young's modulus: an "
+        r"elastic impact at that speed reaches [\d.]+ %; it needs [\d.e+]+ GPa in place of 2\.05, or a slower mill"
     )
-    assert re.match(pattern, line)
+    assert re.fullmatch(pattern, line), line
 
 
-def test_two_balls_in_one_place_overlap_too_much():
+def test_two_balls_that_start_in_one_place_are_told_to_be_in_the_start():
     run = simulation()
     run.balls.position[4] = run.balls.position[9] + [0.0, 0.0, 1e-3]
-    assert re.match(r"ball 4 overlaps ball 9 by more than 15 %", refusal(lambda: run.run("test")))
+    line = refusal(lambda: run.run("test"))
+    assert re.match(r"ball 4 overlaps ball 9 by [\d.]+ % of its radius, more than 15 %, at ", line)
+    assert "and touch at 10 mm" in line
+    assert "Neither speed nor step is the cause" in line and "from the start on; look at the starting positions" in line
+    assert "GPa" not in line
+
+
+def stopped_at_a_wall(point, speed):
+    """The message of a run that stops in a contact of ball 0, at a point of the vessel's frame [m], with the vessel."""
+    run = simulation()
+    run.balls.position[0] = run.bodies[0].to_laboratory(np.asarray(point)[None], 0.0)[0]
+    values = {"step": 0, "used": 1, "status": STATUS.overlap, "ball": 0, "partner": -1}
+    for name, value in values.items():
+        run.counters[getattr(COUNTER, name)] = value
+    run.contacts.ball[0], run.contacts.partner[0], run.contacts.slot[0] = 0, -1, 0
+    lane = run.contacts.lanes.reshape(-1, width_of(LANE), LANES)[0, :, 0]
+    history = LANE.history
+    lane[[history.peak_overlap, history.approach_speed, history.start]] = 0.16 * run.radius, speed, 0.0
+    return overlap_in_words(run)
+
+
+MIDDLE = build_vessel(MILL).bounds.mean(axis=0)
+PRESSED = np.array([MIDDLE[0], MIDDLE[1], 0.0042])
+
+
+def test_a_ball_that_is_clear_of_the_exact_surface_is_not_told_to_be_too_fast():
+    """Ball 0 in the middle of the jar, in contact with a wall that is not there."""
+    line = stopped_at_a_wall(MIDDLE, 0.3)
+    assert "so that it is clear of it by" in line and "a fault of millprint's wall; please report it" in line
+    assert "GPa" not in line and "too large" not in line
+
+
+def test_a_ball_that_is_pressed_into_a_wall_is_told_the_distance_and_the_place():
+    line = stopped_at_a_wall(PRESSED, 0.3)
+    assert "its centre is 4.2 mm from the nearest point of the wall, on a facet at (" in line
+    assert "0) mm of the vessel's frame, so that it is in it by 0.8 mm; they met at 0.3 m/s" in line
+    assert "the ball is pressed there, with no other contact" in line
+
+
+@pytest.mark.parametrize(("speed", "is_unresolved"), [(30.0, False), (3e5, True)])
+def test_speed_and_step_are_named_only_where_they_are_the_cause(speed, is_unresolved):
+    line = stopped_at_a_wall(PRESSED, speed)
+    assert "the speed is too high for this Young's modulus" in line
+    assert ("the step is too large: an elastic impact at that speed lasts" in line) is is_unresolved
+
+
+def test_an_impact_reaches_the_overlap_at_which_all_its_energy_is_elastic():
+    """The work of a force k d^(3/2) is 2/5 k d^(5/2)."""
+    mass, stiffness, speed = 4e-3, 1e8, 2.0
+    overlap = impact_overlap(mass, stiffness, speed)
+    assert 0.4 * stiffness * overlap**2.5 == pytest.approx(mass * speed**2 / 2)
+
+
+def test_corners_edges_seams_and_facets_are_told_apart():
+    vessel = build_vessel(load_named(CONFIG / "mills", "emax_post", MillConfig, "mill"))
+    corner = vessel.corners[0].point if vessel.corners else vessel.vertices[0]
+    assert feature_at(vessel, corner) == "a corner"
+    seam = next(edge for edge in vessel.edges if edge.turn < 0)
+    assert feature_at(vessel, (seam.start + seam.end) / 2) == "a seam"
+    for edge in vessel.convex_edges[:1]:
+        assert feature_at(vessel, (edge.start + edge.end) / 2) == "a convex edge"
+    assert feature_at(vessel, vessel.facets[0].loops[0][:3].mean(axis=0)) == "a facet"
 
 
 def test_a_step_over_the_fraction_of_the_case_is_refused_and_a_wider_bound_lets_it_pass():

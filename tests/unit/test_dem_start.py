@@ -15,7 +15,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.packing import capacity, inside, laid_lattice, largest_fill, pack, thin_direction
 from millprint.dem.preflight import check_room, checked_bodies
 from millprint.dem.simulation import Simulation
-from millprint.dem.timestep import aligned_step, rayleigh_time
+from millprint.dem.timestep import aligned_step, longest_step, rayleigh_time, skin_of
 from millprint.errors import ConfigError, SimulationError
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.distance import signed_distance
@@ -113,7 +113,7 @@ def test_a_slice_of_a_drum_with_lifters_starts_and_runs(tmp_path, monkeypatch):
     assert signed_distance(body.vessel)(start)[0].max() <= -diameter / 2
 
     contact = load_named(CONFIG / "contacts", "steel", ContactConfig, "contact set")
-    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002, skin_m=1e-3)
+    dem = DemConfig(time_step_s=1e-5, settle_s=0.002, discard_s=0.0, window_s=0.002)
     simulation = Simulation(slice_case(fill), mill, contact, dem)
     assert simulation.count == BALLS
     simulation.run("test")
@@ -204,3 +204,23 @@ def test_a_step_over_the_rayleigh_fraction_is_refused():
     contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
     with pytest.raises(SimulationError, match="of the Rayleigh time"):
         Simulation(case, load_mill("emax"), contact, dem)
+
+
+def test_the_longest_step_is_that_of_the_cases_of_a_ball_as_it_is():
+    """Each ball size by its own sweep; a case of heavier balls, whose steps are longer, does not count."""
+    contact = load_named(CONFIG / "contacts", "calibrated", ContactConfig, "contact set")
+    common = {"mill": "emax", "contact": "calibrated", "fill_ratio": 0.1, "speed_rpm": 600, "seed": 0}
+    common |= {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.1}
+    cases = [
+        Case(ball_diameter_mm=10, **common),
+        Case(ball_diameter_mm=10, rayleigh_fraction=0.076, density_kg_m3=15000, **common),
+        Case(ball_diameter_mm=5, rayleigh_fraction=0.076, **common),
+    ]
+    found = [longest_step(ball, cases, {"calibrated": contact}, DemConfig()) for ball in (10, 5, 3)]
+    assert found == pytest.approx([4e-6, 0.076 * rayleigh_time(0.0025, 7700, 2.05e9, 0.235), 4e-6])
+
+
+def test_the_skin_goes_with_the_ball_and_the_root_of_the_step():
+    dem = DemConfig()
+    assert skin_of(dem, 5e-3, 0.16) == pytest.approx(dem.skin_share * 5e-3 * 0.4)
+    assert skin_of(dem, 5e-3, 0.16) == pytest.approx(2 * skin_of(dem, 5e-3, 0.04))

@@ -19,6 +19,7 @@ from millprint.mill.bodies import (
     check_inserts,
     inserts_in_vessel,
     travel_m,
+    volume_within,
 )
 from millprint.mill.distance import signed_distance
 from millprint.mill.vessel import build_vessel
@@ -176,6 +177,61 @@ def test_an_insert_that_stays_while_the_jar_moves_is_refused():
 
 def test_what_moves_with_the_vessel_may_stand_on_its_floor():
     check(mill(inserts=[{"name": "baffle", "geometry": {"kind": "box", "x_mm": 10, "y_mm": 20, "z_mm": 30}}]))
+
+
+CRATE = {"kind": "box", "x_mm": 80, "y_mm": 60, "z_mm": 50}
+
+
+def baffle(sunk_mm=3.0, z_mm=70, **changes):
+    """A plate, 4 by 8 mm in the hollow and of a height, on the wall at y = 30 mm and `sunk_mm` into it."""
+    size = {"x_mm": 4, "y_mm": 8 + sunk_mm, "z_mm": z_mm, "centre_mm": [10, 30 - (8 - sunk_mm) / 2, 20]}
+    return {"name": "baffle", "geometry": {"kind": "box", **size}, **changes}
+
+
+@pytest.mark.parametrize(("sunk_mm", "z_mm"), [(3.0, 70), (0.01, 70), (0.0, 70), (3.0, 52)])
+def test_an_insert_that_moves_with_the_vessel_may_stand_in_its_wall(sunk_mm, z_mm):
+    made = mill(CRATE, {"kind": "circle", "amplitude_mm": 10}, [baffle(sunk_mm, z_mm)])
+    bodies = build_bodies(made, 60)
+    check(made)
+    height = min(50, 20 + z_mm / 2)
+    assert ball_space_m3(bodies) == pytest.approx((80 * 60 * 50 - 4 * 8 * height) * 1e-9, rel=1e-6)
+
+
+def test_the_radius_of_a_drum_is_that_of_its_hollow_whatever_stands_in_its_wall():
+    drum = {"kind": "rotation", "axis": [0, 1, 0]}
+    lifter = {"kind": "box", "x_mm": 12, "y_mm": 100, "z_mm": 6, "centre_mm": [49, 0, 0]}
+    made = mill({**TANK, "axis": "y"}, drum, [{"name": "lifter", "geometry": lifter}])
+    check(made)
+    assert travel_m(build_bodies(made, 60), 60) == pytest.approx(0.05, rel=1e-3)
+
+
+def test_the_volume_of_a_part_in_a_round_wall_is_measured():
+    """Against random points, half a million in the box of the rod."""
+    rod = {"name": "rod", "geometry": {**ROD, "radius_mm": 8, "axis": "x", "height_mm": 60, "centre_mm": [35, 0, 50]}}
+    vessel, solid = (body.vessel for body in build_bodies(mill(inserts=[rod]), 60))
+    points = np.random.default_rng(0).uniform(*solid.bounds, (500_000, 3))
+    is_in = (signed_distance(vessel)(points)[0] < 0) & (signed_distance(solid)(points)[0] > 0)
+    expected = is_in.mean() * np.prod(np.ptp(solid.bounds, axis=0))
+    assert 0.2 < expected / -solid.volume_m3 < 0.9
+    assert volume_within(vessel, solid) == pytest.approx(expected, rel=4e-3)
+
+
+def test_what_stands_in_the_wall_must_move_with_it_and_be_in_the_hollow():
+    circle = {"kind": "circle", "amplitude_mm": 10}
+    line = refusal(mill(CRATE, circle, [baffle(motion=TURNING)]))
+    assert "baffle meets vessel at (" in line and "has no `motion`, and may stand in its wall" in line
+    check(mill(CRATE, TURNING, [baffle(motion=TURNING)]))
+    outside = {"name": "baffle", "geometry": {**CRATE, "centre_mm": [200, 0, 25]}}
+    assert "baffle lies outside the hollow of the vessel" in refusal(mill(CRATE, circle, [outside]))
+    larger = {"name": "baffle", "geometry": {**CRATE, "x_mm": 90, "y_mm": 90, "z_mm": 90, "centre_mm": [0, 0, 25]}}
+    assert "mL of the vessel to the balls" in refusal(mill(CRATE, circle, [larger]))
+
+
+def test_a_divider_whose_edges_are_all_in_the_wall_is_in_the_hollow():
+    plate = {"kind": "box", "x_mm": 2, "y_mm": 70, "z_mm": 60, "centre_mm": [5, 0, 25]}
+    made = mill(CRATE, inserts=[{"name": "divider", "geometry": plate}])
+    check(made)
+    assert ball_space_m3(build_bodies(made, 60)) == pytest.approx((80 - 2) * 60 * 50e-9, rel=1e-6)
 
 
 def test_two_inserts_must_not_meet_even_where_only_edges_cross():

@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from millprint.config.load import load_named
+from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
+from millprint.config.motion import MOTIONS, STILL
+from millprint.errors import ConfigError
 from millprint.mill.motion import motion_from_law, stack_motions
 from tests.poses import poses_at, velocity
 
@@ -50,3 +52,31 @@ def test_before_the_start_the_vessel_rests_where_the_motion_begins():
     assert np.linalg.norm(velocity(made, 0.0)) == pytest.approx(0.017 * 10 * np.pi)
     assert velocity(made.at_rest(), 0.5) == pytest.approx(np.zeros(3))
     assert velocity(motion("emax", 0), 0.5) == pytest.approx(np.zeros(3))
+
+
+AT_ZERO = [
+    ({"kind": "circle", "amplitude_mm": 0}, "amplitude_mm = 0"),
+    ({"kind": "planetary", "sun_radius_mm": 0.0, "ratio": -2}, "sun_radius_mm = 0"),
+    ({"kind": "figure_of_eight", "along_mm": 0, "across_mm": 3}, "along_mm = 0"),
+    ({"kind": "figure_of_eight", "along_mm": 9, "across_mm": 0}, "across_mm = 0"),
+    ({"kind": "swing", "axis": [1, 0, 0], "pivot_mm": [0, 0, 0], "amplitude_deg": 0}, "amplitude_deg = 0"),
+    ({"kind": "rotation", "axis": [0, 1, 0], "ratio": 0}, "ratio = 0"),
+    ({"kind": "lissajous", "terms": [{"axis": "x", "amplitude_mm": 0}]}, "terms: the amplitudes add up to 0"),
+    (
+        {"kind": "lissajous", "terms": [{"axis": "z", "amplitude_mm": 4}, {"axis": "z", "amplitude_mm": -4}]},
+        "terms: the amplitudes add up to 0",
+    ),
+]
+
+
+@pytest.mark.parametrize(("law", "found"), AT_ZERO, ids=[f"{law['kind']} {found}" for law, found in AT_ZERO])
+def test_a_motion_that_does_not_move_is_refused_with_file_key_and_value(law, found):
+    values = read_yaml(MILLS / "emax.yaml") | {"motion": law}
+    with pytest.raises(ConfigError) as caught:
+        check_model(values, MillConfig, "config/mills/emax.yaml")
+    (line,) = str(caught.value).splitlines()
+    assert line == f"config/mills/emax.yaml: motion: {found}: {STILL}"
+
+
+def test_every_kind_of_motion_is_refused_at_zero_or_rests_or_comes_from_a_table():
+    assert {law["kind"] for law, _ in AT_ZERO} == set(MOTIONS) - {"rest", "points"}

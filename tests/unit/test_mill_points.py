@@ -143,3 +143,9 @@ def test_a_table_that_is_not_one_turn_is_refused_in_one_line(tmp_path, table, pa
 def test_a_path_that_leaves_the_project_or_is_no_table_is_refused(path):
     with pytest.raises(ValidationError):
         PointsMotion(kind="points", path=path)
+
+
+def test_a_table_without_a_motion_is_refused(tmp_path):
+    table = planetary_table().assign(x_m=0.01, y_m=0.0, rotation_z_deg=0.0)
+    with pytest.raises(ConfigError, match=r"motion.tsv: all rows have the same place: nothing would move; give the"):
+        read(table, tmp_path)

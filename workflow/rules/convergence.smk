@@ -1,5 +1,8 @@
 """Descriptors against the time step, which justify the default step, and against Young's modulus (Fig. 3.4)."""
 
+from millprint.dem.timestep import longest_step
+from millprint.fingerprint.cases import described_cases
+
 CONVERGENCE = f"{RESULTS}/convergence"
 STEP_STUDY = summaries_of([sweep for sweep in CONFIG.sweeps if sweep.compares_steps])
 # A sweep with a single step is not tabulated. No other stage needs its cases, so they are requested here.
@@ -49,7 +52,12 @@ rule tabulate_convergence:
         counting_rule=CONFIG.fingerprint.counting_rule,
         further_rules=CONFIG.convergence.counting_rules,
         settings=CONFIG.convergence.model_dump(mode="json", exclude={"study"}),
-        configured_s=CONFIG.dem.time_step_s,
+        taken_s={
+            ball: longest_step(ball, described_cases(CONFIG, CASES).values(), CONTACTS, CONFIG.dem)
+            for sweep in CONFIG.sweeps
+            if sweep.compares_steps
+            for ball in sweep.ball_diameters_mm
+        },
         library=library("tabulate_convergence.py"),
     message:
         "Tabulating and drawing descriptors against time step and Young's modulus (Fig. 3.4)"

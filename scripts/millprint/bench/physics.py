@@ -1,10 +1,11 @@
 """Means of the same motion from both codes: an independent check of the physics, in a box that both express exactly.
 
-Trajectories of two codes part within tenths of a second, so only means can agree. Each code runs from the same starts;
-the standard error of a mean is that over the starts, which are independent.
+Trajectories of two codes part within tenths of a second, so only means can agree. Each code runs from the same starts,
+which are independent of each other: the intervals of the means are Student's over the starts.
 """
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,20 +21,24 @@ from millprint.dem.run import run_case
 from millprint.files import read_json
 from millprint.hdf5 import open_hdf5
 from millprint.progress import progress
+from millprint.quantiles import student_exceeded
 
 # Columns of results/bench/physics.tsv. Quantities are MEANS, with their unit in the name; contacts are those of a ball.
+# NAME_95 is the half-width of the 95 % interval of NAME, in its unit; empty with fewer than FEWEST_RUNS runs.
 PHYSICS_COLUMNS = (
     "law",
     "quantity",
     "millprint",
-    "millprint_se",
+    "millprint_95",
     "lammps",
-    "lammps_se",
+    "lammps_95",
     "difference_pct",
-    "standard_errors",
+    "difference_pct_95",
     "runs",
     "differs",
 )
+# With fewer, Student's intervals are so wide that they say nothing.
+FEWEST_RUNS = 4
 
 
 def our_means(setup: Setup, physics: PhysicsConfig, seed: int, place: Path) -> dict[str, float]:
@@ -75,19 +80,29 @@ def driven_steps(setup: Setup, physics: PhysicsConfig) -> tuple[list[int], float
     return [math.ceil(length * setup.speed_rpm / 60) * revolution for length in times.values()], simulation.step
 
 
-def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
-    """Rows of PHYSICS_COLUMNS for one law, from the means (runs, quantities) of either code.
+def half_width(errors: Sequence[float], runs: int) -> float:
+    """Half-width of the 95 % interval of a mean, or of a difference of means by Welch, in the unit of the errors.
 
-    standard_errors: the difference over the root of the sum of both squared standard errors.
+    errors: the standard error of each independent mean, of `runs` runs each; the degrees of freedom are
+    (sum e_i^2)^2 / sum (e_i^4 / (runs - 1)). NaN with fewer than FEWEST_RUNS runs.
     """
+    if runs < FEWEST_RUNS:
+        return math.nan
+    squares = np.square(errors)
+    freedom = (runs - 1) * squares.sum() ** 2 / np.square(squares).sum() if squares.any() else runs - 1
+    return float(student_exceeded(0.025, freedom) * math.sqrt(squares.sum()))
+
+
+def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
+    """Rows of PHYSICS_COLUMNS for one law, from the means (runs, quantities) of either code."""
     rows = []
     for name in MEANS:
-        a, b = ours[name], theirs[name]
-        errors = a.sem(), b.sem()
-        difference = b.mean() - a.mean()
+        a, b, runs = ours[name], theirs[name], len(ours)
+        ratio = b.mean() / a.mean()
         values = (
-            law.name, name, a.mean(), errors[0], b.mean(), errors[1], 100 * difference / a.mean(),
-            difference / math.hypot(*errors), len(a), law.differs,
+            law.name, name, a.mean(), half_width([a.sem()], runs), b.mean(), half_width([b.sem()], runs),
+            100 * (ratio - 1), 100 * half_width([b.sem() / a.mean(), ratio * a.sem() / a.mean()], runs),
+            runs, law.differs,
         )  # fmt: skip
         rows.append(dict(zip(PHYSICS_COLUMNS, values, strict=True)))
     return pd.DataFrame(rows)

@@ -26,17 +26,23 @@ def across_text(over_jar: dict[str, float], jar: str, large: tuple[str, str, flo
 
 
 def physics_text(table: pd.DataFrame) -> str:
-    """The means of both codes for each law, with the remaining differences between the laws."""
+    """The means of both codes for each law with their 95 % intervals, and the remaining differences of the laws."""
+
+    def shown(rows: pd.DataFrame, name: str, form: str) -> list[str]:
+        pairs = zip(rows[name], rows[f"{name}_95"], strict=True)
+        return [f"{value:{form}}" + ("" if pd.isna(half) else f" +- {half:.2g}") for value, half in pairs]
+
     parts = []
     for (law, differs), rows in table.groupby(["law", "differs"], sort=False):
-        shown = pd.DataFrame(
-            {
-                "quantity": rows["quantity"],
-                "millprint": [f"{v:.4g} +- {e:.2g}" for v, e in zip(rows.millprint, rows.millprint_se, strict=True)],
-                "LAMMPS": [f"{v:.4g} +- {e:.2g}" for v, e in zip(rows.lammps, rows.lammps_se, strict=True)],
-                "difference %": rows["difference_pct"].map("{:+.1f}".format),
-                "standard errors": rows["standard_errors"].map("{:+.1f}".format),
-            }
+        columns = {
+            "quantity": rows["quantity"],
+            "millprint": shown(rows, "millprint", ".4g"),
+            "LAMMPS": shown(rows, "lammps", ".4g"),
+            "difference %": shown(rows, "difference_pct", "+.1f"),
+        }
+        runs = rows["runs"].iloc[0]
+        what = "95 % intervals" if rows["difference_pct_95"].notna().all() else "too few for an interval"
+        parts.append(
+            f"law {law}: differs {differs}; {runs} runs, {what}\n{pd.DataFrame(columns).to_string(index=False)}"
         )
-        parts.append(f"law {law}: differs {differs}\n{shown.to_string(index=False)}")
     return "\n\n".join(parts)

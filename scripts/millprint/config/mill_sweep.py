@@ -27,10 +27,9 @@ class Precision(NamedTuple):
     seeds: int
 
 
-# With steps of 2.5 times 0.024 of the Rayleigh time, descriptors stay within the scatter of seeds, and the energy
-# balance within half of dem.closure_max (docs/how_to/speed.md).
+# Steps of 0.15 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "quick": Precision(step=2.5, recorded=0.5, seeds=1),
+    "quick": Precision(step=1.875, recorded=0.5, seeds=1),
     "standard": Precision(step=1.0, recorded=1.0, seeds=1),
     "fine": Precision(step=1.0, recorded=2.0, seeds=3),
 }
@@ -134,11 +133,13 @@ class MillsConfig(Section):
     contact: Name | None = None
     """contact set of their balls: a file in config/contacts; the first of `contacts` if left out"""
     precision: PrecisionName = "quick"
-    """how exactly the sweeps are simulated: `quick` takes steps of 2.5 times `rayleigh_fraction` and records half the
-    time of `standard`; `fine` records twice that time, with three times as many seeds
+    """how exactly the sweeps are simulated: `quick` takes steps of 1.875 times `rayleigh_fraction` and records half
+    the time of `standard`; `fine` records twice that time, with three times as many seeds
     """
-    rayleigh_fraction: Fraction = 0.024
-    """step over each case's own Rayleigh time at precision `standard`; 0.024 is 2e-6 s for 5 mm balls [-]"""
+    rayleigh_fraction: Fraction = 0.08
+    """step over each case's own Rayleigh time at precision `standard`; 0.08 is 2e-6 s for 5 mm balls of a softened set
+    [-]
+    """
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
     first_case_only: bool = False

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -26,6 +26,12 @@ Multiple = Annotated[int, Field(ge=1, le=1000, description="frequency over the m
 Phase = Annotated[float, Field(description="phase of the sine [deg]; 90 makes it a cosine")]
 Ratio = Annotated[float, Field(ge=-1000, le=1000)]
 Axis = Annotated[Vector, AfterValidator(_has_length)]
+
+
+# The sum of amplitudes below which nothing moves [m].
+LEAST_M = 1e-9
+# What a motion that does not move is told.
+STILL = "nothing would move; give the value of the machine, or for a body at rest the motion {kind: rest}"
 
 
 class Harmonic(Section):
@@ -78,9 +84,21 @@ def _sum(terms: Sequence[Harmonic]) -> list[list[float]]:
 
 
 class MotionSection(Section):
-    """The keys of a motion, whose `kind` is that of its record in MOTIONS."""
+    """The keys of a motion, whose `kind` is that of its record in MOTIONS.
+
+    needs: keys of numbers without which nothing would move; at 0 they are refused.
+    """
 
     kind: str
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _moves(cls, content: Any) -> Any:
+        for key in cls.needs:
+            if isinstance(content, dict) and type(content.get(key)) in (int, float) and content[key] == 0:
+                raise ValueError(f"{key} = 0: {STILL}")
+        return content
 
     def drive(self) -> Drive:
         """What the motion does in each turn of the mill."""
@@ -91,6 +109,7 @@ class CircleMotion(MotionSection):
     """Translation on a horizontal circle without turning: x = A cos wt, y = A sin wt (Emax, thesis Sec. 3.2.2)."""
 
     kind: Literal["circle"]
+    needs = ("amplitude_mm",)
     amplitude_mm: Size
     """radius A of the circle [mm]"""
 
@@ -106,6 +125,12 @@ class LissajousMotion(MotionSection):
     terms: list[Harmonic] = Field(min_length=1)
     """the harmonics"""
 
+    @model_validator(mode="after")
+    def _terms_move(self) -> "LissajousMotion":
+        if not any(abs(value) > LEAST_M for row in _sum(self.terms) for value in row[1:]):
+            raise ValueError(f"terms: the amplitudes add up to 0: {STILL}")
+        return self
+
     def drive(self) -> Drive:
         """The sum of the terms."""
         return Drive(_sum(self.terms))
@@ -115,6 +140,7 @@ class FigureOfEightMotion(MotionSection):
     """Translation along a figure of eight in a plane, A sin wt along it, B sin 2 wt across it: a SPEX-like shaker."""
 
     kind: Literal["figure_of_eight"]
+    needs = ("along_mm", "across_mm")
     along_mm: Size
     """amplitude A along the figure [mm]"""
     across_mm: Size
@@ -133,17 +159,17 @@ class RotationMotion(MotionSection):
     """Turning about a fixed axis: a tumbling drum, the shaft of an attritor."""
 
     kind: Literal["rotation"]
+    needs = ("ratio",)
     axis: Axis
     """direction of the axis; it turns counter-clockwise about it"""
     pivot_mm: PlaceVector = (0.0, 0.0, 0.0)
     """a point of the axis [mm]"""
     ratio: Ratio = 1.0
-    """turns for each turn of the mill's stated speed [-]; < 0 turns back"""
+    """turns for each turn of the mill's stated speed, not 0 [-]; < 0 turns back"""
 
     def drive(self) -> Drive:
         """Steady turning about the axis."""
-        ratio = abs(self.ratio) or 1.0
-        return Drive(axis=self.axis, pivot_mm=self.pivot_mm, turns=self.ratio, own_turns=ratio)
+        return Drive(axis=self.axis, pivot_mm=self.pivot_mm, turns=self.ratio, own_turns=abs(self.ratio))
 
 
 class PlanetaryMotion(MotionSection):
@@ -157,6 +183,7 @@ class PlanetaryMotion(MotionSection):
     """
 
     kind: Literal["planetary"]
+    needs = ("sun_radius_mm",)
     sun_radius_mm: Size
     """distance of the jar's axis from the sun wheel's axis [mm]"""
     ratio: Ratio
@@ -181,6 +208,7 @@ class SwingMotion(MotionSection):
     """Oscillation about an axis through a pivot, angle = amplitude sin(multiple w t + phase), and a translation."""
 
     kind: Literal["swing"]
+    needs = ("amplitude_deg",)
     axis: Axis
     """direction of the axis; a positive angle is counter-clockwise about it"""
     pivot_mm: PlaceVector

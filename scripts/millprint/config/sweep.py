@@ -23,8 +23,8 @@ Disturbance = Annotated[float, Field(ge=0, le=1e-6)]
 class DemConfig(Section):
     """Settings of every simulation unless a sweep overrides them."""
 
-    time_step_s: Positive = 2e-6
-    """integration step [s]"""
+    time_step_s: Positive = 4e-6
+    """integration step, for balls of 10 mm; smaller balls take a `rayleigh_fraction` of their sweep [s]"""
     rayleigh_fraction_max: Fraction = 0.2
     """largest step allowed, as a fraction of the Rayleigh time [-]"""
     settle_s: Positive = 0.25
@@ -39,8 +39,10 @@ class DemConfig(Section):
         default=DEFAULT_RULES, min_length=1
     )
     """definitions of one collision; every run counts by each of them"""
-    skin_m: Annotated[float, Field(gt=0, le=0.1)] = 6e-4
-    """a candidate contact is listed when its gap is smaller than this [m]"""
+    skin_share: Annotated[float, Field(gt=0, le=10)] = 1.5
+    """a candidate contact is listed when its gap is smaller than this times the smallest ball's radius and the root of
+    the step over the Rayleigh time [-]
+    """
     overlap_max: Annotated[float, Field(gt=0, le=OVERLAP_LIMIT)] = 0.15
     """overlap over the ball's radius at which a run fails [-]"""
     occupancy_interval_s: Positive = 5e-4
@@ -123,6 +125,8 @@ class SweepConfig(Section):
                     raise ValueError(f"{study} and {other} cannot both be given in one sweep")
         if (self.compares_steps or self.young_moduli_gpa) and 0 in self.speeds_rpm:
             raise ValueError("speeds_rpm = 0: a mill at rest has no descriptors to compare steps or moduli by")
+        if self.power_error_max and 0 in self.speeds_rpm:
+            raise ValueError("speeds_rpm = 0: a mill at rest has no power; leave out power_error_max, or the speed")
         charges = [mixture.name for size in self.ball_diameters_mm if (mixture := mixture_of(size))]
         if (self.compares_steps or self.young_moduli_gpa) and charges:
             raise ValueError(

@@ -15,6 +15,7 @@ from millprint.config.sweep import Case, DemConfig, ball_count, overridden, thre
 from millprint.dem import state
 from millprint.dem.advance import advance
 from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
+from millprint.dem.overlap import overlap_in_words
 from millprint.dem.packing import pack, pack_mixture
 from millprint.dem.recording import (
     TABLE_ROWS,
@@ -30,7 +31,7 @@ from millprint.dem.recording import (
 )
 from millprint.dem.restart import read_restart, write_restart
 from millprint.dem.threads import Shares, make_shares, use_threads
-from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step
+from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
 from millprint.errors import SimulationError
 from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
 from millprint.mill.motion import Motion
@@ -80,11 +81,12 @@ class Simulation:
         )
         self.candidates = state.make_candidates(self.count, len(self.bodies))
         self.contacts = state.make_contacts(self.candidates.partner.size)
-        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, dem.skin_m)
+        skin = skin_of(dem, float(self.radii.min()), self.step / self.rayleigh_s)
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
         self.walls: Walls = build_walls(
             [body.vessel for body in self.bodies],
             largest,
-            dem.skin_m / 2,
+            skin / 2,
             pitch=max(0.4 * largest, 1e-3),
         )
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
@@ -288,14 +290,10 @@ class Simulation:
 
     def _trouble(self) -> str:
         """The message for the status of the run."""
-        ball, partner = int(self.counters[COUNTER.ball]), int(self.counters[COUNTER.partner])
-        when = f"at {self.counters[COUNTER.step] * self.step:.6f} s"
-        other = f"ball {partner}" if partner >= 0 else f"wall feature {-1 - partner}"
+        if self.counters[COUNTER.status] == STATUS.overlap:
+            return overlap_in_words(self)
+        ball, when = int(self.counters[COUNTER.ball]), f"at {self.counters[COUNTER.step] * self.step:.6f} s"
         return {
-            STATUS.overlap: (
-                f"ball {ball} overlaps {other} by more than {100 * self.dem.overlap_max:g} % of its radius {when}: "
-                "the speed is too high for this Young's modulus, or the step too large"
-            ),
             STATUS.escaped: f"ball {ball} has left the vessel {when}",
             STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
             STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt {when}",

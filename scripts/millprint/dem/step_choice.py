@@ -1,4 +1,6 @@
-"""The largest time step that changes no descriptor and keeps the energy balance; is the default small enough?"""
+"""The largest time step that changes no descriptor and keeps the energy balance; is the one taken small enough?"""
+
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -44,54 +46,55 @@ def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dic
     }
 
 
-def judge_series(series: pd.DataFrame, settings: ConvergenceConfig) -> dict:
-    """Verdict on each step of a series, finest first, and the largest that passes with every finer one."""
+def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: float) -> dict:
+    """Verdict on each step of a series, finest first, and the largest that passes with every finer one.
+
+    taken_s: the step that the sweeps take for these balls [s]. It is a little smaller than requested, so that a whole
+    number of steps makes an energy sample.
+    """
     factor = chance_factor(series, settings.confidence)
     steps = [judge_row(row, factor, settings) for _, row in series.iterrows()]
     failed = next((index for index, step in enumerate(steps) if not step["passes"]), len(steps))
+    largest = steps[failed - 1]["time_step_s"] if failed else None
     return {
         **{name: series[name].iloc[0] for name in SERIES[:2]},
         **{name: float(series[name].iloc[0]) for name in SERIES[2:]},
-        "largest_step_s": steps[failed - 1]["time_step_s"] if failed else None,
+        "largest_step_s": largest,
+        "taken_step_s": taken_s,
+        "taken_step_holds": largest is not None and taken_s <= largest * 1.01,
         "closure_order": closure_order(series),
         "steps": steps,
     }
 
 
-def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, configured_s: float) -> dict:
-    """The largest step that passes in every series of the time-step table, against the configured one [s].
+def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mapping[float, float]) -> dict:
+    """The largest step that passes in each series of the time-step table, against that of the sweeps.
 
     A step passes where each of DESCRIPTORS is within settings.tolerance_percent of that at the finest step, or within
     what chance does to so few seeds, where the balance closes within settings.closure_max, and every finer step passes.
+    taken_s: the step of the sweeps [s] for each ball diameter [mm].
     """
-    series = [judge_series(rows, settings) for _, rows in table.groupby(SERIES, sort=False)]
-    steps = [verdict["largest_step_s"] for verdict in series]
-    largest = None if None in steps else min(steps)
-    # A step is a little smaller than requested, so that a whole number of them makes an energy sample.
-    holds = largest is not None and configured_s <= largest * 1.01
+    series = [
+        judge_series(rows, settings, taken_s[rows["ball_diameter_mm"].iloc[0]])
+        for _, rows in table.groupby(SERIES, sort=False)
+    ]
     return {
         "criteria": settings.model_dump(exclude={"study"}),
-        "configured_step_s": configured_s,
-        "largest_step_s": largest,
-        "configured_step_holds": holds,
+        "taken_steps_hold": all(each["taken_step_holds"] for each in series),
         "series": series,
     }
 
 
 def in_words(choice: dict) -> str:
-    """A line for the log: the largest step, the reason against the next one, and the result for the configured step."""
-    configured, largest = choice["configured_step_s"], choice["largest_step_s"]
-    verdict = "holds" if choice["configured_step_holds"] else "is too large: make dem.time_step_s smaller"
-    if largest is None:
-        return f"no step of the sweep passes; dem.time_step_s = {configured:g} s {verdict}"
-    limits = []
+    """A line for the log: for each series the largest step, the reason against the next one, and the one taken."""
+    parts = []
     for series in choice["series"]:
         failed = next((step for step in series["steps"] if not step["passes"]), None)
-        name = f"{series['ball_diameter_mm']:g} mm balls"
-        if failed is None:
-            limits.append(f"every step passes for {name}")
-        else:
+        largest, taken = series["largest_step_s"], series["taken_step_s"]
+        found = "no step passes" if largest is None else f"the largest step that passes is {largest:.3g} s"
+        if failed:
             reasons = [] if failed["closes"] else [f"a balance open by {100 * failed['closure_worst']:.2g} %"]
-            limits.append(f"{name} fail at {failed['time_step_s']:.3g} s by {', '.join(reasons + failed['deviating'])}")
-    found = f"the largest step that passes is {largest:.3g} s ({'; '.join(limits)})"
-    return f"{found}; dem.time_step_s = {configured:g} s {verdict}"
+            found += f" ({failed['time_step_s']:.3g} s fails by {', '.join(reasons + failed['deviating'])})"
+        verdict = "holds" if series["taken_step_holds"] else "is too large: make dem.time_step_s or its sweep's smaller"
+        parts.append(f"{series['ball_diameter_mm']:g} mm balls: {found}; the step taken, {taken:.3g} s, {verdict}")
+    return "; ".join(parts)

@@ -1,6 +1,7 @@
-"""The Rayleigh time of a ball, and the step of a case."""
+"""The Rayleigh time of a ball, the step of a case, and the skin of its lists."""
 
 import math
+from collections.abc import Iterable, Mapping
 
 from millprint.config.contact import ContactConfig
 from millprint.config.sweep import Case, DemConfig
@@ -30,9 +31,35 @@ def requested_step(case: Case, dem: DemConfig, rayleigh_s: float) -> float:
     return dem.time_step_s
 
 
+def longest_step(
+    ball_diameter_mm: float, cases: Iterable[Case], contacts: Mapping[str, ContactConfig], dem: DemConfig
+) -> float:
+    """The longest requested step [s] of the cases with balls of a diameter [mm] and the density of their contact set.
+
+    That of `dem` if there are none.
+    """
+    steps = []
+    for case in cases:
+        if (case.ball_diameter_mm, case.mixture, case.density_kg_m3) == (ball_diameter_mm, None, None):
+            own, stiffness = contacts[case.contact], contacts[case.contact].young_modulus_gpa * 1e9
+            t_r = rayleigh_time(ball_diameter_mm / 2000, own.density_kg_m3, stiffness, own.poisson_ratio)
+            steps.append(requested_step(case, dem, t_r))
+    return max(steps, default=dem.time_step_s)
+
+
 def largest_fraction(case: Case, dem: DemConfig) -> float:
     """The largest step that is allowed for a case, over its Rayleigh time [-]."""
     return case.rayleigh_fraction_max or dem.rayleigh_fraction_max
+
+
+def skin_of(dem: DemConfig, radius_m: float, step_over_rayleigh: float) -> float:
+    """The skin of the lists of candidates [m]: skin_share R sqrt(step / t_R).
+
+    Lists are made again when a ball has moved by half the skin, so that their cost in a step goes with step / skin.
+    That of going through them goes with their length, and so with skin / R. The sum is least where the skin goes with
+    the root of R times the step, and t_R goes with R.
+    """
+    return dem.skin_share * radius_m * math.sqrt(step_over_rayleigh)
 
 
 def resolved_step(contact: ContactConfig, radius_m: float, wanted_s: float, rayleigh_fraction_max: float) -> float:

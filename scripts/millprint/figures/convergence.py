@@ -65,7 +65,7 @@ def _plot_deviation(axis: Axes, table: pd.DataFrame, name: str, tolerance: float
 
 
 def plot_timestep(table: pd.DataFrame, choice: dict) -> Figure:
-    """Energy balance error and descriptors against the time step, the default step as a dotted line.
+    """Energy balance error and descriptors against the time step, the step of the sweeps as a dash-dotted line.
 
     table: time_step_s, closure and deviations of the time-step sweep; choice: what `choose_step` returns.
     """
@@ -76,8 +76,10 @@ def plot_timestep(table: pd.DataFrame, choice: dict) -> Figure:
         _plot_deviation(axis, table, name, choice["criteria"]["tolerance_percent"])
     letter_panels(axes.flat)
     for axis in axes.flat:
-        default = MICROSECONDS * choice["configured_step_s"]
-        axis.axvline(default, color="0.3", linestyle="-.", linewidth=1, label="default step")
+        for index, series in enumerate(choice["series"]):
+            taken = MICROSECONDS * series["taken_step_s"]
+            label = "" if index else "step of the sweeps"
+            axis.axvline(taken, color=COLOURS[index], linestyle="-.", linewidth=1, label=label)
         axis.set(xscale="log", xlabel="time step [µs]")
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.minorticks_off()

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from millprint.mill.vessel import Facet, Vessel, build_vessel, shape_vessel
 ANGLES = 72
 # Samples along an edge in that check: a body may cross another without a vertex inside it.
 EDGE_SAMPLES = 9
-# Bodies that move together may overlap by this share of the vessel's size; others must be apart by as much.
+# Inserts that move together may overlap by this share of the vessel's size; other bodies must be apart by as much.
 TOUCH = 1e-6
+# Cells along each axis of the grid by which the part of an insert within the vessel is measured.
+CELLS = 64
 # Most poses that the check tries, for bodies whose speeds differ much.
 POSES_MAX = 2000
 # One revolution per second [rpm]: the check does not depend on the speed.
@@ -44,14 +47,15 @@ class Body:
 def build_bodies(mill: MillConfig, speed_rpm: float) -> list[Body]:
     """The vessel of a mill and its inserts, moving at a speed [rpm]. Raises ConfigError for a refused shape.
 
-    An insert without a motion of its own moves with the vessel.
+    An insert without a motion of its own moves with the vessel, and has the same object as its motion.
     """
     motion = motion_from_law(mill.motion, speed_rpm)
     bodies = [Body("vessel", build_vessel(mill), motion)]
     for index, insert in enumerate(mill.inserts):
         place = f"{_place(mill)}: inserts.{index}.geometry"
         solid = shape_vessel(insert.geometry, place, solid=True)
-        own = motion if insert.motion is None else motion_from_law(insert.motion, speed_rpm)
+        law = insert.motion or mill.motion
+        own = motion if law == mill.motion else motion_from_law(law, speed_rpm)
         bodies.append(Body(insert.name, solid, own))
     return bodies
 
@@ -61,8 +65,35 @@ def _place(mill: MillConfig) -> str:
 
 
 def ball_space_m3(bodies: Sequence[Body]) -> float:
-    """Volume that the balls can fill [m3]: the vessel less the inserts."""
-    return sum(body.vessel.volume_m3 for body in bodies)
+    """Volume that the balls can fill [m3]: the vessel less the inserts, of which a part may stand in its wall."""
+    vessel = bodies[0].vessel
+    return vessel.volume_m3 - sum(
+        volume_within(vessel, body.vessel) if body.motion is bodies[0].motion else -body.vessel.volume_m3
+        for body in bodies[1:]
+    )
+
+
+@lru_cache(maxsize=32)
+def volume_within(vessel: Vessel, solid: Vessel) -> float:
+    """Volume [m3] of the part of a solid that is in a vessel; both in one frame.
+
+    All of it for a solid that nowhere reaches into the wall. Otherwise from a grid over the part of the solid's box in
+    the vessel's: a cell counts by how far its middle is within both, so that the error goes with the cells' area.
+    """
+    if signed_distance(vessel)(_samples(solid))[0].max() <= TOUCH * vessel.size:
+        return -solid.volume_m3
+    low = np.maximum(vessel.bounds[0], solid.bounds[0])
+    sides = np.minimum(vessel.bounds[1], solid.bounds[1]) - low
+    if sides.min() <= 0:
+        return 0.0
+    cell = sides / CELLS
+    middles = (np.indices([CELLS] * 3).reshape(3, -1).T + 0.5) * cell + low
+    # Balls are inside a vessel and outside a solid: the sign of the distance to a solid is the other way round.
+    distance, slope = signed_distance(vessel)(middles)
+    of_solid, solid_slope = signed_distance(solid)(middles)
+    outside, slope = np.maximum(distance, -of_solid), np.where((distance > -of_solid)[:, None], slope, solid_slope)
+    width = np.abs(slope) @ cell
+    return float(np.clip(0.5 - outside / width, 0, 1).sum() * cell.prod())
 
 
 def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
@@ -73,6 +104,9 @@ def travel_m(bodies: Sequence[Body], speed_rpm: float) -> float:
     times = np.linspace(0, 60 / speed_rpm, 361) if speed_rpm else np.zeros(1)
     largest = 0.0
     for body in bodies:
+        if body is not bodies[0] and body.motion is bodies[0].motion:
+            # What moves with the vessel is in it, but for what stands in its wall.
+            continue
         points = body.vessel.vertices
         path = np.einsum("tij,pj->tpi", body.motion.rotation(times), points) + body.motion.position(times)[:, None]
         largest = max(largest, float(np.ptp(path, axis=0).max()) / 2)
@@ -114,12 +148,14 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
     """Raise ConfigError where an insert leaves the vessel or meets a wall at any time of a turn of the mill.
 
     bodies: those of the mill at CHECK_RPM. Points on the edges of each body are checked against every other body.
-    Bodies that move together may touch.
+    Inserts that move together may touch, and one that moves with the vessel may stand in its wall.
     """
     laws = {"vessel": mill.motion, **{insert.name: insert.motion or mill.motion for insert in mill.inserts}}
     times = _check_times(mill)
     for body, other in itertools.permutations(bodies, 2):
         together = laws[body.name] == laws[other.name]
+        if together and bodies[0] in (body, other):
+            continue
         # The distance is negative where balls can be, and so it must be at the points of another body.
         allowed = (TOUCH if together else -TOUCH) * bodies[0].vessel.size
         met = _first_meeting(body, other, times[:1] if together else times, allowed)
@@ -129,9 +165,30 @@ def check_inserts(mill: MillConfig, bodies: Sequence[Body]) -> None:
             when = "" if together else f" after {turns:.3g} turns"
             raise ConfigError(
                 f"{_place(mill)}: inserts: {first.name} meets {second.name} at "
-                f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm{when}; inserts must lie inside the "
-                "vessel and clear of each other throughout"
+                f"({at[0] * 1e3:.4g}, {at[1] * 1e3:.4g}, {at[2] * 1e3:.4g}) mm{when}; {_remedy(body, other, bodies[0])}"
             )
+    _check_inside(mill, bodies)
+
+
+def _remedy(body: Body, other: Body, vessel: Body) -> str:
+    if vessel in (body, other):
+        return (
+            "an insert with a motion of its own must stay clear of the vessel throughout; one that is fixed to the "
+            "vessel, as a lifter or a baffle, has no `motion`, and may stand in its wall"
+        )
+    return "inserts must stay clear of each other throughout; two that are one piece belong into one closed surface"
+
+
+def _check_inside(mill: MillConfig, bodies: Sequence[Body]) -> None:
+    """Raise ConfigError for an insert that moves with the vessel and is not in it, or fills it."""
+    vessel = bodies[0]
+    for body in bodies[1:]:
+        if body.motion is vessel.motion and volume_within(vessel.vessel, body.vessel) < TOUCH * vessel.vessel.volume_m3:
+            raise ConfigError(
+                f"{_place(mill)}: inserts: {body.name} lies outside the hollow of the vessel; correct its place or unit"
+            )
+    if (space := ball_space_m3(bodies)) < TOUCH * vessel.vessel.volume_m3:
+        raise ConfigError(f"{_place(mill)}: inserts: they leave {space * 1e6:.3g} mL of the vessel to the balls")
 
 
 def _first_meeting(body: Body, other: Body, times: np.ndarray, allowed: float) -> tuple[float, np.ndarray] | None:

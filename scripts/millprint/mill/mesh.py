@@ -116,8 +116,14 @@ def _check_pieces(mesh: trimesh.Trimesh) -> None:
     corners = [mesh.triangles[piece].reshape(-1, 3) for piece in pieces]
     low, high = np.array([part.min(axis=0) for part in corners]), np.array([part.max(axis=0) for part in corners])
     nested = len(pieces) == 2 and any((low[a] < low[1 - a]).all() and (high[a] > high[1 - a]).all() for a in (0, 1))
-    hint = "give only the hollow, not the wall around it" if nested else "give one closed surface"
-    raise ConfigError(f"{len(pieces)} separate pieces; {hint}; bodies inside the vessel are `inserts`")
+    volumes = [trimesh.triangles.mass_properties(mesh.triangles[piece])["volume"] for piece in pieces]
+    if nested and min(volumes) < 0 < max(volumes):
+        raise ConfigError("2 separate pieces; give only the hollow, not the wall around it")
+    raise ConfigError(
+        f"{len(pieces)} separate pieces; give one closed surface: export the hollow alone, and each lifter, baffle or "
+        "other body in it to a file of its own, one of `inserts`; without a `motion` it moves with the vessel, and may "
+        "stand in its wall"
+    )
 
 
 def _rounding(points: np.ndarray) -> float:

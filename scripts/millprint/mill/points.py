@@ -7,6 +7,7 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from millprint.config.motion import STILL
 from millprint.errors import ConfigError
 from millprint.files import read_table
 
@@ -75,6 +76,11 @@ def _quaternions(table: pd.DataFrame) -> np.ndarray:
     return quaternion * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
 
 
+def _check_moves(place: np.ndarray, quaternion: np.ndarray) -> None:
+    if not np.ptp(np.hstack([place, quaternion]), axis=0).any():
+        raise ConfigError(f"all rows have the same place: {STILL}")
+
+
 def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """The curve through a table of points: ends (m + 1,) of its pieces, and their coefficients (m, 4, 7).
 
@@ -89,6 +95,7 @@ def read_path(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         _check_times(time)
         _check_places(place)
         quaternion = _quaternions(table)
+        _check_moves(place, quaternion)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
     turn, values = (time - time[0]) / (time[-1] - time[0]), np.hstack([place, quaternion])

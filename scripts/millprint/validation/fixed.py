@@ -21,8 +21,8 @@ from millprint.files import write_table
 from millprint.tables import Text, read_measured
 
 COLUMNS = [Text("setup", unique=True), Text("date"), Text("digest")]
-# Settings of `dem` that change the motion of the balls; its times are those of the section.
-DEM_KEYS = {"time_step_s", "rayleigh_fraction_max", "skin_m", "overlap_max"}
+# Settings of `dem` that can change a prediction; its times and its step are those of the section.
+DEM_KEYS = {"rayleigh_fraction_max", "overlap_max"}
 # Texts for people.
 TEXTS = {"title", "source"}
 

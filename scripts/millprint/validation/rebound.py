@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 
 from millprint.config.contact import ContactConfig
+from millprint.dem.overlap import impact_duration as hertz_duration
+from millprint.dem.overlap import impact_overlap
 
 
 @dataclass(frozen=True)
@@ -52,9 +54,7 @@ def largest_overlap(contact: ContactConfig, radius: float, speed: float) -> floa
 
     radius [m], speed along the normal [m/s].
     """
-    mass = contact.density_kg_m3 * 4 / 3 * math.pi * radius**3
-    effective = contact.young_modulus_gpa * 1e9 / (2 * (1 - contact.poisson_ratio**2))
-    return (15 * mass * speed**2 / (16 * math.sqrt(radius) * effective)) ** 0.4
+    return impact_overlap(*_mass_and_stiffness(contact, radius), speed)
 
 
 def impact_duration(contact: ContactConfig, radius: float, speed: float) -> float:
@@ -62,4 +62,10 @@ def impact_duration(contact: ContactConfig, radius: float, speed: float) -> floa
 
     radius [m], speed along the normal [m/s].
     """
-    return 2.9432 * largest_overlap(contact, radius, speed) / speed
+    return hertz_duration(*_mass_and_stiffness(contact, radius), speed)
+
+
+def _mass_and_stiffness(contact: ContactConfig, radius: float) -> tuple[float, float]:
+    """Mass of a sphere [kg], and Hertz's stiffness 4/3 E* sqrt(R) of its contact with a plate [N/m^(3/2)]."""
+    effective = contact.young_modulus_gpa * 1e9 / (2 * (1 - contact.poisson_ratio**2))
+    return contact.density_kg_m3 * 4 / 3 * math.pi * radius**3, 4 / 3 * effective * math.sqrt(radius)
