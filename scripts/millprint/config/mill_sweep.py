@@ -141,6 +141,8 @@ class MillsConfig(Section):
     """step over each case's own Rayleigh time at precision `standard`; 0.024 is 2e-6 s for 5 mm balls [-]"""
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
+    held_out: Annotated[int, Field(ge=0, le=64)] = 8
+    """simulations of new conditions that the fingerprint of a mill does not see, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
     collapse_max: Fraction = 0.2

@@ -21,9 +21,14 @@ class Origin(NamedTuple):
     meaning: str
 
 
+# The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
 SCATTER = Origin(
-    "scatter of the simulation",
-    "a new simulation of the condition falls in here; nothing else is in it",
+    "a new simulation",
+    "one more simulation of the condition, of the recorded time, falls in here; nothing else is in it",
+)
+MEAN = Origin(
+    "the mean",
+    "the mean of very many simulations of the condition lies in here; nothing else is in it",
 )
 # Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
 FURTHER = {
@@ -51,18 +56,19 @@ class Interval:
 class Band:
     """A value and its intervals, said apart: they are not added up.
 
-    lower, upper: by the scatter of the simulation. The others are None where they are not known.
+    lower, upper: of a new simulation; mean: of the mean of very many. The others are None where they are not known.
     """
 
     value: float
     lower: float
     upper: float
+    mean: Interval | None = None
     contact: Interval | None = None
     shape: Interval | None = None
 
     @property
     def scatter(self) -> Interval:
-        """The interval by the scatter of the simulation: lower and upper."""
+        """The band of a new simulation: lower and upper."""
         return Interval(self.lower, self.upper)
 
     def by(self, origin: str) -> Interval | None:
@@ -77,7 +83,7 @@ class Band:
             return interval and Interval(rising(interval.lower), rising(interval.upper))
 
         further = {origin: mapped(self.by(origin)) for origin in FURTHER}
-        return Band(rising(self.value), rising(self.lower), rising(self.upper), **further)
+        return Band(rising(self.value), rising(self.lower), rising(self.upper), mapped(self.mean), **further)
 
     def __mul__(self, factor: float) -> "Band":
         """The band of the value times a positive number."""
@@ -94,7 +100,7 @@ def ratio_of(one: Band, other: Band) -> Band:
 
     Variances of logarithms add up, and so do the squares of the ways from the value to an end:
     log(r_upper / r)^2 = log(one_upper / one)^2 + log(other / other_lower)^2, and the other way round for the lower end.
-    The interval by a further origin is None where one of the two does not know it.
+    That of the mean, or by a further origin, is None where one of the two does not know it.
     """
     value = one.value / other.value
 
@@ -106,7 +112,18 @@ def ratio_of(one: Band, other: Band) -> Band:
     known = {origin: (one.by(origin), other.by(origin)) for origin in FURTHER}
     further = {origin: ends(own, others) for origin, (own, others) in known.items() if own and others}
     scatter = ends(one.scatter, other.scatter)
-    return Band(value, scatter.lower, scatter.upper, **further)
+    mean = ends(one.mean, other.mean) if one.mean and other.mean else None
+    return Band(value, scatter.lower, scatter.upper, mean, **further)
+
+
+def new_columns(name: str) -> list[str]:
+    """The columns of a table for the band of a new simulation of a quantity."""
+    return [f"{name}_{end}" for end in ENDS]
+
+
+def mean_columns(name: str) -> list[str]:
+    """The columns of a table for the band of the mean of a quantity."""
+    return [f"{name}_mean_{end}" for end in ENDS]
 
 
 def interval_columns(name: str, origin: str) -> list[str]:

@@ -70,7 +70,7 @@ def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
     inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
     found = {}
     for quantity, predictor in fingerprint.predictors.items():
-        _, deviations = predictor.predict(inputs)
+        deviations = predictor.predict(inputs).of_new
         found[quantity] = np.expm1(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0]))
     return found
 
