@@ -65,7 +65,7 @@ def test_a_band_keeps_its_intervals_apart_through_a_factor_and_a_rising_function
 
 
 def test_every_origin_is_a_field_of_a_band():
-    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", *FURTHER}
+    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", "mean", *FURTHER}
 
 
 def test_factors_are_read_at_their_fill_ratios_and_interpolated_in_between(about):

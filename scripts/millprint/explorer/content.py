@@ -12,7 +12,7 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
 from millprint.explorer.yields import Yields, chemistry, yield_content
 from millprint.fingerprint import processes
-from millprint.fingerprint.bands import FURTHER, SCATTER, checked_factors
+from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.inputs import read_content
@@ -88,7 +88,7 @@ def mill_content(
         | _further(content, str(path))
         for content, path in zip(contents, fingerprints, strict=True)
     ]
-    origins = {"scatter": SCATTER} | {
+    origins = {"scatter": SCATTER, "mean": MEAN} | {
         name: about for name, about in FURTHER.items() if any(name in own for own in kept)
     }
     return {
@@ -115,7 +115,7 @@ def _processes(content: dict, path: str | Path) -> dict[str, dict]:
     if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
         return content["processes"]
     predictors = Fingerprint.read(path).predictors
-    kept = ("log_parameters", "noise_variance", "stretch")
+    kept = ("log_parameters", "noise_variance", "sampling", "stretch")
     return {
         name: {key: own[key] for key in kept} | {"reduced": predictors[name].reduced()}
         for name, own in content["processes"].items()

@@ -53,6 +53,7 @@ IDLE = 1e5  # length of a variable that a component does not depend on
 # and all of them the predictions.
 LEARNT_FROM = 250
 NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
+SCORINGS = 30  # of the search for b0 and b1, which takes a few
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
 APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
 
@@ -115,17 +116,21 @@ def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, f
 
     log_fills: ln of fill ratios (n,); variances: of one run at each, by its own turns (n,), NaN where it is not known.
     """
-    # Takes a second to import: who reads a fingerprint and predicts nothing does without.
-    from statsmodels.genmod.families import Gamma, links
-    from statsmodels.genmod.generalized_linear_model import GLM
-
     known = np.isfinite(variances) & (variances > 0)
     if not known.any():
         return NO_SAMPLING
+    values = variances[known]
+    level, slope = float(np.log(values.mean())), 0.0
     if np.ptp(log_fills[known]) < 1e-9:
-        return float(np.log(variances[known].mean())), 0.0
-    design = np.column_stack([np.ones(known.sum()), log_fills[known]])
-    return tuple(GLM(variances[known], design, family=Gamma(links.Log())).fit().params.tolist())
+        return level, slope
+    # Fisher's scoring (McCullagh, Nelder, Generalized Linear Models, 1989), in which all weights are one.
+    centre = log_fills[known].mean()
+    design = np.column_stack([np.ones(len(values)), log_fills[known] - centre])
+    for _ in range(SCORINGS):
+        excess = values / np.exp(design @ [level, slope]) - 1
+        step = np.clip(np.linalg.lstsq(design, excess, rcond=None)[0], -1, 1)
+        level, slope = level + float(step[0]), slope + float(step[1])
+    return level - slope * float(centre), slope
 
 
 def variance_of_run(inputs: np.ndarray, sampling: tuple[float, float]) -> np.ndarray:
