@@ -20,7 +20,6 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import GRID
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
-from millprint.quantiles import normal_quantile
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25
@@ -93,7 +92,10 @@ def mill_content(
     }
     return {
         **machine._asdict(),
-        "widths": [float(normal_quantile(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
+        "widths": [
+            processes.band_width(content["about"]["probability"], len(content["inputs"]["fill_ratio"]))
+            for content in contents
+        ],
         "fingerprints": kept,
         "origins": {name: about._asdict() for name, about in origins.items()},
         "yield": yield_content(yields) if yields else None,

@@ -159,8 +159,8 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
 def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
     """Cases of a mill that its fingerprint does not see: `settings.held_out` new conditions, each with a new seed.
 
-    Fill ratio and speed lie anywhere within the ranges of the sweep, even in logarithm (the first points of a Sobol
-    sequence), with each of its balls in turn; step and recorded time are those of the sweep. Raises ConfigError as
+    Fill ratio and speed lie anywhere within the ranges of the sweep, even in logarithm, with any of its balls (the
+    first points of a Sobol sequence); step and recorded time are those of the sweep. Raises ConfigError as
     `sweep_of`.
     """
     # Slow to import, and the Snakefile does without.
@@ -168,11 +168,11 @@ def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
 
     sweep, level = sweep_of(mill), settings.level
     low, high = ([math.log(end(ends)) for ends in (sweep.fill_ratios, sweep.speeds)] for end in (min, max))
-    shares = qmc.Sobol(2, scramble=True, rng=HELD_OUT_SEED).random_base2(max(0, settings.held_out - 1).bit_length())
-    places = [[math.exp(a + (b - a) * u) for a, b, u in zip(low, high, own, strict=True)] for own in shares]
+    shares = qmc.Sobol(3, scramble=True, rng=HELD_OUT_SEED).random_base2(max(0, settings.held_out - 1).bit_length())
     cases = []
-    for number, (fill, speed) in enumerate(places[: settings.held_out]):
-        size = sweep.ball_diameters_mm[number % len(sweep.ball_diameters_mm)]
+    for number, own in enumerate(shares[: settings.held_out]):
+        fill, speed = (math.exp(a + (b - a) * share) for a, b, share in zip(low, high, own[:2], strict=True))
+        size = sweep.ball_diameters_mm[int(own[2] * len(sweep.ball_diameters_mm))]
         durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
         cases.append(
             Case(

@@ -4,17 +4,8 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.fingerprint.condition import VARIABLES
-from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.quantiles import normal_quantile
-
-# Name of what is left out at a time -> the variables that its conditions share.
-LEFT_OUT = {
-    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
-    "fill ratio": ["fill_ratio"],
-    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
-}
+from millprint.fingerprint.processes import LEFT_OUT, grouped
 
 # Fill ratios at which the width of an interval is looked at.
 FILLS_WITHIN = 40
@@ -29,7 +20,6 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
     fingerprint's own probability; `error_percent`: root mean square of the errors; `half_width_percent`: median.
     """
     probability = fingerprint.about["probability"]
-    width = normal_quantile(0.5 + 0.5 * probability)
     rows = []
     for quantity, process in fingerprint.processes.items():
         inverse = process.inverse()
@@ -40,7 +30,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
             left = np.concatenate(groups)
             means, deviations = process.leave_out(groups, inverse)
             errors = process.logs[left] - means
-            held = np.abs(errors) <= width * deviations
+            held = np.abs(errors) <= fingerprint.width * deviations
             lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
             rows.append(
                 {
@@ -53,7 +43,7 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
                     "covered_lower": lower,
                     "covered_upper": upper,
                     "error_percent": 100 * np.sqrt(np.mean(errors**2)),
-                    "half_width_percent": 100 * np.expm1(width * np.median(deviations)),
+                    "half_width_percent": 100 * np.expm1(fingerprint.width * np.median(deviations)),
                     "stretch": process.stretch,
                 }
             )
@@ -73,11 +63,3 @@ def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
         deviations = predictor.predict(inputs).of_new
         found[quantity] = np.expm1(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0]))
     return found
-
-
-def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
-    """Indices of the conditions that have equal values of the variables `shared`."""
-    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
-    frame = pd.DataFrame(inputs.round(9), columns=known)
-    shared = [name for name in shared if name in known]
-    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]

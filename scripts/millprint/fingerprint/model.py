@@ -29,8 +29,7 @@ from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descrip
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
-from millprint.fingerprint.processes import Predictor, Process, Told, kinds_of, logarithms, varied_components
-from millprint.quantiles import normal_quantile
+from millprint.fingerprint.processes import Predictor, Process, Told, band_width, kinds_of, logarithms, varied_components
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
@@ -103,7 +102,7 @@ class Fingerprint:
         self.about = about
         self.processes = processes
         self.further = dict(further or {})
-        self.width = float(normal_quantile(0.5 + 0.5 * about["probability"]))
+        self.width = band_width(about["probability"], len(next(iter(processes.values())).logs))
 
     @classmethod
     def fit(

@@ -11,7 +11,7 @@ There are two bands, of two variances of log y at a condition x, with d(x) the d
 the simulations, n the noise and s2(x) the variance of one run by its finite window:
     of the mean of very many simulations    d(x)^2
     of a new simulation, one run            d(x)^2 + n + s2(x)
-Both are widened by one factor, the stretch. s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state,
+Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says. s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state,
 since that of a single run, from a few turns, is hardly known: a generalised linear model of gamma distribution, which a
 variance has. For the same reason, the variance of each simulated value is taken half from itself and half from s2, as a
 moderated variance (Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom.
@@ -32,6 +32,7 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+from millprint.quantiles import student_quantile
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process.kernels import Kernel
@@ -55,6 +56,12 @@ LEARNT_FROM = 250
 NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
 SCORINGS = 30  # of the search for b0 and b1, which takes a few
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
+# Name of what is left out at a time -> the variables that its conditions share.
+LEFT_OUT = {
+    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+    "fill ratio": ["fill_ratio"],
+    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+}
 APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
 
 
@@ -109,6 +116,19 @@ def build_kernel(components: dict[str, list[str]]) -> "Kernel":
         part = ConstantKernel(variance, bounds) * Matern(lengths, length_bounds, nu=2.5)
         total = part if total is None else total + part
     return total
+
+
+def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
+    """Indices of the conditions that have equal values of the variables `shared`."""
+    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
+    frame = pd.DataFrame(inputs.round(9), columns=known)
+    shared = [name for name in shared if name in known]
+    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]
+
+
+def band_width(probability: float, conditions: int) -> float:
+    """Half the width of a band in deviations: Student's quantile, as its scale is from so many conditions."""
+    return float(student_quantile(0.5 + 0.5 * probability, max(1, conditions - 1)))
 
 
 def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, float]:
@@ -168,14 +188,14 @@ class Process:
     def fit(
         cls, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, components: dict, runs: np.ndarray | int = 1
     ) -> "Process":
-        """Parameters of largest marginal likelihood, and the stretch that leaving one condition out asks for.
+        """Parameters of largest marginal likelihood, and the stretch that leaving conditions out asks for.
 
         stated: relative standard errors of the values by their own windows and seeds (n,), NaN where they are not
         known; runs: seeds that each value is the mean of.
 
         stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
-        (2013) 55: the likelihood alone is too sure of itself where the model is not quite right. Of more than
-        LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
+        (2013) 55, the largest of the ways of LEFT_OUT: the likelihood is too sure of itself where the model is not
+        quite right. Of more than LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
         """
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
@@ -196,9 +216,14 @@ class Process:
             regressor.fit(known[0], known[1] - known[1].mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
         process = cls(inputs, logs, errors, components, theta, noise, sampling)
-        means, deviations = process.leave_out([np.array([index]) for index in range(len(logs))])
-        stretch = float(np.sqrt(np.mean((logs - means) ** 2 / deviations**2)))
-        return replace(process, stretch=max(1.0, stretch))
+        inverse, stretch = process.inverse(), 1.0
+        for shared in LEFT_OUT.values():
+            groups = grouped(inputs, shared)
+            if len(groups) > 1:
+                means, deviations = process.leave_out(groups, inverse)
+                errors = (logs[np.concatenate(groups)] - means) / deviations
+                stretch = max(stretch, float(np.sqrt(np.mean(errors**2))))
+        return replace(process, stretch=stretch)
 
     def _kernel(self) -> "Kernel":
         return build_kernel(self.components).clone_with_theta(self.theta)
