@@ -197,7 +197,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"))
             files.append(str(folder / name / "summary.json"))
             write_json(run, files[-1])
-        names = ("descriptors", "means", "curves", "coverage", "exponents", "collapse", "zones", "sheet", "spectra")
+        names = ("descriptors", "means", "curves", "exponents", "collapse", "zones", "sheet", "spectra")
         names += ("spectra_summary",)
         output = SimpleNamespace(
             **{name: str(folder / f"{name}.tsv") for name in names}, fingerprint=str(folder / "fingerprint.json")
