@@ -122,5 +122,7 @@ def spread(windows: list[Window], values: list[dict[str, float]], probability: f
         run = variance_of_run([float(np.log(own[name])) for own in values], inside)
         if run is not None:
             quantile = float(student_quantile(0.5 + probability / 2, run.freedom))
-            found[name] = Halves(*(quantile * float(np.sqrt(run.variance * share)) for share in (1 + 1 / seeds, 1 / seeds)))
+            found[name] = Halves(
+                *(quantile * float(np.sqrt(run.variance * share)) for share in (1 + 1 / seeds, 1 / seeds))
+            )
     return found

@@ -1,13 +1,14 @@
 """A predicted value with its intervals, each told by what it comes from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from millprint.config.load import check_model
+from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.errors import ConfigError
 from millprint.files import read_json
@@ -144,10 +145,22 @@ class Ends(_Part):
     upper: list[Positive]
 
 
-class Factors(_Part):
-    """How far the scaled quantities may lie from a fingerprint's prediction, by one origin of FURTHER.
+class Sampled(_Part):
+    """The condition that factors were sampled at, and the values there that they refer to."""
 
-    The factors multiply the prediction. In between two fill ratios the logarithm of a factor is interpolated linearly
+    speed_hz: Positive
+    ball_diameter_m: Positive
+    density_kg_m3: Positive
+    amplitude_m: Positive
+    charge: str = ONE_SIZE
+    values: dict[str, list[Positive]]
+    """of every quantity of CURVES at each fill ratio [-]"""
+
+
+class Factors(_Part):
+    """How far the scaled quantities may lie from a prediction, by one origin of FURTHER.
+
+    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. In between two fill ratios the logarithm of a factor is interpolated linearly
     over that of the fill ratio; beyond the first and the last nothing is known.
     """
 
@@ -163,6 +176,8 @@ class Factors(_Part):
     """of the interval [-]"""
     samples: Annotated[int, Field(ge=1)] | None = None
     """simulations, or simulated jars, that the factors are from"""
+    sampled: Sampled | None = None
+    """where the factors were sampled, and the values that they refer to; none if they refer to the prediction"""
     parameters: dict[str, dict[str, Any]] = {}
     """what was varied, by name, with its distribution and source"""
 
@@ -177,6 +192,8 @@ class Factors(_Part):
             for end in ENDS:
                 if len(getattr(ends, end)) != len(self.fill_ratios):
                     raise ValueError(f"factors.{name}.{end}: must have a number for each of fill_ratios")
+            if self.sampled and len(self.sampled.values.get(name, [])) != len(self.fill_ratios):
+                raise ValueError(f"sampled.values.{name}: must have a number for each of fill_ratios")
             if any(low > high for low, high in zip(ends.lower, ends.upper, strict=True)):
                 raise ValueError(f"factors.{name}: lower must not exceed upper")
         return self
@@ -185,6 +202,21 @@ class Factors(_Part):
     def fill_range(self) -> tuple[float, float]:
         """The smallest and the largest fill ratio where the factors are known."""
         return self.fill_ratios[0], self.fill_ratios[-1]
+
+    def onto(self, predicted: Mapping[str, np.ndarray]) -> Self:
+        """The factors on predictions (m,) of the condition of `sampled` at each fill ratio, in place of its values.
+
+        The ends at that condition stay where they were sampled; where a prediction lies outside, the interval is
+        widened to hold it, since it is of a possible set of parameters.
+        """
+        if self.sampled is None:
+            return self
+        moved = {}
+        for name, ends in self.factors.items():
+            ratio = np.array(self.sampled.values[name]) / predicted[name]
+            lower, upper = (np.array(getattr(ends, end)) * ratio for end in ENDS)
+            moved[name] = Ends(lower=np.minimum(lower, 1.0).tolist(), upper=np.maximum(upper, 1.0).tolist())
+        return self.model_copy(update={"factors": moved, "sampled": None})
 
     def at(self, fill_ratios: np.ndarray) -> dict[str, np.ndarray]:
         """Factors (2, m), lower and upper, of each quantity at fill ratios (m,); NaN where they are not known."""

@@ -53,7 +53,9 @@ def predict_held_out(fingerprint: Fingerprint, descriptors: pd.DataFrame) -> pd.
     for name in CURVES:
         told = fingerprint.predictors[name].predict(inputs)
         factor = np.exp(fingerprint.width * told.of_new)
-        own = descriptors[[*CONDITION, "seed"]].assign(quantity=name, value=descriptors[name], predicted=np.exp(told.logs))
+        own = descriptors[[*CONDITION, "seed"]].assign(
+            quantity=name, value=descriptors[name], predicted=np.exp(told.logs)
+        )
         own["lower"], own["upper"] = own["predicted"] / factor, own["predicted"] * factor
         tables.append(own.assign(inside=own["value"].between(own["lower"], own["upper"])))
     return pd.concat(tables, ignore_index=True)[HELD_OUT_COLUMNS]

@@ -29,7 +29,15 @@ from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descrip
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
-from millprint.fingerprint.processes import Predictor, Process, Told, band_width, kinds_of, logarithms, varied_components
+from millprint.fingerprint.processes import (
+    Predictor,
+    Process,
+    Told,
+    band_width,
+    kinds_of,
+    logarithms,
+    varied_components,
+)
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
@@ -142,8 +150,17 @@ class Fingerprint:
         return Fingerprint(self.about, self.processes, {**self.further, **further})
 
     def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
-        """The same fingerprint with the factors in some files, by the origin of their intervals."""
-        return self.with_further({origin: read_factors(path, origin, self.about) for origin, path in files.items()})
+        """The same fingerprint with the factors in some files, by the origin of their intervals, on its own values."""
+        read = {origin: read_factors(path, origin, self.about) for origin, path in files.items()}
+        return self.with_further({origin: own.onto(self._sampled(own)) for origin, own in read.items()})
+
+    def _sampled(self, factors: Factors) -> dict[str, np.ndarray]:
+        """Scaled quantities of the condition that factors were sampled at, one for each fill ratio."""
+        if factors.sampled is None:
+            return {}
+        settings = factors.sampled.model_dump(include=set(VARIABLES))
+        table = self.scaled(Condition(fill_ratio=np.array(factors.fill_ratios), **settings), factors.sampled.charge)
+        return {name: table[name].to_numpy() for name in CURVES}
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""

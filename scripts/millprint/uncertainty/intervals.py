@@ -1,4 +1,12 @@
-"""Intervals of a mill's predictions by contact parameters: emulators, indices, intervals, and the factors of a file."""
+"""Intervals of a mill's predictions by contact parameters: emulators, indices, intervals, and the factors of a file.
+
+An interval is one of values, at the condition that was sampled. Its ends are quantiles of the emulator over the
+distributions and over what the design leaves open. A ratio of two values of the emulator would double the emulator's
+own error, and a factor that is put onto another value, such as that of a fingerprint, would move the interval away from
+where the samples lie. So an interval is widened to hold the samples next to its fill ratio, and the emulator's value
+for the contact set of the predictions, which is one of the possible sets; and `Factors` keep the values that they refer
+to, so that a fingerprint whose own value differs gets the same ends (`Factors.onto`).
+"""
 
 from dataclasses import dataclass
 
@@ -6,11 +14,13 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact import ContactConfig
+from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.bands import ContactFactors, Ends
-from millprint.fingerprint.condition import Condition, energy_scale, power_scale
+from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
+from millprint.fingerprint.condition import VARIABLES, Condition, energy_scale, power_scale
 from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.progress import progress
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import draw, saltelli_shares, sobol_indices
@@ -82,8 +92,8 @@ def measure(
 ) -> Measured:
     """Emulators, indices and intervals from the samples of a mill, at each fill ratio.
 
-    space: of the contact parameters and, last, the fill ratio; contact: the set of the predictions, which the factors
-    refer to; others: sets that are compared with it. Raises ConfigError where one lies outside the space.
+    space: of the contact parameters and, last, the fill ratio; contact: the set of the predictions, whose values the
+    factors refer to; others: sets that are compared with it. Raises ConfigError where one lies outside the space.
     """
     emulators = fit_emulators(samples, space, settings.seed)
     names = list(PARAMETERS)
@@ -95,10 +105,14 @@ def measure(
             places = space.places(varied.assign(**{FILL: fill}))
             known = [space.places(pd.DataFrame([{**contact_values(one), FILL: fill}]))[0] for one in (contact, *others)]
             for name, emulator in emulators.items():
-                drawn = draw(emulator, names, places, known[0], settings.draws, settings.seed)
+                drawn = draw(emulator, names, places, settings.draws, settings.seed)
                 place = {"fill_ratio": fill, "quantity": name}
-                lower, upper = drawn.factors(settings.probability)
                 value = float(np.exp(emulator.predict(known[0][None]))[0])
+                near = samples_at(emulator, space, samples, fill, fill_ratios)
+                every = np.concatenate(
+                    [drawn.ends(settings.probability), [np.log(value)], central(near, settings.probability)]
+                )
+                lower, upper = np.exp([every.min(), every.max()]) / value
                 row = {**place, "value": value, "lower_factor": lower, "upper_factor": upper}
                 intervals.append({**row, "scatter": emulator.noise})
                 indices.append(sobol_indices(drawn, settings.probability, settings.seed).assign(**place))
@@ -119,6 +133,32 @@ def measure(
     )
 
 
+def samples_at(
+    emulator: Emulator, space: Space, samples: pd.DataFrame, fill: float, fill_ratios: list[float]
+) -> np.ndarray:
+    """Logarithms (m,) of the samples whose fill ratio is nearest to `fill` of all fill ratios.
+
+    Each with the emulator's change from the sample's own fill ratio to `fill`, so that only its scatter and its
+    parameters set it apart.
+    """
+    away = np.abs(np.log(samples[FILLED].to_numpy()[:, None] / np.array(fill_ratios)))
+    near = away.argmin(axis=1) == fill_ratios.index(fill)
+    if not near.any():
+        return np.array([])
+    moved = space.places(samples[near].assign(**{FILL: fill}))
+    return emulator.logs[near] + emulator.predict(moved) - emulator.predict(emulator.places[near])
+
+
+def central(values: np.ndarray, probability: float) -> np.ndarray:
+    """The ends of the central part of some values, of that probability; of few values, the smallest and the largest.
+
+    Between the order statistics k of n at shares k / (n + 1), below and above which another value falls with these.
+    """
+    if not len(values):
+        return values
+    return np.quantile(values, [(1 - probability) / 2, (1 + probability) / 2], method="weibull")
+
+
 def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
     """The table with lower and upper, the value times its factors, in the order of the file."""
     ends = {end: table["value"] * table[f"{end}_factor"] for end in ("lower", "upper")}
@@ -128,8 +168,7 @@ def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
 
 def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     """Energies of a collision, frequency and powers at the simulated speed and ball size."""
-    one = samples.iloc[0]
-    condition = Condition(np.nan, *(float(one[name]) for name in list(Condition.__dataclass_fields__)[1:]))
+    condition = Condition(np.nan, **_sampled(samples))
     ball_share = float((samples[FILLED] / samples["balls"]).mean())
     energy = energy_scale(condition)
     tables = []
@@ -141,6 +180,11 @@ def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
+def _sampled(samples: pd.DataFrame) -> dict[str, float]:
+    """The condition of the samples, without the fill ratio."""
+    return {name: float(samples[name].iloc[0]) for name in VARIABLES if name != FILL}
+
+
 def _factors(
     scaled: pd.DataFrame, samples: pd.DataFrame, contact: ContactConfig, settings: UncertaintyConfig
 ) -> ContactFactors:
@@ -150,6 +194,11 @@ def _factors(
         for name, table in scaled.groupby("quantity", sort=False)
     }
     sections = settings.parameters.items()
+    sampled = Sampled(
+        **_sampled(samples),
+        charge=str(samples[CHARGE].fillna(ONE_SIZE).iloc[0]) if CHARGE in samples else ONE_SIZE,
+        values={name: table["value"].tolist() for name, table in scaled.groupby("quantity", sort=False)},
+    )
     return ContactFactors(
         format="millprint contact uncertainty 1",
         mill=str(samples["mill"].iloc[0]),
@@ -160,4 +209,5 @@ def _factors(
         parameters={name: section.model_dump(mode="json", exclude_none=True) for name, section in sections},
         fill_ratios=sorted(scaled["fill_ratio"].unique().tolist()),
         factors=ends,
+        sampled=sampled,
     )
