@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import f as f_distribution
+
+from millprint.quantiles import f_exceeded
 
 # Probability at which seeds of one and the same motion are taken for several; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
@@ -41,7 +42,7 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         return None
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
-        limit = f_distribution.ppf(1 - CHANCE, seeds - 1, inside)
+        limit = float(f_exceeded(CHANCE, seeds - 1, inside))
         if between > limit * squares / inside:
             return Run(between, seeds - 1, True)
     return Run(max(between, (squares + (seeds - 1) * between) / freedom), freedom, False)
