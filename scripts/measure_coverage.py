@@ -1,4 +1,4 @@
-"""Counts how often the bands of a mill's fingerprint hold: conditions left out, and new simulations of new conditions."""
+"""Counts how often the bands of a mill's fingerprint hold new simulations, and conditions that are left out."""
 
 from pathlib import Path
 

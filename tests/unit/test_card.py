@@ -187,7 +187,7 @@ def test_the_band_of_the_mean_holds_the_mean_and_is_narrower(seeds, turns):
 
 @pytest.mark.parametrize("seeds", [3, 4, 6])
 def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
-    """Three lasting motions, each of which hardly varies from turn to turn: only the seeds tell how far a run may lie."""
+    """Three lasting motions that hardly vary from turn to turn: only the seeds tell how far a run may lie."""
     rng, draws, hits = np.random.default_rng(5), 400, np.zeros(2)
     motions = np.array([0.8, 1.0, 1.2])
 

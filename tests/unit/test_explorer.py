@@ -235,7 +235,8 @@ def test_a_page_without_further_intervals_tells_both_bands_apart(run, page, tmp_
     path = tmp_path / "plain.html"
     path.write_text(explorer_page(run["content"] | {"mills": [mill | {"fingerprints": plain, "origins": origins}]}))
     page.open(path)
-    script = """return [...document.querySelector("#results div").querySelectorAll(".interval")].map((e) => e.textContent);"""
+    said = """document.querySelector("#results div").querySelectorAll(".interval")"""
+    script = f"return [...{said}].map((e) => e.textContent);"
     assert [line.split(":")[0] for line in page.run(script)] == ["a new simulation", "the mean"]
 
 

@@ -338,7 +338,7 @@ def test_tables_and_factors_of_a_known_mill(tmp_path):
     space = space_of(EMAX, settings)
     samples = synthetic_samples(settings)
     found = measure(samples, space, [0.1, 0.2], CALIBRATED, [CONTACTS["steel"]], settings)
-    # Quantiles of 0.30 / e for e uniform between 0.2 and 0.95, or the samples next to the fill ratio if they lie beyond.
+    # Quantiles of 0.30 / e for e uniform between 0.2 and 0.95, or the samples next to the fill ratio if beyond.
     quantiles = 0.30 / (0.2 + 0.75 * np.array([0.975, 0.025]))
     upper_half = samples["fill_ratio"] > np.sqrt(0.1 * 0.2)
     ratios = [0.30 / samples.loc[near, "restitution"] for near in (~upper_half, upper_half)]

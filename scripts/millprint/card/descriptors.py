@@ -1,4 +1,4 @@
-"""The descriptors of one condition with their bands, and intervals by contact parameters and by the shape of the jar."""
+"""The descriptors of one condition: their bands, and intervals by contact parameters and by the shape of the jar."""
 
 import math
 

@@ -38,7 +38,7 @@ class Quantity(Record):
     unit: str
     """unit; "-" for a plain number"""
     scatter: Ends | None = None
-    """band of a new simulation: one more simulation of the recorded time falls in here with `fingerprint.probability`"""
+    """band of a new simulation: one more of the recorded time falls in here with `fingerprint.probability`"""
     mean: Ends | None = None
     """band of the mean: the mean of very many simulations lies in here with `fingerprint.probability`"""
     contact: Ends | None = None
@@ -197,7 +197,7 @@ class CardFingerprint(Record):
     missing: dict[str, str] = {}
     """why an interval is not known, by its name"""
     motion: list[str] = []
-    """what turns and seeds say against the bands, and what to do: few turns, a motion that repeats, seeds that differ"""
+    """what turns and seeds say against the bands and what to do: few turns, a motion that repeats, seeds that differ"""
 
 
 class Bins(Record):

@@ -160,8 +160,9 @@ class Sampled(_Part):
 class Factors(_Part):
     """How far the scaled quantities may lie from a prediction, by one origin of FURTHER.
 
-    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. In between two fill ratios the logarithm of a factor is interpolated linearly
-    over that of the fill ratio; beyond the first and the last nothing is known.
+    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. In between two
+    fill ratios the logarithm of a factor is interpolated linearly over that of the fill ratio; beyond the first and the
+    last nothing is known.
     """
 
     mill: str

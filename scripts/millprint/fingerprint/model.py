@@ -402,13 +402,11 @@ class Fingerprint:
 def bands(table: pd.DataFrame) -> dict[str, Band]:
     """The quantities of the first row of a table of `banded`, each with its two bands."""
     row = {name: float(value) for name, value in table.iloc[0].items()}
-    return {
-        name: Band(
-            *(row[column] for column in (name, *new_columns(name))),
-            mean=Interval(*(row[column] for column in mean_columns(name))),
-        )
-        for name in CURVES
-    }
+    found = {}
+    for name in CURVES:
+        lower, upper = (row[column] for column in new_columns(name))
+        found[name] = Band(row[name], lower, upper, mean=Interval(*(row[column] for column in mean_columns(name))))
+    return found
 
 
 def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:

@@ -11,10 +11,12 @@ There are two bands, of two variances of log y at a condition x, with d(x) the d
 the simulations, n the noise and s2(x) the variance of one run by its finite window:
     of the mean of very many simulations    d(x)^2
     of a new simulation, one run            d(x)^2 + n + s2(x)
-Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says. s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state,
-since that of a single run, from a few turns, is hardly known: a generalised linear model of gamma distribution, which a
-variance has. For the same reason, the variance of each simulated value is taken half from itself and half from s2, as a
-moderated variance (Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom.
+Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says.
+s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state, since that of a single run, from a few turns,
+is hardly known: a generalised linear model of gamma distribution, which a variance has. For the same reason, the
+variance of each simulated value is taken half from itself and half from s2, as a moderated variance (Smyth, Stat. Appl.
+Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom. Whether n is of runs, or of conditions that the curve does
+not follow, one seed a condition cannot tell: it is taken to be of runs.
 
 Where several kinds of balls were simulated, such as balls of one size and a charge of several, each kind has a
 departure q(fill) of its own. There is nothing between two kinds: one tells nothing of another's.
@@ -317,7 +319,7 @@ class Predictor:
         return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
 
     def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log values (m,) and their covariance (m, m), that of the mean: how sure the curve is, not a new simulation."""
+        """Log values (m,) and their covariance (m, m), that of the mean: how sure the curve is, not a new run."""
         mean, covariance = self.known.with_covariance(inputs)
         return self.centre + mean, self.stretch**2 * covariance
 

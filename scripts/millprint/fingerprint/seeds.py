@@ -63,7 +63,7 @@ MOTIONS: Mapping[str, Motion] = {
     ),
     "repeats": Motion(
         "repeats",
-        "the motion is locked to the drive and repeats itself, so that its turns tell nothing of other lasting motions: "
+        "the motion is locked to the drive and repeats itself, so that turns tell nothing of other lasting motions: "
         "simulate more seeds",
     ),
     "seeds_differ": Motion(
