@@ -15,7 +15,7 @@ import numpy as np
 
 FEWEST_BLOCKS = 8
 # A motion repeats if turns so many apart differ by less than this part of what independent collisions would make them.
-LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 4, 1 / 3
+LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
 
 
 class MeanOfTurns(NamedTuple):
