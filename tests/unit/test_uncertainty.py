@@ -24,7 +24,7 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
-from millprint.files import write_json, write_table
+from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.curves import CURVES
 from millprint.uncertainty import sampler
@@ -35,6 +35,7 @@ from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_fault
 from millprint.uncertainty.sampler import run_samples
 from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of, varied_case
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
+from tests.conftest import ROOT
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")
 CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
@@ -392,6 +393,21 @@ def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, t
     assert ends[0] == pytest.approx(np.minimum(rows["lower"], own["Pt"]), rel=1e-9)
     assert ends[1] == pytest.approx(np.maximum(rows["upper"], own["Pt"]), rel=1e-9)
     assert moved.sampled is None and moved.onto({}) is moved
+
+
+def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
+    """The first 48 samples of the Emax: 14 to 73 balls of 10 mm at 600 rpm, 0.8 s each."""
+    samples = read_table(ROOT / "tests/data/contact_samples.tsv", text=["mill", "contact", "counting_rule"])
+    settings, fills = UncertaintyConfig(samples=len(samples), base_samples=32, draws=4), [0.06, 0.1, 0.17, 0.3]
+    found = measure(samples, space_of(EMAX, settings), fills, CALIBRATED, [], settings)
+    for row in found.intervals[found.intervals["unit"] == "-"].itertuples():
+        logs = np.log(samples[row.quantity])
+        near = logs[np.abs(np.log(samples["filled_ratio"] / row.fill_ratio)) < 0.1]
+        # The emulator's scatter, and what a quantity changes by within a tenth of the fill ratio.
+        rounding = 2 * row.scatter + 0.1
+        assert near.between(np.log(row.lower) - rounding, np.log(row.upper) + rounding).all(), row
+        assert np.log(row.upper) < logs.max() + 0.25 and np.log(row.lower) > logs.min() - 0.25, row
+        assert row.lower <= row.value <= row.upper
 
 
 @pytest.mark.parametrize("jobs", [1, 3])

@@ -3,9 +3,10 @@
 An interval is one of values, at the condition that was sampled. Its ends are quantiles of the emulator over the
 distributions and over what the design leaves open. A ratio of two values of the emulator would double the emulator's
 own error, and a factor that is put onto another value, such as that of a fingerprint, would move the interval away from
-where the samples lie. So an interval is widened to hold the samples next to its fill ratio, and the emulator's value
-for the contact set of the predictions, which is one of the possible sets; and `Factors` keep the values that they refer
-to, so that a fingerprint whose own value differs gets the same ends (`Factors.onto`).
+where the samples lie. So an interval is limited to what a sample has reached, and widened to hold the samples next to
+its fill ratio, and the emulator's value for the contact set of the predictions, which is one of the possible sets. And
+`Factors` keep the values that they refer to, so that a fingerprint whose own value differs gets the same ends
+(`Factors.onto`).
 """
 
 from dataclasses import dataclass
@@ -108,11 +109,13 @@ def measure(
                 drawn = draw(emulator, names, places, settings.draws, settings.seed)
                 place = {"fill_ratio": fill, "quantity": name}
                 value = float(np.exp(emulator.predict(known[0][None]))[0])
-                near = samples_at(emulator, space, samples, fill, fill_ratios)
-                every = np.concatenate(
-                    [drawn.ends(settings.probability), [np.log(value)], central(near, settings.probability)]
+                ends = interval_ends(
+                    drawn.ends(settings.probability),
+                    samples_at(emulator, space, samples, fill),
+                    nearest_to(fill, fill_ratios, samples[FILLED].to_numpy()),
+                    settings.probability,
                 )
-                lower, upper = np.exp([every.min(), every.max()]) / value
+                lower, upper = np.exp([min(ends[0], np.log(value)), max(ends[1], np.log(value))]) / value
                 row = {**place, "value": value, "lower_factor": lower, "upper_factor": upper}
                 intervals.append({**row, "scatter": emulator.noise})
                 indices.append(sobol_indices(drawn, settings.probability, settings.seed).assign(**place))
@@ -133,30 +136,35 @@ def measure(
     )
 
 
-def samples_at(
-    emulator: Emulator, space: Space, samples: pd.DataFrame, fill: float, fill_ratios: list[float]
-) -> np.ndarray:
-    """Logarithms (m,) of the samples whose fill ratio is nearest to `fill` of all fill ratios.
+def samples_at(emulator: Emulator, space: Space, samples: pd.DataFrame, fill: float) -> np.ndarray:
+    """Logarithms (n,) of the samples, each with the emulator's change from its own fill ratio to `fill`.
 
-    Each with the emulator's change from the sample's own fill ratio to `fill`, so that only its scatter and its
-    parameters set it apart.
+    Only their scatter and their parameters set them apart then.
     """
-    away = np.abs(np.log(samples[FILLED].to_numpy()[:, None] / np.array(fill_ratios)))
-    near = away.argmin(axis=1) == fill_ratios.index(fill)
-    if not near.any():
-        return np.array([])
-    moved = space.places(samples[near].assign(**{FILL: fill}))
-    return emulator.logs[near] + emulator.predict(moved) - emulator.predict(emulator.places[near])
+    moved = space.places(samples.assign(**{FILL: fill}))
+    return emulator.logs + emulator.predict(moved) - emulator.predict(emulator.places)
 
 
-def central(values: np.ndarray, probability: float) -> np.ndarray:
-    """The ends of the central part of some values, of that probability; of few values, the smallest and the largest.
+def nearest_to(fill: float, fill_ratios: list[float], filled: np.ndarray) -> np.ndarray:
+    """Which of the samples, of fill ratios `filled` (n,), are nearer to `fill` than to the other fill ratios (n,)."""
+    away = np.abs(np.log(filled[:, None] / np.array(fill_ratios)))
+    return away.argmin(axis=1) == fill_ratios.index(fill)
 
-    Between the order statistics k of n at shares k / (n + 1), below and above which another value falls with these.
+
+def interval_ends(
+    quantiles: tuple[float, float], moved: np.ndarray, near: np.ndarray, probability: float
+) -> tuple[float, float]:
+    """The ends of an interval of a logarithm, by the emulator and by the samples themselves.
+
+    quantiles: of the emulator, which count as far as any of the samples reaches, moved to the fill ratio (n,); widened
+    to the central part of those that are `near` it (n,), of few the smallest and the largest: between the order
+    statistics k of m at shares k / (m + 1).
     """
-    if not len(values):
-        return values
-    return np.quantile(values, [(1 - probability) / 2, (1 + probability) / 2], method="weibull")
+    low, high = np.clip(quantiles, moved.min(), moved.max())
+    if near.any():
+        own = np.quantile(moved[near], [(1 - probability) / 2, (1 + probability) / 2], method="weibull")
+        low, high = min(low, own[0]), max(high, own[1])
+    return float(low), float(high)
 
 
 def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
