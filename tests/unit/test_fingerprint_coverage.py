@@ -4,6 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.fingerprint.cases import held_out_cases, mill_cases
+from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.held_out import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import (
     NO_SAMPLING,
     Process,
@@ -13,9 +20,11 @@ from millprint.fingerprint.processes import (
     logarithms,
     varied_components,
 )
+from tests.conftest import ROOT
+from tests.unit.synthetic_mill import VOLUME, descriptors
 
 FILLS, SPEEDS = np.geomspace(0.05, 0.35, 9), (10.0, 15.0)
-DRAWS, NEW, TURNS = 12, 60, 6
+DRAWS, PLACES, TURNS = 12, 60, 6
 
 
 def conditions(fills: np.ndarray, speeds: np.ndarray) -> pd.DataFrame:
@@ -30,13 +39,13 @@ def error_of_run(fills: np.ndarray) -> np.ndarray:
 
 
 def hits(rng: np.random.Generator, runs: int) -> dict[str, np.ndarray]:
-    """Which bands of one made-up mill hold, at NEW conditions: of a new run, of the mean, and without its own error.
+    """Which bands of one made-up mill hold, at PLACES conditions: of a new run, of the mean, and without its own error.
 
     Its logarithm is drawn from a process of the kind that is fitted, plus the error of one run by its window, which
     TURNS turns tell.
     """
     known = conditions(np.tile(FILLS, len(SPEEDS)), np.repeat(SPEEDS, len(FILLS)))
-    new = conditions(np.exp(rng.uniform(*np.log(FILLS[[0, -1]]), NEW)), rng.uniform(*SPEEDS, NEW))
+    new = conditions(np.exp(rng.uniform(*np.log(FILLS[[0, -1]]), PLACES)), rng.uniform(*SPEEDS, PLACES))
     inputs, components = logarithms(pd.concat([known, new])), varied_components(known)
     covariance = build_kernel(components)(inputs) + 1e-9 * np.eye(len(inputs))
     true = np.linalg.cholesky(covariance) @ rng.standard_normal(len(inputs))
@@ -47,7 +56,7 @@ def hits(rng: np.random.Generator, runs: int) -> dict[str, np.ndarray]:
     process = Process.fit(inputs[: len(known)], logs, stated, components, runs)
     told, mean = process.predictor().predict(inputs[len(known) :]), true[len(known) :]
     width = band_width(0.95, len(known))
-    run = mean + error_of_run(new["fill_ratio"].to_numpy()) * rng.standard_normal(NEW)
+    run = mean + error_of_run(new["fill_ratio"].to_numpy()) * rng.standard_normal(PLACES)
     without = process.stretch * np.sqrt((told.of_mean / process.stretch) ** 2 + process.noise)
     return {
         "new": np.abs(run - told.logs) <= width * told.of_new,
@@ -74,3 +83,34 @@ def test_the_variance_of_a_run_is_found_from_few_turns():
     assert (level, slope) == pytest.approx((np.log(0.08**2 * 0.1), -1.0), abs=0.1)
     assert fit_sampling(np.log(fills), np.full(4000, np.nan)) == NO_SAMPLING
     assert fit_sampling(np.zeros(3), np.array([1e-4, np.nan, 3e-4])) == pytest.approx((np.log(2e-4), 0.0))
+
+
+def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():
+    mill = load_named(ROOT / "config/mills", "mixer", MillConfig, "mill")
+    settings = MillsConfig(contact="calibrated", held_out=32)
+    known, new = mill_cases(mill, settings), held_out_cases(mill, settings)
+    assert len(new) == 32 and held_out_cases(mill, settings.model_copy(update={"held_out": 0})) == []
+    assert not {case.seed for case in known} & {case.seed for case in new}
+    for name in ("fill_ratio", "speed_rpm", "ball_diameter_mm"):
+        old, found = ([getattr(case, name) for case in cases] for cases in (known, new))
+        assert min(old) <= min(found) and max(found) <= max(old)
+    assert len({case.fill_ratio for case in new}) == 32 and {case.ball_diameter_mm for case in new} == {7, 10}
+    # Speed and ball size are drawn independently: each size at low and at high speed.
+    fast = {(case.ball_diameter_mm, case.speed_rpm > 60 * 22) for case in new}
+    assert len(fast) == 4
+    assert {case.rayleigh_fraction for case in new} == {case.rayleigh_fraction for case in known}
+
+
+def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
+    own = Fingerprint.fit(descriptors(), VOLUME, 0.95)
+    table = descriptors(fills=(0.08, 0.15), speeds=(800.0,)).assign(seed=1000)
+    held = predict_held_out(own, table)
+    assert list(held) == HELD_OUT_COLUMNS and len(held) == len(table) * len(CURVES) and held["inside"].all()
+    table["Pn"] *= 3.0
+    counted = count_held_out(own, predict_held_out(own, table)).set_index("quantity")
+    assert (counted["left_out"] == NEW).all()
+    assert counted.loc["powers", ["conditions", "held"]].tolist() == [2 * len(table), len(table)]
+    assert counted.loc["Pn", "held"] == 0 and counted.loc["Pt", "covered"] == 1
+    total = sum_coverage({"one": counted.reset_index(), "other": counted.reset_index()}).set_index(["mill", "quantity"])
+    assert total.loc[("all", "powers"), ["conditions", "held"]].tolist() == [4 * len(table), 2 * len(table)]
+    assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
