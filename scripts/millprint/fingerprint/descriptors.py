@@ -24,7 +24,7 @@ CHANNELS = ("normal", "tangential")
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
-DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule", "motion"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
