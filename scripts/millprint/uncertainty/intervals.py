@@ -109,13 +109,13 @@ def measure(
                 drawn = draw(emulator, names, places, settings.draws, settings.seed)
                 place = {"fill_ratio": fill, "quantity": name}
                 value = float(np.exp(emulator.predict(known[0][None]))[0])
-                ends = interval_ends(
+                known_ends = interval_ends(
                     drawn.ends(settings.probability),
                     samples_at(emulator, space, samples, fill),
                     nearest_to(fill, fill_ratios, samples[FILLED].to_numpy()),
                     settings.probability,
                 )
-                lower, upper = np.exp([min(ends[0], np.log(value)), max(ends[1], np.log(value))]) / value
+                lower, upper = np.exp([min(known_ends[0], np.log(value)), max(known_ends[1], np.log(value))]) / value
                 row = {**place, "value": value, "lower_factor": lower, "upper_factor": upper}
                 intervals.append({**row, "scatter": emulator.noise})
                 indices.append(sobol_indices(drawn, settings.probability, settings.seed).assign(**place))
