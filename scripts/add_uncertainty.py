@@ -23,9 +23,8 @@ from millprint.view.mill_picture import picture_mill
 def tabulate(tables, output, mill: MillConfig) -> None:
     """Write sheet and curves from the fingerprint with its intervals and the tables of the mill's own sweep."""
     fingerprint = Fingerprint.read(output.fingerprint)
-    collapse, zones, descriptors, curves = (
-        read_table(getattr(tables, name)) for name in ("collapse", "zones", "descriptors", "curves")
-    )
+    collapse, zones, curves = (read_table(getattr(tables, name)) for name in ("collapse", "zones", "curves"))
+    descriptors = read_descriptors(tables.descriptors)
     # A table has fewer digits than the fingerprint: its first and last fill ratio may lie just outside.
     fills = np.clip(curves["fill_ratio"].to_numpy(dtype=float), *fingerprint.fill_range)
     write_table(fingerprint.further_curve(fingerprint.curve(fills)), output.curves)

@@ -5,7 +5,6 @@ from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
 from millprint.files import write_table
-from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.exponents import fit_exponents
@@ -38,7 +37,6 @@ def main(
     fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval, charges_of(runs))
     fills = fill_grid(descriptors["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
-    write_table(tabulate_coverage(fingerprint), output.coverage)
     fingerprint.write(output.fingerprint)
     write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), interval), output.exponents)
     collapse = tabulate_mill_collapse(descriptors, interval, collapse_max)

@@ -14,8 +14,8 @@ lost, the time for the same dose, or that there are none:
 A YAML file can hold all of this (--request), as fingerprint.inverse of config/config.yaml does; options take
 precedence over it.
 
-The printed table shows the residuals in per cent, the target descriptors that lie within the interval of the condition
-by the scatter of the simulation (met), and the values outside the simulated ranges; --out writes the whole table. With
+The printed table shows the residuals in per cent, the target descriptors that lie within the band of a new simulation
+of the condition (met), and the values outside the simulated ranges; --out writes the whole table. With
 results/uncertainty/MILL/fingerprint.json it also shows by how much, in per cent, contact parameters and the shape of
 the jar may change each descriptor. Held against another mill (--like), it shows the intervals of the ratio to that
 mill, which has intervals too.

@@ -127,6 +127,7 @@ def _library(run: dict, state: dict) -> dict:
     told = range_warnings(rows, trained_ranges(training_rows(str(run["yield"])), run["prediction"]))[0]
     return {
         "bands": [[getattr(getattr(found, name), end) for end in ("value", "lower", "upper")] for name in BANDS],
+        "mean": [list(vars(getattr(found, name).mean).values()) for name in BANDS],
         "contact": [
             [getattr(interval, end) for end in ("lower", "upper")] if interval else [-1.0, -1.0]
             for interval in (getattr(found, name).contact for name in BANDS)
@@ -155,12 +156,13 @@ def test_the_page_computes_what_the_library_computes(run, page):
         const found = explorer.answer(state, explorer.fingerprints[state.contact]);
         const contact = (band) => band.further.contact ?? {{ lower: -1, upper: -1 }};
         return {{ bands: {list(BANDS)!r}.map((name) => ends(found[name])), balls: found.balls,
+          mean: {list(BANDS)!r}.map((name) => [found[name].further.mean.lower, found[name].further.mean.upper]),
           contact: {list(BANDS)!r}.map((name) => [contact(found[name]).lower, contact(found[name]).upper]),
           outside: [...found.outside].sort(), yield: ends(found.yield_percent),
           not_trained: found.yield_percent.outside.map((each) => each.name).sort() }};
       }});"""
     ours, theirs = page.run(script), [_library(run, state) for state in states]
-    for key in ("bands", "contact", "yield"):
+    for key in ("bands", "mean", "contact", "yield"):
         np.testing.assert_allclose(
             np.array([each[key] for each in ours]), np.array([each[key] for each in theirs]), rtol=1e-6, atol=1e-9
         )
@@ -212,32 +214,30 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
       explorer.state.fill_ratio = 0.35; explorer.render(); await next();
       const beyond = { lines: lines(), bands: bands() };
       explorer.choose(1); await next();
-      return { first, chosen, beyond, other: lines(), options, hidden: document.getElementById("shade").hidden };"""
+      return { first, chosen, beyond, other: lines(), options };"""
     said = page.run(script)
-    assert said["options"] == ["scatter of the simulation", "contact parameters"] and not said["hidden"]
-    assert said["first"]["lines"][0].startswith("scatter: ")
-    assert said["first"]["lines"][1].startswith("contact parameters: ") and " to " in said["first"]["lines"][1]
+    assert said["options"] == ["a new simulation", "the mean", "contact parameters"]
+    assert [line.split(":")[0] for line in said["first"]["lines"]] == said["options"]
+    assert all(" to " in line for line in said["first"]["lines"])
     assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 1, 2, 1, 1]
     assert said["first"]["shapes"] != said["chosen"]["shapes"] and said["first"]["lines"] == said["chosen"]["lines"]
     # Not analysed there: said in words, and no band is drawn, but that of the yield.
-    assert said["beyond"]["lines"][1] == "contact parameters: analysed at fill ratios from 0.06 to 0.3"
+    assert said["beyond"]["lines"][2] == "contact parameters: analysed at fill ratios from 0.06 to 0.3"
     assert said["beyond"]["bands"] == [0, 0, 0, 0, 1]
-    assert said["other"][1] == "contact parameters: not analysed for this contact set"
+    assert said["other"][2] == "contact parameters: not analysed for this contact set"
 
 
 @needs_browser
-def test_a_page_without_further_intervals_offers_no_choice(run, page, tmp_path):
+def test_a_page_without_further_intervals_tells_both_bands_apart(run, page, tmp_path):
     (mill,) = run["content"]["mills"]
     plain = [{key: own[key] for key in ("about", "inputs", "processes", "digest")} for own in mill["fingerprints"]]
-    origins = {"scatter": mill["origins"]["scatter"]}
+    origins = {name: mill["origins"][name] for name in ("scatter", "mean")}
     path = tmp_path / "plain.html"
     path.write_text(explorer_page(run["content"] | {"mills": [mill | {"fingerprints": plain, "origins": origins}]}))
     page.open(path)
-    script = """return { hidden: document.getElementById("shade").hidden,
-      lines: document.querySelector("#results div").querySelectorAll(".interval").length,
-      text: document.querySelector("#results .interval").textContent };"""
-    said = page.run(script)
-    assert said["hidden"] and said["lines"] == 1 and not said["text"].startswith("scatter")
+    said = """document.querySelector("#results div").querySelectorAll(".interval")"""
+    script = f"return [...{said}].map((e) => e.textContent);"
+    assert [line.split(":")[0] for line in page.run(script)] == ["a new simulation", "the mean"]
 
 
 @needs_browser

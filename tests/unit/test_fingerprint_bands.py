@@ -1,6 +1,7 @@
 """Intervals told apart: their algebra, factors over the fill ratio, and the files that hold them."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_a_band_keeps_its_intervals_apart_through_a_factor_and_a_rising_function
 
 
 def test_every_origin_is_a_field_of_a_band():
-    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", *FURTHER}
+    assert set(vars(Band(1.0, 1.0, 1.0))) == {"value", "lower", "upper", "mean", *FURTHER}
 
 
 def test_factors_are_read_at_their_fill_ratios_and_interpolated_in_between(about):
@@ -184,6 +185,28 @@ def test_a_fingerprint_with_factors_of_another_mill_is_refused(own, tmp_path):
     write_json(content, path)
     with pytest.raises(ConfigError, match=r"fingerprint.json: contact: mill = 'spex': the fingerprint is of 'emax'"):
         Fingerprint.read(path)
+
+
+def test_an_interval_stays_where_it_was_sampled_and_not_where_the_curve_lies(plain, tmp_path):
+    """The emulator had half of the curve's power: at the sampled condition the ends are the emulator's own."""
+    fills, settings = np.array(FACTOR_FILLS), {"speed_hz": 10.0, "ball_diameter_m": 0.01}
+    own = plain.scaled(plain.condition(fill_ratio=fills, **settings))
+    values = {name: (0.5 * own[name]).tolist() for name in CURVES}
+    sampled = settings | {name: plain.about[name] for name in ("density_kg_m3", "amplitude_m")} | {"values": values}
+    write_json(factors_of(sampled=sampled), tmp_path / "contact.json")
+    found = Fingerprint.read(_written(plain, tmp_path)).with_factors({"contact": str(tmp_path / "contact.json")})
+    condition = found.condition(fill_ratio=FACTOR_FILLS[1], **settings)
+    power, known = found.predict(condition).normal_power_W, factors_of()["factors"]["Pn"]
+    assert power.contact.lower == pytest.approx(0.5 * power.value * known["lower"][1], rel=1e-9)
+    # The curve's own value is of a possible set of parameters: the interval holds it.
+    assert 0.5 * power.value * known["upper"][1] < power.value == pytest.approx(power.contact.upper, rel=1e-9)
+    with pytest.raises(ConfigError, match=r"sampled.values.f: must have a number for each of fill_ratios"):
+        checked_factors(factors_of(sampled=sampled | {"values": values | {"f": [1.0]}}), "contact", plain.about, "x")
+
+
+def _written(own: Fingerprint, folder: Path) -> Path:
+    own.write(folder / "plain.json")
+    return folder / "plain.json"
 
 
 def test_the_scripts_add_every_interval_and_tabulate_them(plain, tmp_path):

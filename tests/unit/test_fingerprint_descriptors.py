@@ -126,7 +126,8 @@ def test_seeds_are_averaged_with_their_spread():
     assert mean["seeds"] == 3
     assert mean["normal_power_W"] == pytest.approx(single["normal_power_W"], rel=1e-12)
     assert mean["normal_power_seed_sd_W"] == pytest.approx(0.03 * single["normal_power_W"], rel=1e-9)
-    assert mean["normal_power_se_W"] < single["normal_power_se_W"] / np.sqrt(2.9)
+    # The seeds differ by more than their turns say, 3 % against 2 %: the error of the mean holds it.
+    assert mean["normal_power_se_W"] == pytest.approx(0.03 * single["normal_power_W"] / np.sqrt(3), rel=1e-9)
     assert mean["closure"] == pytest.approx(1e-4)
     assert np.isnan(single["normal_power_seed_sd_W"])
 

@@ -30,8 +30,9 @@ def test_what_is_left_out_is_predicted_as_by_a_process_that_never_knew_it(proces
     for group in groups:
         kept = np.setdiff1d(np.arange(len(process.logs)), group)
         rest = {name: getattr(process, name)[kept] for name in ("inputs", "logs", "errors")}
-        mean, deviation = Process(**{**vars(process), **rest}).predictor().predict(process.inputs[group])
-        wanted.append((mean, np.hypot(deviation, process.errors[group] * process.stretch)))
+        told = Process(**{**vars(process), **rest}).predictor().predict(process.inputs[group])
+        own = process.stretch * np.hypot(process.errors[group], np.sqrt(process.noise))
+        wanted.append((told.logs, np.hypot(told.of_mean, own)))
     np.testing.assert_allclose(means, np.concatenate([mean for mean, _ in wanted]), atol=1e-6)
     np.testing.assert_allclose(deviations, np.concatenate([deviation for _, deviation in wanted]), rtol=1e-5)
 
@@ -62,12 +63,12 @@ def test_of_many_conditions_some_give_the_parameters_and_all_of_them_the_curves(
 
 def test_a_reduced_process_predicts_what_the_whole_one_does_within_a_hundredth_of_its_deviation(process, monkeypatch):
     between = 0.5 * (process.inputs[:-1] + process.inputs[1:])
-    mean, deviation = process.predictor().predict(between)
+    mean, _, deviation = process.predictor().predict(between)
     centre, covariance = process.predictor().joint(between)
     monkeypatch.setattr(processes, "WHOLE_MAX", 10)
     predictor = process.predictor()
     assert isinstance(predictor.known, Reduced)
-    found, wide = predictor.predict(between)
+    found, _, wide = predictor.predict(between)
     assert np.abs((found - mean) / deviation).max() < 0.01
     np.testing.assert_allclose(wide, deviation, rtol=0.005)
     middle, together = predictor.joint(between)

@@ -197,7 +197,7 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             name = "_".join(f"{case[key]:g}" for key in ("ball_diameter_mm", "fill_ratio", "speed_rpm", "seed"))
             files.append(str(folder / name / "summary.json"))
             write_json(run, files[-1])
-        names = ("descriptors", "means", "curves", "coverage", "exponents", "collapse", "zones", "sheet", "spectra")
+        names = ("descriptors", "means", "curves", "exponents", "collapse", "zones", "sheet", "spectra")
         names += ("spectra_summary",)
         output = SimpleNamespace(
             **{name: str(folder / f"{name}.tsv") for name in names}, fingerprint=str(folder / "fingerprint.json")
@@ -356,7 +356,7 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     assert (lower, upper) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
     assert described[by_columns("shape")].isna().all(axis=None)
     said = sheet[sheet["section"] == "intervals"].set_index("quantity")["text"]
-    assert list(said.index) == ["scatter of the simulation", "contact parameters", "shape of the jar"]
+    assert list(said.index) == ["a new simulation", "the mean", "contact parameters", "shape of the jar"]
     assert said["shape of the jar"] == "not analysed" and "frictions" in said["contact parameters"]
 
 
@@ -365,10 +365,10 @@ def test_the_page_of_a_fingerprint_shows_every_interval_in_a_column_of_its_own(a
     page = page_of("spex", sheet_of(analysed), analysed, curves)
     assert page.get_size_inches() == pytest.approx([8.27, 11.69])
     (table,) = [table for axis in page.axes for table in axis.tables]
-    heads = [table[0, column].get_text().get_text() for column in range(2, 5)]
-    assert heads == ["scatter of the simulation", "contact parameters", "shape of the jar"]
-    cells = [table[1, column].get_text().get_text() for column in range(2, 5)]
-    assert " to " in cells[0] and " to " in cells[1] and cells[0] != cells[1] and cells[2] == "-"
+    heads = [table[0, column].get_text().get_text() for column in range(2, 6)]
+    assert heads == ["a new simulation", "the mean", "contact parameters", "shape of the jar"]
+    cells = [table[1, column].get_text().get_text() for column in range(2, 6)]
+    assert " to " in cells[0] and " to " in cells[1] and cells[0] != cells[1] and " to " in cells[2] and cells[3] == "-"
     labels = {line.get_label() for axis in page.axes for line in axis.lines}
     assert "by contact parameters" in labels and "by shape of the jar" not in labels
 

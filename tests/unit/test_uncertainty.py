@@ -24,7 +24,7 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
-from millprint.files import write_json, write_table
+from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.curves import CURVES
 from millprint.uncertainty import sampler
@@ -35,6 +35,7 @@ from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_fault
 from millprint.uncertainty.sampler import run_samples
 from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of, varied_case
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
+from tests.conftest import ROOT
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")
 CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
@@ -62,7 +63,7 @@ def test_salib_gives_the_indices_of_ishigamis_function():
     names = ["x", "y", "z"]
     space = uniform_space(names, -np.pi, np.pi)
     values = ishigami(space.values(saltelli_shares(names, 4096, seed=0)).to_numpy())
-    table = sobol_indices(Draws(names, values[None], values[:1]), 0.95, seed=0)
+    table = sobol_indices(Draws(names, values[None]), 0.95, seed=0)
     assert table["first"].to_numpy() == pytest.approx(FIRST, abs=0.02)
     assert table["total"].to_numpy() == pytest.approx(TOTAL, abs=0.02)
 
@@ -71,7 +72,7 @@ def test_intervals_of_the_indices_are_the_same_each_time_with_a_seed_of_zero():
     names = ["x", "y", "z"]
     space = uniform_space(names, -np.pi, np.pi)
     values = ishigami(space.values(saltelli_shares(names, 64, seed=0)).to_numpy())
-    draws = Draws(names, values[None], values[:1])
+    draws = Draws(names, values[None])
     pd.testing.assert_frame_equal(sobol_indices(draws, 0.95, seed=0), sobol_indices(draws, 0.95, seed=0))
 
 
@@ -81,7 +82,7 @@ def test_design_emulator_and_indices_give_those_of_ishigamis_function():
     design = space.design(256, seed=1)
     emulator = Emulator.fit(space.places(design), ishigami(design.to_numpy()))
     places = space.places(space.values(saltelli_shares(names, 512, seed=1)))
-    table = sobol_indices(draw(emulator, names, places, places[0], count=4, seed=1), 0.95, seed=1)
+    table = sobol_indices(draw(emulator, names, places, count=4, seed=1), 0.95, seed=1)
     assert quality(emulator.logs, emulator.left_out)["q2"] > 0.95
     for order, known in (("first", FIRST), ("total", TOTAL)):
         assert table[order].to_numpy() == pytest.approx(known, abs=0.06)
@@ -99,11 +100,11 @@ def test_interval_and_indices_of_a_linear_function_of_normal_variables():
     emulator = Emulator.fit(space.places(design), design.to_numpy() @ slopes)
     places = space.places(space.values(saltelli_shares(names, 256, seed=0)))
     reference = space.places(pd.DataFrame([dict.fromkeys(names, 0.5)]))[0]
-    drawn = draw(emulator, names, places, reference, count=4, seed=0)
+    drawn = draw(emulator, names, places, count=4, seed=0)
     # A normal distribution that is cut off at three deviations has 0.9733 of the variance.
     variances = 0.9733 * (slopes * deviations) ** 2
     half = 1.96 * np.sqrt(variances.sum())
-    assert np.log(drawn.factors(0.95)) == pytest.approx([-half, half], rel=0.04)
+    assert drawn.ends(0.95) - emulator.predict(reference[None]) == pytest.approx([-half, half], rel=0.04)
     table = sobol_indices(drawn, 0.95, seed=0)
     assert table["first"].to_numpy() == pytest.approx(variances / variances.sum(), abs=0.05)
     assert table["total"].to_numpy() == pytest.approx(variances / variances.sum(), abs=0.05)
@@ -336,12 +337,16 @@ def synthetic_samples(settings: UncertaintyConfig) -> pd.DataFrame:
 def test_tables_and_factors_of_a_known_mill(tmp_path):
     settings = UncertaintyConfig(samples=64, base_samples=128, draws=4)
     space = space_of(EMAX, settings)
-    found = measure(synthetic_samples(settings), space, [0.1, 0.2], CALIBRATED, [CONTACTS["steel"]], settings)
-    # Quantiles of 0.30 / e for e uniform between 0.2 and 0.95.
-    ends = 0.30 / (0.2 + 0.75 * np.array([0.975, 0.025]))
+    samples = synthetic_samples(settings)
+    found = measure(samples, space, [0.1, 0.2], CALIBRATED, [CONTACTS["steel"]], settings)
+    # Quantiles of 0.30 / e for e uniform between 0.2 and 0.95, or the samples next to the fill ratio if beyond.
+    quantiles = 0.30 / (0.2 + 0.75 * np.array([0.975, 0.025]))
+    upper_half = samples["fill_ratio"] > np.sqrt(0.1 * 0.2)
+    ratios = [0.30 / samples.loc[near, "restitution"] for near in (~upper_half, upper_half)]
+    ends = np.array([[min(quantiles[0], near.min()), max(quantiles[1], near.max())] for near in ratios])
     rows = found.intervals[found.intervals["quantity"] == "Pn"]
     assert rows["value"].to_numpy() == pytest.approx(5 / 0.3 * np.sqrt([0.1, 0.2]), rel=0.01)
-    assert rows[["lower_factor", "upper_factor"]].to_numpy() == pytest.approx(np.array([ends, ends]), rel=0.03)
+    assert rows[["lower_factor", "upper_factor"]].to_numpy() == pytest.approx(ends, rel=0.03)
     powers = found.intervals[found.intervals["quantity"] == "normal_power_W"]
     scale = 7700 * 10**3 * 0.017**2 * 0.01**3
     assert powers["value"].to_numpy() == pytest.approx(np.array([10, 20]) * scale * rows["value"].to_numpy())
@@ -355,8 +360,54 @@ def test_tables_and_factors_of_a_known_mill(tmp_path):
     write_json(found.factors.model_dump(mode="json", exclude_none=True), tmp_path / "contact.json")
     about = {"mill": "emax", "contact": "calibrated", "counting_rule": RULE}
     read = read_factors(str(tmp_path / "contact.json"), "contact", about)
-    assert read.factors["En"].lower == pytest.approx(ends[[0, 0]], rel=0.03)
+    assert read.factors["En"].lower == pytest.approx(ends[:, 0], rel=0.03)
     assert read.parameters["restitution"]["source"] and read.samples == 64
+
+
+def bistable_samples(settings: UncertaintyConfig) -> pd.DataFrame:
+    """Samples of a mill that jumps between two motions where friction is high, which no smooth emulator follows."""
+    samples, rng = synthetic_samples(settings), np.random.default_rng(1)
+    jump = (samples["static_friction"] > 0.3) & (samples["wall_static_friction"] < 0.5)
+    factor = np.where(jump, 2.5, 1.0) * np.exp(0.1 * rng.standard_normal(len(samples)))
+    return samples.assign(**{name: samples[name] * factor for name in CURVES})
+
+
+@pytest.mark.parametrize("samples_of", [synthetic_samples, bistable_samples])
+def test_an_interval_holds_its_own_samples_and_lies_where_they_lie(samples_of, tmp_path):
+    settings = UncertaintyConfig(samples=128, base_samples=128, draws=8)
+    fills = [0.06, 0.1, 0.17, 0.3]
+    samples = samples_of(settings)
+    found = measure(samples, space_of(EMAX, settings), fills, CALIBRATED, [], settings)
+    write_json(found.factors.model_dump(mode="json", exclude_none=True), tmp_path / "contact.json")
+    rows = found.intervals[found.intervals["quantity"] == "Pt"].set_index("fill_ratio")
+    for fill, row in rows.iterrows():
+        near = samples["Pt"][np.abs(np.log(samples["filled_ratio"] / fill)) < 0.05]
+        assert len(near) and near.between(row["lower"] / 1.05, row["upper"] * 1.05).all()
+    assert rows["upper"].max() < 1.25 * samples["Pt"].max() and rows["lower"].min() > samples["Pt"].min() / 1.25
+    # A fingerprint whose own curve lies elsewhere takes the ends over, and not their ratio to the emulator's value.
+    about = {"mill": "emax", "contact": "calibrated", "counting_rule": RULE}
+    read = read_factors(str(tmp_path / "contact.json"), "contact", about)
+    own = {name: 1.9 * np.array(values) for name, values in read.sampled.values.items()}
+    moved = read.onto(own)
+    ends = own["Pt"] * moved.at(np.array(fills))["Pt"]
+    assert ends[0] == pytest.approx(np.minimum(rows["lower"], own["Pt"]), rel=1e-9)
+    assert ends[1] == pytest.approx(np.maximum(rows["upper"], own["Pt"]), rel=1e-9)
+    assert moved.sampled is None and moved.onto({}) is moved
+
+
+def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
+    """The first 48 samples of the Emax: 14 to 73 balls of 10 mm at 600 rpm, 0.8 s each."""
+    samples = read_table(ROOT / "tests/data/contact_samples.tsv", text=["mill", "contact", "counting_rule"])
+    settings, fills = UncertaintyConfig(samples=len(samples), base_samples=32, draws=4), [0.06, 0.1, 0.17, 0.3]
+    found = measure(samples, space_of(EMAX, settings), fills, CALIBRATED, [], settings)
+    for row in found.intervals[found.intervals["unit"] == "-"].itertuples():
+        logs = np.log(samples[row.quantity])
+        near = logs[np.abs(np.log(samples["filled_ratio"] / row.fill_ratio)) < 0.1]
+        # The emulator's scatter, and what a quantity changes by within a tenth of the fill ratio.
+        rounding = 2 * row.scatter + 0.1
+        assert near.between(np.log(row.lower) - rounding, np.log(row.upper) + rounding).all(), row
+        assert np.log(row.upper) < logs.max() + 0.25 and np.log(row.lower) > logs.min() - 0.25, row
+        assert row.lower <= row.value <= row.upper
 
 
 @pytest.mark.parametrize("jobs", [1, 3])

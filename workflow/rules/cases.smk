@@ -154,6 +154,17 @@ def measured_heat(names) -> list[str]:
     return [CONFIG.validation.measured] if CONFIG.dose.heat.measured.keys() & set(names) else []
 
 
+def derived_sweep(wildcards) -> list[str]:
+    """The file of a mill's sweep, if its own file has none."""
+    return [] if mill_named(wildcards.mill).sweep else [f"{MILL}/sweep.json".format(mill=wildcards.mill)]
+
+
+def own_sweep(wildcards) -> dict | None:
+    """The sweep in a mill's own file, as plain values."""
+    sweep = mill_named(wildcards.mill).sweep
+    return sweep and sweep.model_dump(mode="json")
+
+
 def described(name: str) -> str:
     """The fingerprint file of a mill."""
     return f"{RESULTS}/mills/{name}/fingerprint.json"

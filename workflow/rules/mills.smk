@@ -102,7 +102,6 @@ rule describe_mill:
         descriptors=f"{MILL}/descriptors.tsv",
         means=f"{MILL}/means.tsv",
         curves=f"{MILL}/curves.tsv",
-        coverage=f"{MILL}/coverage.tsv",
         fingerprint=f"{MILL}/fingerprint.json",
         exponents=f"{MILL}/exponents.tsv",
         collapse=f"{MILL}/collapse.tsv",
@@ -127,6 +126,34 @@ rule describe_mill:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill} from {input.summaries}"
     script:
         "../../scripts/describe_mill.py"
+
+
+rule measure_coverage:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+        sweep=derived_sweep,
+        fingerprint=rules.describe_mill.output.fingerprint,
+    output:
+        coverage=f"{MILL}/coverage.tsv",
+        held_out=f"{MILL}/held_out.tsv",
+    log:
+        f"{LOGS}/mills/{{mill}}_coverage.log",
+    benchmark:
+        f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
+    params:
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
+        sweep=own_sweep,
+        contact=CONTACTS[CONFIG.mills.contact_set].model_dump(mode="json"),
+        mills=CONFIG.mills.model_dump(
+            mode="json", include={"contact", "settle_s", "precision", "rayleigh_fraction", "held_out"}
+        ),
+        dem=settings("dem"),
+        library=library("measure_coverage.py"),
+    message:
+        "Counting how often the bands of mill {wildcards.mill} hold new simulations"
+    script:
+        "../../scripts/measure_coverage.py"
 
 
 rule draw_sheet:
@@ -216,6 +243,31 @@ rule collect_mills:
         "../../scripts/collect_mills.py"
 
 
+rule collect_coverage:
+    input:
+        [f"{RESULTS}/mills/{name}/coverage.tsv" for name in BOX],
+    output:
+        table=f"{RESULTS}/mills/coverage.tsv",
+    log:
+        f"{LOGS}/mills/collect_coverage.log",
+    localrule: True
+    params:
+        mills=BOX,
+        library=library("collect_coverage.py"),
+    message:
+        "Counting how often the bands of {BOX} hold new simulations"
+    script:
+        "../../scripts/collect_coverage.py"
+
+
+rule coverage:
+    input:
+        rules.collect_coverage.output,
+    localrule: True
+    message:
+        "The coverage of the bands is complete"
+
+
 MILL_PICTURES = expand([*rules.draw_mill.output], mill=BOX)
 # A smoke test runs one case of each mill, and draws all mills.
 BOX_OUTPUTS = (
@@ -225,12 +277,13 @@ BOX_OUTPUTS = (
         *MILL_PICTURES,
         *expand([*rules.draw_sheet.output, *rules.draw_spectra.output, *rules.balance_heat.output], mill=BOX),
         *rules.collect_mills.output,
+        *rules.collect_coverage.output,
         f"{RESULTS}/mills/explorer.html",
     ]
 )
 FINGERPRINTED = [
     output.format(mill=CONFIG.mill)
-    for made in (rules.draw_mill, rules.describe_mill, rules.draw_sheet, rules.draw_spectra)
+    for made in (rules.draw_mill, rules.describe_mill, rules.measure_coverage, rules.draw_sheet, rules.draw_spectra)
     for output in made.output
 ]
 

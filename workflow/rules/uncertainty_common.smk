@@ -21,17 +21,6 @@ def predicting_chapter(contact: str) -> str:
     return f"{folder}/fingerprint_{contact}.json"
 
 
-def derived_sweep(wildcards) -> list[str]:
-    """The file of a mill's sweep, if its own file has none."""
-    return [] if mill_named(wildcards.mill).sweep else [f"{MILL}/sweep.json".format(mill=wildcards.mill)]
-
-
-def own_sweep(wildcards) -> dict | None:
-    """The sweep in a mill's own file, as plain values."""
-    sweep = mill_named(wildcards.mill).sweep
-    return sweep and sweep.model_dump(mode="json")
-
-
 def uncertainty_of(mills) -> list[str]:
     """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
     own = expand([*rules.measure_uncertainty.output, *rules.add_uncertainty.output], mill=mills)

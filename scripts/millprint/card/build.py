@@ -42,7 +42,7 @@ def build_card(
     for summary, path in zip(runs.summaries, runs.paths, strict=True):
         check_summary(summary, str(Path(path).with_name("summary.json")))
     first = runs.summaries[0]
-    descriptors, missing = describe_runs(runs, settings, known.fingerprint)
+    descriptors, missing, motion = describe_runs(runs, settings, known.fingerprint)
     balls = _balls(experiment, first)
     powder = _powder(experiment, balls)
     programme = _programme(experiment)
@@ -87,6 +87,7 @@ def build_card(
             revolutions=sum(summary["revolutions"] for summary in runs.summaries),
             closure=max(abs(summary["closure"]) for summary in runs.summaries),
             missing=missing,
+            motion=motion,
         ),
         spectra=spectra,
         dose=dose,

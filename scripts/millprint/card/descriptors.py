@@ -1,4 +1,4 @@
-"""The descriptors of one condition with their intervals: by scatter, by contact parameters, by the shape of the jar."""
+"""The descriptors of one condition: their bands, and intervals by contact parameters and by the shape of the jar."""
 
 import math
 
@@ -10,6 +10,7 @@ from millprint.card.scatter import read_window, spread
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.seeds import MOTIONS
 
 SHARE = "tangential_share"
 # The curve of a fingerprint whose factors are those of a descriptor; the share rises with the ratio Pt / Pn.
@@ -26,15 +27,15 @@ UNITS = {name: name.rpartition("_")[2] for name in CURVE_OF} | {"frequency_per_b
 
 def describe_runs(
     runs: Runs, settings: CardSettings, fingerprint: Fingerprint | None
-) -> tuple[Descriptors, dict[str, str]]:
-    """The descriptors with their intervals, and why an interval is not known."""
+) -> tuple[Descriptors, dict[str, str], list[str]]:
+    """The descriptors with their intervals, why an interval is not known, and what the runs say against the bands."""
     rule = settings.counting_rule
     each = [_values(tabulate_descriptors([summary], rule)) for summary in runs.summaries]
     table = tabulate_descriptors(runs.summaries, rule)
     value = _values(table)
     windows = [read_window(*run, rule) for run in zip(runs.summaries, runs.paths, strict=True)]
     widths = spread(windows, each, settings.interval)
-    missing = {} if widths else {"scatter": "one simulation of fewer than two turns"}
+    missing = {} if widths else dict.fromkeys(("scatter", "mean"), "one simulation of fewer than two turns")
     fill = float(table["fill_ratio"].iloc[0])
     factors = {}
     for origin in FURTHER:
@@ -53,10 +54,12 @@ def describe_runs(
             else:
                 low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
             further[origin] = Ends(lower=float(low), upper=float(high))
-        half = widths.get(name)
-        scatter = None if half is None else _around(own, half, name)
-        found[name] = Quantity(value=own, unit=UNITS[name], scatter=scatter, **further)
-    return Descriptors(**found), missing
+        halves = widths.get(name)
+        scatter, mean = [_around(own, half, name) for half in halves] if halves else (None, None)
+        found[name] = Quantity(value=own, unit=UNITS[name], scatter=scatter, mean=mean, **further)
+    words = table["motion"].iloc[0].split(", ")
+    against = [f"{motion.word}: {motion.meaning}" for motion in MOTIONS.values() if motion.word in words]
+    return Descriptors(**found), missing, against
 
 
 def _around(value: float, half: float, name: str) -> Ends:

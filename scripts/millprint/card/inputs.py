@@ -25,7 +25,7 @@ class CardSettings(Section):
     counting_rule: RuleName = "gap_2ms"
     """name of the rule that says what is one collision"""
     interval: Fraction = 0.95
-    """probability of the intervals by the scatter [-]"""
+    """probability of the bands of a new simulation and of the mean [-]"""
     dose: DoseConfig = DoseConfig()
     """settings of spectra, heat and wear"""
 

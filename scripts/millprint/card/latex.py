@@ -45,7 +45,7 @@ def _row(title: str, quantity: Quantity) -> str:
     def cell(ends: Ends | None) -> str:
         return "--" if ends is None else between(ends, factor)
 
-    cells = (cell(quantity.scatter), cell(quantity.contact))
+    cells = (cell(quantity.scatter), cell(quantity.mean), cell(quantity.contact))
     return f"{escape(title)} & {_tex_number(three(factor * quantity.value))} & {_unit(unit)} & " + " & ".join(
         map(_tex_number, cells)
     )
@@ -80,15 +80,16 @@ def latex_table(card: MillingCard) -> str:
     lines = [
         "% Needs \\usepackage{booktabs} and \\usepackage{textcomp}.",
         r"\begin{table}",
-        rf"\caption{{{escape(card.title)}: what was set, and the mechanical fingerprint with its intervals by the "
-        rf"scatter of the simulation ({100 * card.fingerprint.probability:g}\,\%) and by contact parameters.}}",
+        rf"\caption{{{escape(card.title)}: what was set, and the mechanical fingerprint with its bands of a new "
+        rf"simulation and of the mean ({100 * card.fingerprint.probability:g}\,\%), and its interval by contact "
+        r"parameters.}",
         rf"\label{{tab:{card.name.replace('_', '-')}}}",
-        r"\begin{tabular}{lllll}",
+        r"\begin{tabular}{llllll}",
         r"\toprule",
     ]
     for title, text in settings_of(card):
-        lines.append(rf"{escape(title)} & \multicolumn{{4}}{{p{{0.62\linewidth}}}}{{{escape(text)}}} \\")
-    lines += [r"\midrule", r"quantity & value & unit & scatter & contact parameters \\", r"\midrule"]
+        lines.append(rf"{escape(title)} & \multicolumn{{5}}{{p{{0.62\linewidth}}}}{{{escape(text)}}} \\")
+    lines += [r"\midrule", r"quantity & value & unit & new simulation & mean & contact parameters \\", r"\midrule"]
     lines += [rf"{_row(TITLES[name], own)} \\" for name, own in vars(card.fingerprint.descriptors).items()]
     if card.dose:
         lines.append(r"\midrule")

@@ -44,7 +44,7 @@ def find_fingerprint(mill: str, results: str | Path = "results", sources: Source
 
 
 def band_of(quantity: Quantity) -> Band:
-    """A quantity of a card as a band; without an interval by scatter it has no width."""
+    """A quantity of a card as a band; without one of a new simulation it has no width."""
     scatter = quantity.scatter
     further = {origin: Interval(given.lower, given.upper) for origin in FURTHER if (given := getattr(quantity, origin))}
     lower, upper = (scatter.lower, scatter.upper) if scatter else (quantity.value, quantity.value)

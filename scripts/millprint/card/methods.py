@@ -55,7 +55,7 @@ def simulation_sentences(card: MillingCard) -> list[str]:
     simulated = f"{runs} simulation{'s' if runs > 1 else ''} of {plain(found.revolutions)} turns in all" if runs else ""
     own = found.descriptors
     words = {name: in_words(quantity, quantity.scatter) for name, quantity in vars(own).items()}
-    interval = f"intervals of {100 * found.probability:g} % by the scatter of the simulation in brackets"
+    interval = f"in brackets, the band in which a new simulation falls with {100 * found.probability:g} %"
     sentences = [
         f"The motion of the balls was computed by the discrete element method with a Hertz-Mindlin contact "
         f"(restitution {contact.restitution:g}, static friction {contact.static_friction:g}, rolling friction "

@@ -38,7 +38,9 @@ class Quantity(Record):
     unit: str
     """unit; "-" for a plain number"""
     scatter: Ends | None = None
-    """interval of `fingerprint.probability` by the scatter of the simulation: a new simulation falls in here"""
+    """band of a new simulation: one more of the recorded time falls in here with `fingerprint.probability`"""
+    mean: Ends | None = None
+    """band of the mean: the mean of very many simulations lies in here with `fingerprint.probability`"""
     contact: Ends | None = None
     """interval by contact parameters: restitution, frictions and stiffness that nobody has measured"""
     shape: Ends | None = None
@@ -182,7 +184,7 @@ class CardFingerprint(Record):
     collision_gap_s: Amount
     """contacts of a pair that follow each other within this time are one collision [s]"""
     probability: Annotated[float, Field(gt=0, lt=1)]
-    """of the intervals by the scatter [-]"""
+    """of the bands of a new simulation and of the mean [-]"""
     descriptors: Descriptors
     seeds: list[int] = []
     """seeds of the starting positions, a simulation each"""
@@ -194,6 +196,8 @@ class CardFingerprint(Record):
     """largest error of an energy balance over the work of the walls [-]"""
     missing: dict[str, str] = {}
     """why an interval is not known, by its name"""
+    motion: list[str] = []
+    """what turns and seeds say against the bands and what to do: few turns, a motion that repeats, seeds that differ"""
 
 
 class Bins(Record):

@@ -70,7 +70,7 @@ def _scaled(quantity: Quantity, value: float, unit: str) -> Quantity:
     factor = value / quantity.value
     ends = {
         origin: given and Ends(lower=factor * given.lower, upper=factor * given.upper)
-        for origin in ("scatter", "contact", "shape")
+        for origin in ("scatter", "mean", "contact", "shape")
         for given in [getattr(quantity, origin)]
     }
     return Quantity(value=value, unit=unit, **ends)

@@ -2,12 +2,13 @@
 
 A simulation scatters because its window is short. This scatter is seen twice: between seeds, and between blocks of
 neighbouring revolutions in one window (delete-a-group jackknife, Kott, J. Official Stat. 17 (2001) 521). Both estimate
-the variance of the logarithm of a descriptor of one simulation, so they are pooled by their degrees of freedom; where
-seeds differ by more than windows explain, their variance counts. With k seeds, mean m and that variance v, a new
-simulation of the condition falls, by Student's t, into exp(ln m +- t sqrt(v (1 + 1/k))).
+the variance of the logarithm of a descriptor of one simulation (`millprint.fingerprint.seeds`). With k seeds, mean m,
+that variance v and its degrees of freedom, by Student's t, a new simulation of the condition falls into
+exp(ln m +- t sqrt(v (1 + 1/k))), and the mean of very many into exp(ln m +- t sqrt(v / k)).
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from millprint.config.counting import CountingRule, recorded_count
 from millprint.dem.collisions import merge_contacts
 from millprint.dose.spectra import read_contacts
 from millprint.fingerprint.redraw import block_length
+from millprint.fingerprint.seeds import variance_of_run
 from millprint.quantiles import student_quantile
 
 # Energies and number of collisions in each revolution.
@@ -98,8 +100,15 @@ def jackknife(window: Window) -> tuple[dict[str, float], int]:
     return variances, groups - 1
 
 
-def spread(windows: list[Window], values: list[dict[str, float]], probability: float) -> dict[str, float]:
-    """Half the width of the interval of the logarithm of each descriptor of a new simulation; none if nothing tells.
+class Halves(NamedTuple):
+    """Half the widths of the bands of the logarithm of a descriptor, of a new simulation and of the mean."""
+
+    new: float
+    mean: float
+
+
+def spread(windows: list[Window], values: list[dict[str, float]], probability: float) -> dict[str, Halves]:
+    """Half the widths of both bands of each descriptor; none if nothing tells.
 
     windows, values: of each seed, revolutions and descriptors.
     """
@@ -107,12 +116,13 @@ def spread(windows: list[Window], values: list[dict[str, float]], probability: f
     within = [jackknife(window) for window in windows]
     found = {}
     for name in values[0]:
-        freedom = sum(own for variances, own in within if name in variances) + seeds - 1
-        if freedom == 0 or min(own[name] for own in values) <= 0:
+        if min(own[name] for own in values) <= 0:
             continue
-        between = float(np.log([own[name] for own in values]).var(ddof=1)) if seeds > 1 else 0.0
-        inside = sum(variances[name] * own for variances, own in within if name in variances)
-        pooled = (inside + (seeds - 1) * between) / freedom
-        quantile = float(student_quantile(0.5 + probability / 2, freedom))
-        found[name] = quantile * float(np.sqrt(max(pooled, between) * (1 + 1 / seeds)))
+        inside = [(variances[name], own) for variances, own in within if name in variances]
+        run = variance_of_run([float(np.log(own[name])) for own in values], inside)
+        if run is not None:
+            quantile = float(student_quantile(0.5 + probability / 2, run.freedom))
+            found[name] = Halves(
+                *(quantile * float(np.sqrt(run.variance * share)) for share in (1 + 1 / seeds, 1 / seeds))
+            )
     return found

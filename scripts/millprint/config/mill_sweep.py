@@ -142,6 +142,8 @@ class MillsConfig(Section):
     """
     settle_s: Positive = 0.2
     """time for the balls to come to rest before the mill starts [s]"""
+    held_out: Annotated[int, Field(ge=0, le=64)] = 8
+    """simulations of new conditions that the fingerprint of a mill does not see, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
     collapse_max: Fraction = 0.2

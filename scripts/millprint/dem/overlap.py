@@ -154,7 +154,7 @@ def _wall(stopped: Stopped, ball: int) -> tuple[str, str, float]:
 
 
 def feature_at(vessel: Vessel, point: np.ndarray) -> str:
-    """What of a surface a point (3,) [m] on it belongs to: a round wall, a corner, a convex edge, a seam, or a facet."""
+    """What a point (3,) [m] of a surface belongs to: a round wall, a corner, a convex edge, a seam, or a facet."""
     near = ON_FEATURE * vessel.size
     for curve in vessel.curves:
         distance, _, past = curve.touch(point[None])

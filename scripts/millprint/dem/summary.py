@@ -10,10 +10,8 @@ from millprint.config.contact import PAIR_COEFFICIENTS
 from millprint.dem.collisions import collision_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
+from millprint.dem.turns import mean_of_turns, relative_error
 from millprint.mill.bodies import ball_space_m3, travel_m
-
-# Smallest number of blocks for a standard error.
-FEWEST_BLOCKS = 8
 
 
 def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]:
@@ -23,32 +21,9 @@ def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]
     return {name: np.diff(column.to_numpy()[::samples]).tolist() for name, column in columns.items()}
 
 
-def standard_error(energies: list[float], revolution_s: float) -> float | None:
-    """Standard error of the mean power [W] from the energies of single revolutions; None for fewer than two."""
-    if len(energies) < 2:
-        return None
-    return float(np.std(energies, ddof=1) / math.sqrt(len(energies)) / revolution_s)
-
-
 def finite(value: float) -> float | None:
     """A number for JSON, which knows no infinite ones."""
     return value if math.isfinite(value) else None
-
-
-def relative_error(energies: list[float]) -> float:
-    """Standard error of a mean over its size, from correlated values, by blocking [-].
-
-    Neighbours are averaged again and again; the largest of the errors of the mean at the sizes of block that leave at
-    least eight is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461, 1989). inf for fewer than eight values.
-    """
-    values, errors = np.asarray(energies, dtype=float), [0.0]
-    if len(values) < FEWEST_BLOCKS or not values.mean():
-        return math.inf
-    mean = abs(values.mean())
-    while len(values) >= FEWEST_BLOCKS:
-        errors.append(float(values.std(ddof=1) / math.sqrt(len(values))))
-        values = values[: len(values) // 2 * 2].reshape(-1, 2).mean(axis=1)
-    return max(errors) / mean
 
 
 def is_certain(series: pd.DataFrame, samples: int, largest: float) -> bool:
@@ -79,10 +54,8 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     frequency = simulation.frequency_hz
     revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
     steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
-    errors = {
-        name: standard_error(revolutions.get(f"{name}_J", []), 1 / frequency if frequency else 1.0)
-        for name in ("normal", "tangential")
-    }
+    means = {name: mean_of_turns(revolutions.get(f"{name}_J", [])) for name in ("normal", "tangential")}
+    errors = {name: known and known.error * frequency for name, known in means.items()}
     return {
         "case": json.loads(case.model_dump_json()),
         "mill": case.mill,

@@ -12,7 +12,7 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
 from millprint.explorer.yields import Yields, chemistry, yield_content
 from millprint.fingerprint import processes
-from millprint.fingerprint.bands import FURTHER, SCATTER, checked_factors
+from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, checked_factors
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.inputs import read_content
@@ -20,7 +20,6 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import GRID
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
-from millprint.quantiles import normal_quantile
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25
@@ -88,12 +87,15 @@ def mill_content(
         | _further(content, str(path))
         for content, path in zip(contents, fingerprints, strict=True)
     ]
-    origins = {"scatter": SCATTER} | {
+    origins = {"scatter": SCATTER, "mean": MEAN} | {
         name: about for name, about in FURTHER.items() if any(name in own for own in kept)
     }
     return {
         **machine._asdict(),
-        "widths": [float(normal_quantile(0.5 + 0.5 * content["about"]["probability"])) for content in contents],
+        "widths": [
+            processes.band_width(content["about"]["probability"], len(content["inputs"]["fill_ratio"]))
+            for content in contents
+        ],
         "fingerprints": kept,
         "origins": {name: about._asdict() for name, about in origins.items()},
         "yield": yield_content(yields) if yields else None,
@@ -115,7 +117,7 @@ def _processes(content: dict, path: str | Path) -> dict[str, dict]:
     if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
         return content["processes"]
     predictors = Fingerprint.read(path).predictors
-    kept = ("log_parameters", "noise_variance", "stretch")
+    kept = ("log_parameters", "noise_variance", "sampling", "stretch")
     return {
         name: {key: own[key] for key in kept} | {"reduced": predictors[name].reduced()}
         for name, own in content["processes"].items()

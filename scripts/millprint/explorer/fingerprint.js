@@ -18,6 +18,7 @@ class LogProcess {
       this.parts.push({ variance: parameters[first], lengths: parameters.slice(first + 1, first + width) });
     }
     this.noise = content.noise_variance;
+    this.sampling = content.sampling;
     this.stretch = content.stretch;
     this.variance = this.parts.reduce((sum, part) => sum + part.variance, 0);
     if (content.reduced) this.knowFew(content.reduced);
@@ -68,14 +69,16 @@ class LogProcess {
     return this.centre + dot(this.covariance(point), this.weights);
   }
 
-  /** Mean and standard deviation of a new condition's logarithm, noise included. */
+  /** Logarithm at a point, and its standard deviations: of the mean, and of a new simulation, one run. */
   predict(point) {
     const covariance = this.covariance(point);
     const solved = solveLower(this.factor, covariance);
     const own = Math.max(0, this.variance - dot(solved, solved) + this.left(solved));
+    const oneRun = this.noise + Math.exp(this.sampling[0] + this.sampling[1] * point[0]);
     return {
-      mean: this.centre + dot(covariance, this.weights),
-      deviation: this.stretch * Math.sqrt(own + this.noise),
+      log: this.centre + dot(covariance, this.weights),
+      ofMean: this.stretch * Math.sqrt(own),
+      ofNew: this.stretch * Math.sqrt(own + oneRun),
     };
   }
 }
@@ -114,7 +117,7 @@ function complete({ Pn, Pt, f }) {
 class Fingerprint {
   /**
    * content: a fingerprint's JSON; variables: their names in order; width: of its interval, in deviations; origins: of
-   * intervals besides the scatter, each null in a band where it is not known.
+   * intervals besides that of a new simulation, each null in a band where it is not known.
    */
   constructor(content, variables, width, origins) {
     this.further = Object.fromEntries(origins.map((name) => [name, content[name] ? new Factors(content[name]) : null]));
@@ -190,18 +193,22 @@ class Fingerprint {
     return complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(this.processes[name].mean(point))])));
   }
 
-  /** Scaled quantities with the interval of a new condition. */
+  /** Scaled quantities with the band of a new simulation; that of the mean is the first of the further intervals. */
   scaled(condition) {
     const point = this.point(condition);
     const logs = Object.fromEntries(
       Object.entries(this.processes).map(([name, process]) => [name, process.predict(point)]),
     );
-    const values = complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(logs[name].mean)])));
+    const values = complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(logs[name].log)])));
+    const ends = (value, deviation) => {
+      const factor = Math.exp(this.width * deviation);
+      return { lower: value / factor, upper: value * factor };
+    };
     return Object.fromEntries(
       Object.entries(values).map(([name, value]) => {
-        const factor = Math.exp(this.width * logs[name].deviation);
-        const further = this.intervals(name, value, condition.fill_ratio);
-        return [name, { value, lower: value / factor, upper: value * factor, further }];
+        const { ofMean, ofNew } = logs[name];
+        const further = { ...this.intervals(name, value, condition.fill_ratio), mean: ends(value, ofMean) };
+        return [name, { value, ...ends(value, ofNew), further }];
       }),
     );
   }
@@ -277,7 +284,7 @@ function energyScale(condition) {
   );
 }
 
-/** A band through a rising function: its value, its interval by the scatter, and each further one, null if not known. */
+/** A band through a rising function: value, band of a new simulation, and each further interval, null if not known. */
 function through({ value, lower, upper, further = {} }, rising) {
   const others = Object.entries(further).map(([origin, interval]) => [
     origin,

@@ -15,8 +15,8 @@ class Intro {
     byId("intro").textContent = [
       `The mechanical fingerprint of the run ${content.name}: set the mill and see what a collision does to the powder,`,
       level ? "what the balls dissipate, and the yield to expect." : "and what the balls dissipate.",
-      `Shaded is the interval in which ${probability} % of new simulations are expected${level ? `, or ${level} % of measured yields` : ""}.`,
-      ...(mill.further.length ? ["What else is unknown has intervals of its own, which are told apart and not added up."] : []),
+      `Shaded is the band in which ${probability} % of new simulations are expected${level ? `, or ${level} % of measured yields` : ""}.`,
+      "The mean of very many simulations, and what else is unknown, have intervals of their own, which are told apart and not added up.",
     ].join(" ");
     byId("searched").textContent = this.searched();
     byId("found-balls").textContent = about.charges ? "balls [mm]" : "ball [mm]";

@@ -23,7 +23,7 @@ function methodsText(explorer, found) {
       `which fill ${short(Number((100 * state.fill_ratio).toPrecision(3)))} % of the jar's volume.`,
     `Contact set ${about.contact}: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
     `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
-      `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the interval in which ${interval} % of new simulations are expected.`,
+      `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
     `Contacts of a pair that follow each other within ${short(1e3 * about.collision_gap_s)} ms count as one collision.`,
     `A collision dissipates on average ${band("normal_energy_J")} along the line of centres and ${band("tangential_energy_J")} along the surface; ` +
       `collisions of one ball: ${band("frequency_per_ball_hz")}.`,
@@ -43,10 +43,11 @@ function wallWords(about) {
   return words.length ? ` (at the wall: ${words.join(", ")})` : "";
 }
 
-/** The interval of the power by an origin besides the scatter. */
+/** The interval of the power by an origin besides a new simulation. */
 function furtherWords({ mill, fingerprint, state }, found, origin) {
   const { title } = mill.content.origins[origin];
   const interval = found.power_W.further[origin];
+  if (origin === "mean") return `The mean power of very many simulations lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
   return interval
     ? `By ${title} alone the power lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
     : `The interval by ${title} is not known (${fingerprint.missing(origin, state.fill_ratio)}).`;

@@ -38,7 +38,7 @@ class Mill {
     return this.content.name;
   }
 
-  /** Origins of intervals besides the scatter, of which the run knows something. */
+  /** Origins of intervals besides a new simulation, of which the run knows something: the mean is the first. */
   get further() {
     return Object.keys(this.content.origins).filter((origin) => origin !== "scatter");
   }

@@ -170,6 +170,5 @@ class Explorer {
     byId("axis").value = this.axis;
     fillOptions(byId("shaded"), Object.entries(this.mill.content.origins).map(([origin, { title }]) => [origin, title]));
     byId("shaded").value = this.shaded;
-    byId("shade").hidden = this.mill.further.length === 0;
   }
 }

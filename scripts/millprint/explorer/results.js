@@ -64,8 +64,7 @@ class Results {
         const words = interval ? between(interval) : fingerprint.missing(origin, state.fill_ratio);
         return `${mill.content.origins[origin].title}: ${words}`;
       });
-      // The scatter is named only where there is something to tell it from.
-      const below = others.length ? [`scatter: ${between(band)}`, ...others] : between(band);
+      const below = [`${mill.content.origins.scatter.title}: ${between(band)}`, ...others];
       return item(about.label, `${digits(band.value)} ${scale.unit}`, below, warn);
     });
     const dose = units.of("dose");

@@ -15,7 +15,7 @@ from millprint.figures.mill_pictures import draw_views
 from millprint.figures.mill_sheet import SHEET_IN
 from millprint.figures.spectra import PAIRS
 from millprint.figures.style import COLOURS, legend_below, plt
-from millprint.fingerprint.bands import FURTHER, SCATTER
+from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER
 from millprint.view.mill_picture import MillPicture
 
 # Letters of a line: of the settings, and over the whole page.
@@ -46,13 +46,13 @@ def _draw_table(axis: Axes, card: MillingCard) -> None:
     """Descriptors and doses with a column for each origin of intervals."""
     axis.axis("off")
     rows = list(vars(card.fingerprint.descriptors).items()) + (list(vars(card.dose).items()) if card.dose else [])
-    columns = ["scatter", *FURTHER]
+    columns = ["scatter", "mean", *FURTHER]
     cells = [
         [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in columns)] for name, own in rows
     ]
-    titles = [SCATTER.title, *(title for title, _ in FURTHER.values())]
+    titles = [SCATTER.title, MEAN.title, *(title for title, _ in FURTHER.values())]
     table = axis.table(
-        cells, colLabels=["", "value", *titles], colWidths=[0.28, 0.15, 0.19, 0.19, 0.19], cellLoc="left",
+        cells, colLabels=["", "value", *titles], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16], cellLoc="left",
         edges="horizontal", bbox=Bbox.from_bounds(0, 0, 1, 1),
     )  # fmt: skip
     table.auto_set_font_size(False)
@@ -126,12 +126,14 @@ def _consequences(card: MillingCard) -> list[str]:
         )
         lines += [f"wear, note: {wear.note}"] if wear.note else []
     lines += [f"{name}: not known, {why}" for name, why in card.not_known.items()]
-    lines += [f"interval by {name}: not known, {why}" for name, why in card.fingerprint.missing.items()]
     found = card.fingerprint
+    titles = {"scatter": SCATTER.title, "mean": MEAN.title} | {name: title for name, (title, _) in FURTHER.items()}
+    lines += [f"interval, {titles.get(name, name)}: not known, {why}" for name, why in found.missing.items()]
+    lines += [f"motion, {against}" for against in found.motion]
     counted = f"collisions counted by {found.counting_rule}"
     lines.append(
-        f"simulated: seeds {', '.join(map(str, found.seeds))}, {three(found.revolutions)} turns, {counted}; intervals "
-        f"by scatter of {100 * found.probability:g} %; energy balance closes to {found.closure or 0.0:.1g}"
+        f"simulated: seeds {', '.join(map(str, found.seeds))}, {three(found.revolutions)} turns, {counted}; bands "
+        f"of {100 * found.probability:g} %; energy balance closes to {found.closure or 0.0:.1g}"
     )
     return [line for text in lines for line in textwrap.wrap(text, PAGE_LINE, subsequent_indent="  ")]
 

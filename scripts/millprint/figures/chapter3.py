@@ -48,9 +48,9 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
 
 
 def draw_curve(axis: Axes, curves: pd.DataFrame, quantity: str, label: str) -> None:
-    """A master curve in its band. curves: fill_ratio, Q, Q_lower and Q_upper of the quantity Q."""
+    """A master curve in its band of a new simulation. curves: fill_ratio, Q, Q_lower and Q_upper of the quantity Q."""
     fill, lower, upper = (curves[name] for name in ("fill_ratio", f"{quantity}_lower", f"{quantity}_upper"))
-    axis.fill_between(fill, lower, upper, color=COLOURS[0], alpha=0.15, linewidth=0, label="band of a condition")
+    axis.fill_between(fill, lower, upper, color=COLOURS[0], alpha=0.15, linewidth=0, label="band of a new simulation")
     axis.plot(fill, curves[quantity], color=COLOURS[0], label=label)
 
 

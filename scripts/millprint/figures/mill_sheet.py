@@ -17,11 +17,12 @@ from millprint.figures.chapter3 import FILL_LABEL, draw_curve
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
-from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
+from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import PANELS
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
+from millprint.fingerprint.seeds import MOTIONS
 from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].
@@ -69,9 +70,12 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
     left.append("")
     # With several intervals they are a table of their own.
     described = sheet[sheet["section"] == "descriptors"] if not _has_intervals(sheet) else sheet[:0]
+    if len(described):
+        left.append(f"value (band of {SCATTER.title}; of {MEAN.title})")
     for row in described.itertuples():
-        left.append(
-            f"{row.quantity}: {_number(row.value)} ({_number(row.lower)} to {_number(row.upper)}){_unit(row.unit)}"
+        new, mean = (_between(*ends) for ends in ((row.lower, row.upper), (row.mean_lower, row.mean_upper)))
+        left += textwrap.wrap(
+            f"{row.quantity}: {_number(row.value)} ({new}; {mean}){_unit(row.unit)}", LINE, subsequent_indent="  "
         )
     left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
     right.append("exponents (interval; of the thesis)")
@@ -105,7 +109,8 @@ def _precision_lines(section: pd.DataFrame) -> list[str]:
     )
     lines = [
         f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
-        f"a condition within these ranges is known to within: {widths}",
+        f"a new simulation within these ranges is known to within: {widths}",
+        *(f"{motion.word}: {said.at[motion.word, 'text']}" for motion in MOTIONS.values() if motion.word in said.index),
         f"for more: {said.at['for more', 'text']}",
     ]
     return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]
@@ -123,14 +128,14 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     def between(row: pd.Series, lower: str, upper: str) -> str:
         return "-" if np.isnan(row[lower]) else f"{_number(row[lower])} to {_number(row[upper])}"
 
-    columns = {SCATTER.title: ["lower", "upper"]}
+    columns = {SCATTER.title: ["lower", "upper"], MEAN.title: ["mean_lower", "mean_upper"]}
     columns |= {title: by_columns(origin) for origin, (title, _) in FURTHER.items()}
     cells = [
         [row["quantity"], f"{_number(row['value'])}{_unit(row['unit'])}", *(between(row, *c) for c in columns.values())]
         for _, row in sheet[sheet["section"] == "descriptors"].iterrows()
     ]
     table = axis.table(
-        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.28, 0.15, 0.19, 0.19, 0.19],
+        cells, colLabels=["at this condition", "value", *columns], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16],
         cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.45, 1, 0.55),
     )  # fmt: skip
     table.auto_set_font_size(False)

@@ -1,13 +1,14 @@
 """A predicted value with its intervals, each told by what it comes from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from millprint.config.load import check_model
+from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.errors import ConfigError
 from millprint.files import read_json
@@ -21,9 +22,14 @@ class Origin(NamedTuple):
     meaning: str
 
 
+# The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
 SCATTER = Origin(
-    "scatter of the simulation",
-    "a new simulation of the condition falls in here; nothing else is in it",
+    "a new simulation",
+    "one more simulation of the condition, of the recorded time, falls in here; nothing else is in it",
+)
+MEAN = Origin(
+    "the mean",
+    "the mean of very many simulations of the condition lies in here; nothing else is in it",
 )
 # Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
 FURTHER = {
@@ -51,18 +57,19 @@ class Interval:
 class Band:
     """A value and its intervals, said apart: they are not added up.
 
-    lower, upper: by the scatter of the simulation. The others are None where they are not known.
+    lower, upper: of a new simulation; mean: of the mean of very many. The others are None where they are not known.
     """
 
     value: float
     lower: float
     upper: float
+    mean: Interval | None = None
     contact: Interval | None = None
     shape: Interval | None = None
 
     @property
     def scatter(self) -> Interval:
-        """The interval by the scatter of the simulation: lower and upper."""
+        """The band of a new simulation: lower and upper."""
         return Interval(self.lower, self.upper)
 
     def by(self, origin: str) -> Interval | None:
@@ -77,7 +84,7 @@ class Band:
             return interval and Interval(rising(interval.lower), rising(interval.upper))
 
         further = {origin: mapped(self.by(origin)) for origin in FURTHER}
-        return Band(rising(self.value), rising(self.lower), rising(self.upper), **further)
+        return Band(rising(self.value), rising(self.lower), rising(self.upper), mapped(self.mean), **further)
 
     def __mul__(self, factor: float) -> "Band":
         """The band of the value times a positive number."""
@@ -94,7 +101,7 @@ def ratio_of(one: Band, other: Band) -> Band:
 
     Variances of logarithms add up, and so do the squares of the ways from the value to an end:
     log(r_upper / r)^2 = log(one_upper / one)^2 + log(other / other_lower)^2, and the other way round for the lower end.
-    The interval by a further origin is None where one of the two does not know it.
+    That of the mean, or by a further origin, is None where one of the two does not know it.
     """
     value = one.value / other.value
 
@@ -106,7 +113,18 @@ def ratio_of(one: Band, other: Band) -> Band:
     known = {origin: (one.by(origin), other.by(origin)) for origin in FURTHER}
     further = {origin: ends(own, others) for origin, (own, others) in known.items() if own and others}
     scatter = ends(one.scatter, other.scatter)
-    return Band(value, scatter.lower, scatter.upper, **further)
+    mean = ends(one.mean, other.mean) if one.mean and other.mean else None
+    return Band(value, scatter.lower, scatter.upper, mean, **further)
+
+
+def new_columns(name: str) -> list[str]:
+    """The columns of a table for the band of a new simulation of a quantity."""
+    return [f"{name}_{end}" for end in ENDS]
+
+
+def mean_columns(name: str) -> list[str]:
+    """The columns of a table for the band of the mean of a quantity."""
+    return [f"{name}_mean_{end}" for end in ENDS]
 
 
 def interval_columns(name: str, origin: str) -> list[str]:
@@ -127,11 +145,24 @@ class Ends(_Part):
     upper: list[Positive]
 
 
-class Factors(_Part):
-    """How far the scaled quantities may lie from a fingerprint's prediction, by one origin of FURTHER.
+class Sampled(_Part):
+    """The condition that factors were sampled at, and the values there that they refer to."""
 
-    The factors multiply the prediction. In between two fill ratios the logarithm of a factor is interpolated linearly
-    over that of the fill ratio; beyond the first and the last nothing is known.
+    speed_hz: Positive
+    ball_diameter_m: Positive
+    density_kg_m3: Positive
+    amplitude_m: Positive
+    charge: str = ONE_SIZE
+    values: dict[str, list[Positive]]
+    """of every quantity of CURVES at each fill ratio [-]"""
+
+
+class Factors(_Part):
+    """How far the scaled quantities may lie from a prediction, by one origin of FURTHER.
+
+    The factors multiply the values of `sampled` or, without these, the prediction of a fingerprint. In between two
+    fill ratios the logarithm of a factor is interpolated linearly over that of the fill ratio; beyond the first and the
+    last nothing is known.
     """
 
     mill: str
@@ -146,6 +177,8 @@ class Factors(_Part):
     """of the interval [-]"""
     samples: Annotated[int, Field(ge=1)] | None = None
     """simulations, or simulated jars, that the factors are from"""
+    sampled: Sampled | None = None
+    """where the factors were sampled, and the values that they refer to; none if they refer to the prediction"""
     parameters: dict[str, dict[str, Any]] = {}
     """what was varied, by name, with its distribution and source"""
 
@@ -160,6 +193,8 @@ class Factors(_Part):
             for end in ENDS:
                 if len(getattr(ends, end)) != len(self.fill_ratios):
                     raise ValueError(f"factors.{name}.{end}: must have a number for each of fill_ratios")
+            if self.sampled and len(self.sampled.values.get(name, [])) != len(self.fill_ratios):
+                raise ValueError(f"sampled.values.{name}: must have a number for each of fill_ratios")
             if any(low > high for low, high in zip(ends.lower, ends.upper, strict=True)):
                 raise ValueError(f"factors.{name}: lower must not exceed upper")
         return self
@@ -168,6 +203,21 @@ class Factors(_Part):
     def fill_range(self) -> tuple[float, float]:
         """The smallest and the largest fill ratio where the factors are known."""
         return self.fill_ratios[0], self.fill_ratios[-1]
+
+    def onto(self, predicted: Mapping[str, np.ndarray]) -> Self:
+        """The factors on predictions (m,) of the condition of `sampled` at each fill ratio, in place of its values.
+
+        The ends at that condition stay where they were sampled; where a prediction lies outside, the interval is
+        widened to hold it, since it is of a possible set of parameters.
+        """
+        if self.sampled is None:
+            return self
+        moved = {}
+        for name, ends in self.factors.items():
+            ratio = np.array(self.sampled.values[name]) / predicted[name]
+            lower, upper = (np.array(getattr(ends, end)) * ratio for end in ENDS)
+            moved[name] = Ends(lower=np.minimum(lower, 1.0).tolist(), upper=np.maximum(upper, 1.0).tolist())
+        return self.model_copy(update={"factors": moved, "sampled": None})
 
     def at(self, fill_ratios: np.ndarray) -> dict[str, np.ndarray]:
         """Factors (2, m), lower and upper, of each quantity at fill ratios (m,); NaN where they are not known."""

@@ -16,6 +16,8 @@ from millprint.config.workflow import WorkflowConfig
 
 # Defaults of a sweep: at least this many turns, and at least this time [s].
 FEWEST_TURNS, DISCARD_S, WINDOW_S = 3, 0.25, 0.8
+# The first seed of simulations that no fit sees; a sweep's own begin at 0.
+HELD_OUT_SEED = 1000
 # Turns from which a standard error of the powers can be told.
 TURNS_WITH_ERROR = 2
 
@@ -151,6 +153,34 @@ def mill_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
                     settle_s=settings.settle_s, **durations,
                 )
             )  # fmt: skip
+    return cases
+
+
+def held_out_cases(mill: MillConfig, settings: MillsConfig) -> list[Case]:
+    """Cases of a mill that its fingerprint does not see: `settings.held_out` new conditions, each with a new seed.
+
+    Fill ratio and speed lie anywhere within the ranges of the sweep, even in logarithm, with any of its balls (the
+    first points of a Sobol sequence); step and recorded time are those of the sweep. Raises ConfigError as
+    `sweep_of`.
+    """
+    # Slow to import, and the Snakefile does without.
+    from scipy.stats import qmc
+
+    sweep, level = sweep_of(mill), settings.level
+    low, high = ([math.log(end(ends)) for ends in (sweep.fill_ratios, sweep.speeds)] for end in (min, max))
+    shares = qmc.Sobol(3, scramble=True, rng=HELD_OUT_SEED).random_base2(max(0, settings.held_out - 1).bit_length())
+    cases = []
+    for number, own in enumerate(shares[: settings.held_out]):
+        fill, speed = (math.exp(a + (b - a) * share) for a, b, share in zip(low, high, own[:2], strict=True))
+        size = sweep.ball_diameters_mm[int(own[2] * len(sweep.ball_diameters_mm))]
+        durations = durations_of(speed, sweep.discard_turns, sweep.window_turns, level.recorded)
+        cases.append(
+            Case(
+                mill=mill.name, contact=settings.contact_set, **balls_of(size), fill_ratio=fill,
+                speed_rpm=speed, seed=HELD_OUT_SEED + number, settle_s=settings.settle_s,
+                rayleigh_fraction=level.step * settings.rayleigh_fraction, **durations,
+            )
+        )  # fmt: skip
     return cases
 
 

@@ -106,18 +106,22 @@ def _specific(table: pd.DataFrame, channel: str) -> pd.Series:
 
 
 def _normal_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of the normal power, from the spread between revolutions."""
+    """Relative standard error of the normal power, from the spread between turns and between seeds."""
     return table["normal_power_se_W"] / table["normal_power_W"]
 
 
 def _tangential_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of the tangential power, from the spread between revolutions."""
+    """Relative standard error of the tangential power, from the spread between turns and between seeds."""
     return table["tangential_power_se_W"] / table["tangential_power_W"]
 
 
 def _counting_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of a number of collisions, as if they were independent: a lower bound."""
-    return 1.0 / np.sqrt(table["collisions"])
+    """Relative standard error of a number of collisions: of independent ones, or by the seeds where they vary more.
+
+    Of one seed it is a lower bound.
+    """
+    seeds = table["collision_frequency_seed_sd_hz"] / table["collision_frequency_hz"] / np.sqrt(table["seeds"])
+    return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
 
 
 # fmt: off

@@ -109,7 +109,7 @@ def compare(
     """Descriptors of a condition of each of two mills, and their ratio other / one, each with its interval.
 
     A row for each quantity of TITLES, with title and unit; columns `one`, `other` and `ratio`, each with `_lower` and
-    `_upper` by the scatter of the simulation (`ratio_of`). Raises ConfigError for collisions that are counted by
+    `_upper`, from the bands of a new simulation (`ratio_of`). Raises ConfigError for collisions that are counted by
     different gaps, and for intervals of different probabilities.
     """
     check_same_gap(one.about["mill"], one.about["collision_gap_s"], other)

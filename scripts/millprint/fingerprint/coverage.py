@@ -1,35 +1,51 @@
-"""How often the bands hold left-out conditions: each is predicted from the rest and counted."""
+"""How often the bands hold: each condition that was left out is predicted from the rest, and counted."""
 
 import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
-from millprint.fingerprint.condition import VARIABLES
-from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.quantiles import normal_quantile
-
-# Name of what is left out at a time -> the variables that its conditions share.
-LEFT_OUT = {
-    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
-    "fill ratio": ["fill_ratio"],
-    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
-}
+from millprint.fingerprint.processes import LEFT_OUT, grouped
 
 # Fill ratios at which the width of an interval is looked at.
 FILLS_WITHIN = 40
 
 
+def coverage_row(
+    fingerprint: Fingerprint, left_out: str, quantity: str, errors: np.ndarray, halves: np.ndarray, stretch: float
+) -> dict:
+    """A row of coverage: how many errors of logarithms (n,) are within half the width of their bands (n,).
+
+    `covered_lower`, `covered_upper`: Wilson's interval of the share, at the fingerprint's own probability;
+    `error_percent`: root mean square of the errors; `half_width_percent`: median.
+    """
+    probability = fingerprint.about["probability"]
+    held = np.abs(errors) <= halves
+    lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
+    return {
+        "contact": fingerprint.about["contact"],
+        "left_out": left_out,
+        "quantity": quantity,
+        "conditions": held.size,
+        "held": held.sum(),
+        "nominal": probability,
+        "covered": held.mean(),
+        "covered_lower": lower,
+        "covered_upper": upper,
+        "error_percent": 100 * np.sqrt(np.mean(errors**2)),
+        "half_width_percent": 100 * np.expm1(np.median(halves)),
+        "stretch": stretch,
+    }
+
+
 def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
-    """Share of left-out values inside their interval, for each quantity and each way of leaving out.
+    """Share of left-out values inside their band, for each quantity and each way of leaving out, as `coverage_row`.
 
     A `condition` is left out alone, with all others of its `fill ratio`, or with all others of its `setting` (speed,
     ball size, density and amplitude); the last two extrapolate at the ends of the range. The parameters of the
-    processes stay those of all conditions. `covered_lower`, `covered_upper`: Wilson's interval of the share, at the
-    fingerprint's own probability; `error_percent`: root mean square of the errors; `half_width_percent`: median.
+    processes stay those of all conditions, so that these rows are no test: simulations that the fit has not seen are
+    (`millprint.fingerprint.held_out`). The band is of the mean of as many seeds as the condition has.
     """
-    probability = fingerprint.about["probability"]
-    width = normal_quantile(0.5 + 0.5 * probability)
     rows = []
     for quantity, process in fingerprint.processes.items():
         inverse = process.inverse()
@@ -37,47 +53,23 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
             groups = grouped(process.inputs, shared)
             if len(groups) < 2:
                 continue
-            left = np.concatenate(groups)
             means, deviations = process.leave_out(groups, inverse)
-            errors = process.logs[left] - means
-            held = np.abs(errors) <= width * deviations
-            lower, upper = proportion_confint(held.sum(), held.size, alpha=1 - probability, method="wilson")
-            rows.append(
-                {
-                    "contact": fingerprint.about["contact"],
-                    "left_out": left_out,
-                    "quantity": quantity,
-                    "conditions": held.size,
-                    "nominal": probability,
-                    "covered": held.mean(),
-                    "covered_lower": lower,
-                    "covered_upper": upper,
-                    "error_percent": 100 * np.sqrt(np.mean(errors**2)),
-                    "half_width_percent": 100 * np.expm1(width * np.median(deviations)),
-                    "stretch": process.stretch,
-                }
-            )
+            errors = process.logs[np.concatenate(groups)] - means
+            halves = fingerprint.width * deviations
+            rows.append(coverage_row(fingerprint, left_out, quantity, errors, halves, process.stretch))
     # Each way of leaving out with all its quantities.
     rows.sort(key=lambda row: list(LEFT_OUT).index(row["left_out"]))
     return pd.DataFrame(rows)
 
 
 def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
-    """Half of the interval of a condition over its value [-], for each quantity: median, smallest, largest.
+    """Half of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
 
-    Over the range of fill ratios, at the simulated speeds and balls; the interval is that of `Fingerprint.scaled`.
+    Over the range of fill ratios, at the simulated speeds and balls; the band is that of `Fingerprint.scaled`.
     """
     inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
     found = {}
     for quantity, predictor in fingerprint.predictors.items():
-        _, deviations = predictor.predict(inputs)
+        deviations = predictor.predict(inputs).of_new
         found[quantity] = np.expm1(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0]))
     return found
-
-
-def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
-    """Indices of the conditions that have equal values of the variables `shared`."""
-    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
-    frame = pd.DataFrame(inputs.round(9), columns=known)
-    shared = [name for name in shared if name in known]
-    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]

@@ -6,10 +6,12 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
+from millprint.dem.turns import mean_of_turns, repeats
 from millprint.files import read_table
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
 from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.inputs import counted
+from millprint.fingerprint.seeds import Run, motion_of, variance_of_run
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
 # `charge` names balls of several sizes; ONE_SIZE for others.
@@ -18,10 +20,11 @@ CONDITION_TEXT = ["mill", "contact", "varied", CHARGE]
 CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
+CHANNELS = ("normal", "tangential")
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
-DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule", "motion"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
@@ -51,7 +54,7 @@ def read_descriptors(path: str | Path) -> pd.DataFrame:
     """Read descriptors.tsv; raises ConfigError as `millprint.files.read_table`."""
     table = read_table(path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
     # An empty cell is read as not a number, which no group would hold.
-    return table.assign(**{CHARGE: table[CHARGE].fillna(ONE_SIZE)})
+    return table.assign(**{name: table[name].fillna("") for name in (CHARGE, "motion") if name in table})
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:
@@ -61,31 +64,65 @@ def as_built(table: pd.DataFrame) -> pd.DataFrame:
 
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
-    rule, error = counted(summary, rule_name), summary["power_standard_error_W"]
+    rule = counted(summary, rule_name)
     return {
         **condition_of(summary),
         "counting_rule": rule["name"],
         **{column.name: column.of_run(summary, rule) for column in MEASURED},
-        "normal_variance_W2": np.nan if error["normal"] is None else error["normal"] ** 2,
-        "tangential_variance_W2": np.nan if error["tangential"] is None else error["tangential"] ** 2,
+        **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
     }
 
 
+def _turns_row(summary: dict, collisions: float) -> dict:
+    """Variance of each power of a run and its degrees of freedom, independent turns, and whether the motion repeats.
+
+    collisions: of a turn.
+    """
+    energies = {name: summary["per_revolution"].get(f"{name}_J", []) for name in CHANNELS}
+    known = {name: mean_of_turns(own) for name, own in energies.items()}
+    row = {}
+    for name, of_turns in known.items():
+        error = summary["power_standard_error_W"][name]
+        row[f"{name}_variance_W2"] = np.nan if error is None else error**2
+        row[f"{name}_freedom"] = 0 if of_turns is None or error is None else of_turns.freedom
+    independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
+    locked = all(repeats(own, collisions) for own in energies.values())
+    return row | {"independent_turns": min(independent), "repeating_runs": int(locked)}
+
+
 def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
-    """Mean of every measured column over the seeds of a condition, with the spread of powers and frequency."""
+    """Mean of every measured column over the seeds of a condition, with the errors of powers and their spread.
+
+    NAME_power_se_W: standard error of the mean, from turns and seeds, with NAME_power_freedom degrees of freedom;
+    motion: what turns and seeds say against it, `MOTIONS`.
+    """
     groups = runs.groupby(CONDITION, sort=True)
     mean = groups.mean(numeric_only=True)
     mean.insert(0, "seeds", groups.size())
     mean.insert(1, "counting_rule", groups["counting_rule"].first())
     mean["collisions"] = groups["collisions"].sum()
     mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
-    for name in ("normal", "tangential"):
-        # Seeds are independent: the variance of their mean is the sum of variances over the square of their number.
-        mean[f"{name}_power_se_W"] = np.sqrt(mean.pop(f"{name}_variance_W2") / mean["seeds"])
+    differ = pd.Series(False, index=mean.index)
+    for name in CHANNELS:
+        known = groups.apply(_variance_of_run, name, include_groups=False)
+        mean[f"{name}_power_se_W"] = [np.sqrt(own.variance / n) for own, n in zip(known, mean["seeds"], strict=True)]
+        mean[f"{name}_power_freedom"] = [own.freedom for own in known]
         mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
+        mean = mean.drop(columns=[f"{name}_variance_W2", f"{name}_freedom"])
+        differ |= np.array([own.differ for own in known])
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
-    return mean.reset_index()
+    turns = zip(groups["independent_turns"].sum(), groups["repeating_runs"].sum(), differ, strict=True)
+    mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
+    return mean.drop(columns=["independent_turns", "repeating_runs"]).reset_index()
+
+
+def _variance_of_run(seeds: pd.DataFrame, channel: str) -> Run:
+    """What the seeds of a condition say of the variance of a power of one of them [W2]; NaN where nothing does."""
+    columns = (f"{channel}_variance_W2", f"{channel}_freedom")
+    within = [(variance, freedom) for variance, freedom in zip(*(seeds[name] for name in columns), strict=True)]
+    known = [(variance, int(freedom)) for variance, freedom in within if freedom]
+    return variance_of_run(seeds[f"{channel}_power_W"].to_list(), known) or Run(np.nan, 0, False)
 
 
 def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:

@@ -6,11 +6,12 @@ import pandas as pd
 
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
-from millprint.fingerprint.bands import ENDS, FURTHER, SCATTER
+from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.inputs import WALL
+from millprint.fingerprint.seeds import MOTIONS
 
 if TYPE_CHECKING:
     # Its processes bring scikit-learn, a second to import, and the figures of a sheet only read tables.
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Row(NamedTuple):
-    """A row of a fingerprint sheet."""
+    """A row of a fingerprint sheet; of a descriptor, lower and upper are of a new simulation, mean_ of the mean."""
 
     section: str
     quantity: str
@@ -27,6 +28,8 @@ class Row(NamedTuple):
     upper: float | None = None
     unit: str = ""
     text: str = ""
+    mean_lower: float | None = None
+    mean_upper: float | None = None
 
 
 SHEET = list(Row._fields)
@@ -34,7 +37,7 @@ DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", 
 # The section `precision`: what a condition was given, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
 STATED = {"Pn": "normal power", "Pt": "tangential power", "f": "collisions"}
-WIDTH = "half of the interval of a condition: the median, and from where it is known best to where it is known least"
+WIDTH = "half of the band of a new simulation: the median, and from where it is known best to where it is known least"
 MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),
@@ -91,7 +94,8 @@ def tabulate_sheet(
         rows.append(Row("condition", "charge", text=fingerprint.charges[charge].in_words(prediction.balls)))
     for name in DESCRIBED:
         band, column = getattr(prediction, name), DESCRIPTORS[name]
-        rows.append(Row("descriptors", column.title, band.value, band.lower, band.upper, column.unit))
+        ends = (band.lower, band.upper, column.unit, "", *vars(band.mean).values())
+        rows.append(Row("descriptors", column.title, band.value, *ends))
     for own in collapse.itertuples():
         title = own.quantity.removesuffix("_W").removesuffix("_hz").removesuffix("_J").replace("_", " ")
         rows += [
@@ -138,7 +142,17 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
     for name, title in STATED.items():
         median, smallest, largest = 100 * widths[name]
         rows.append(Row("precision", title, median, smallest, largest, "%", WIDTH))
+    for motion in MOTIONS.values():
+        held = descriptors["motion"].str.split(", ").map(lambda words, own=motion.word: own in words)
+        if held.any():
+            text = f"{held.sum()} of {held.size} conditions, {_fills(descriptors[held])}: {motion.meaning}"
+            rows.append(Row("precision", motion.word, float(held.sum()), unit="-", text=text))
     return [*rows, Row("precision", "for more", text=MORE)]
+
+
+def _fills(descriptors: pd.DataFrame) -> str:
+    """The fill ratios of conditions: "at fill 0.06, 0.08"."""
+    return f"at fill {', '.join(f'{fill:g}' for fill in sorted(descriptors['fill_ratio'].unique()))}"
 
 
 def by_columns(origin: str) -> list[str]:
@@ -151,7 +165,7 @@ def _with_intervals(sheet: pd.DataFrame, fingerprint: "Fingerprint", prediction:
     bands = [getattr(prediction, name) for name in DESCRIBED]
     places = sheet.index[sheet["section"] == "descriptors"]
     probability = 100 * fingerprint.about["probability"]
-    lines = [Row("intervals", SCATTER.title, text=f"{SCATTER.meaning} ({probability:g} %)")]
+    lines = [Row("intervals", own.title, text=f"{own.meaning} ({probability:g} %)") for own in (SCATTER, MEAN)]
     for origin, (title, meaning) in FURTHER.items():
         for column, end in zip(by_columns(origin), ENDS, strict=True):
             ends = [getattr(band.by(origin), end, None) for band in bands]

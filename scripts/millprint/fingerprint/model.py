@@ -20,6 +20,8 @@ from millprint.fingerprint.bands import (
     Interval,
     checked_factors,
     interval_columns,
+    mean_columns,
+    new_columns,
     read_factors,
     share_of,
 )
@@ -27,8 +29,15 @@ from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descrip
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
-from millprint.fingerprint.processes import Predictor, Process, kinds_of, logarithms, varied_components
-from millprint.quantiles import normal_quantile
+from millprint.fingerprint.processes import (
+    Predictor,
+    Process,
+    Told,
+    band_width,
+    kinds_of,
+    logarithms,
+    varied_components,
+)
 
 # Properties of the runs that a fingerprint stores.
 SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
@@ -38,7 +47,7 @@ SETTING = ["ball_diameter_m", "speed_hz"]
 
 @dataclass(frozen=True)
 class Prediction:
-    """Descriptors of one condition; `outside` names the variables outside the simulated range.
+    """Descriptors of one condition, each with its bands; `outside` names the variables outside the simulated range.
 
     missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by origin.
     """
@@ -101,7 +110,7 @@ class Fingerprint:
         self.about = about
         self.processes = processes
         self.further = dict(further or {})
-        self.width = float(normal_quantile(0.5 + 0.5 * about["probability"]))
+        self.width = band_width(about["probability"], len(next(iter(processes.values())).logs))
 
     @classmethod
     def fit(
@@ -131,9 +140,9 @@ class Fingerprint:
                 raise ConfigError(
                     f"descriptors: {quantity} = {known.min():g} with {contact}: a curve needs values over 0"
                 )
-            # A window of less than two revolutions has no standard error: its scatter is left to the noise.
-            errors = (descriptors[f"{quantity}_se"].fillna(0.0) / known).to_numpy(dtype=float)
-            processes[quantity] = Process.fit(inputs, np.log(known), errors, components)
+            stated = (descriptors[f"{quantity}_se"] / known).to_numpy(dtype=float)
+            seeds = descriptors["seeds"].to_numpy()
+            processes[quantity] = Process.fit(inputs, np.log(known), stated, components, seeds)
         return cls(about, processes)
 
     def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
@@ -141,8 +150,17 @@ class Fingerprint:
         return Fingerprint(self.about, self.processes, {**self.further, **further})
 
     def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
-        """The same fingerprint with the factors in some files, by the origin of their intervals."""
-        return self.with_further({origin: read_factors(path, origin, self.about) for origin, path in files.items()})
+        """The same fingerprint with the factors in some files, by the origin of their intervals, on its own values."""
+        read = {origin: read_factors(path, origin, self.about) for origin, path in files.items()}
+        return self.with_further({origin: own.onto(self._sampled(own)) for origin, own in read.items()})
+
+    def _sampled(self, factors: Factors) -> dict[str, np.ndarray]:
+        """Scaled quantities of the condition that factors were sampled at, one for each fill ratio."""
+        if factors.sampled is None:
+            return {}
+        settings = factors.sampled.model_dump(include=set(VARIABLES))
+        table = self.scaled(Condition(fill_ratio=np.array(factors.fill_ratios), **settings), factors.sampled.charge)
+        return {name: table[name].to_numpy() for name in CURVES}
 
     def write(self, path: str | Path) -> None:
         """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
@@ -264,11 +282,10 @@ class Fingerprint:
         return descriptors_of(condition, scaled_quantities(basic))
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
-        """Every scaled quantity Q of the conditions with Q_lower and Q_upper, the interval of a new condition."""
+        """Every scaled quantity Q of the conditions with its two bands, as `banded`."""
         inputs = self._inputs(condition, charge)
-        logs = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
-        values = scaled_quantities({name: np.exp(logs[name][0]) for name in BASIC})
-        return banded(values, {name: deviation for name, (_, deviation) in logs.items()}, self.width)
+        told = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
+        return banded(told, self.width)
 
     def at_settings(self, fill_ratios: np.ndarray) -> np.ndarray:
         """Inputs (m, 5 or 6) of each fill ratio with each speed and balls of the mill as built, fill by fill."""
@@ -279,9 +296,9 @@ class Fingerprint:
         return logarithms(fills.merge(settings, how="cross"), self.kinds)
 
     def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
-        """The master curves: fill_ratio, then Q, Q_lower and Q_upper for every quantity Q.
+        """The master curves: fill_ratio, then every quantity with its two bands, as `banded`.
 
-        The mean over the simulated speeds and ball sizes, and the interval of a condition drawn from them: its
+        The mean over the simulated speeds and ball sizes, and the bands of a condition drawn from them: their
         variance is the mean of theirs and the variance between them. Raises ConfigError outside the simulated fills.
         """
         fill_ratios = np.atleast_1d(np.asarray(fill_ratios, dtype=float))
@@ -292,12 +309,13 @@ class Fingerprint:
                     f"fill_ratio = {fill:g}: the curves of {self.about['contact']} hold from {low:g} to {high:g}"
                 )
         inputs = self.at_settings(fill_ratios)
-        means, deviations = {}, {}
+        told = {}
         for name, predictor in self.predictors.items():
-            log, deviation = (part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs))
-            means[name] = log.mean(axis=1)
-            deviations[name] = np.sqrt((deviation**2).mean(axis=1) + log.var(axis=1))
-        table = banded(scaled_quantities({name: np.exp(means[name]) for name in BASIC}), deviations, self.width)
+            each = Told(*(part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs)))
+            between = each.logs.var(axis=1)
+            mean, new = (np.sqrt((part**2).mean(axis=1) + between) for part in (each.of_mean, each.of_new))
+            told[name] = Told(each.logs.mean(axis=1), mean, new)
+        table = banded(told, self.width)
         table.insert(0, "fill_ratio", fill_ratios)
         return table
 
@@ -382,15 +400,25 @@ class Fingerprint:
 
 
 def bands(table: pd.DataFrame) -> dict[str, Band]:
-    """The quantities of the first row of a table of `banded`, each with its interval."""
+    """The quantities of the first row of a table of `banded`, each with its two bands."""
     row = {name: float(value) for name, value in table.iloc[0].items()}
-    return {name: Band(row[name], row[f"{name}_lower"], row[f"{name}_upper"]) for name in CURVES}
+    found = {}
+    for name in CURVES:
+        lower, upper = (row[column] for column in new_columns(name))
+        found[name] = Band(row[name], lower, upper, mean=Interval(*(row[column] for column in mean_columns(name))))
+    return found
 
 
-def banded(values: dict[str, np.ndarray], deviations: dict[str, np.ndarray], width: float) -> pd.DataFrame:
-    """Q, Q_lower and Q_upper for every quantity from values and standard deviations of their logarithms."""
+def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
+    """Q, then Q_lower and Q_upper of a new simulation and Q_mean_lower and Q_mean_upper of the mean, of every quantity.
+
+    told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
+    """
+    values = scaled_quantities({name: np.exp(told[name].logs) for name in BASIC})
     table: dict[str, np.ndarray] = {}
     for name in CURVES:
-        factor = np.exp(width * deviations[name])
-        table |= {name: values[name], f"{name}_lower": values[name] / factor, f"{name}_upper": values[name] * factor}
+        new, mean = (np.exp(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
+        table[name] = values[name]
+        for columns, factor in ((new_columns(name), new), (mean_columns(name), mean)):
+            table |= dict(zip(columns, (values[name] / factor, values[name] * factor), strict=True))
     return pd.DataFrame(table)

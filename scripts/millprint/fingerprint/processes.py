@@ -4,8 +4,19 @@ If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ra
 its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
     log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
 each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
-scaling of the thesis, and the band widens to what departures were worth elsewhere. Departures of amplitude and density
+scaling of the thesis, and the bands widen to what departures were worth elsewhere. Departures of amplitude and density
 are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
+
+There are two bands, of two variances of log y at a condition x, with d(x) the deviation of g + h + a + r as known from
+the simulations, n the noise and s2(x) the variance of one run by its finite window:
+    of the mean of very many simulations    d(x)^2
+    of a new simulation, one run            d(x)^2 + n + s2(x)
+Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says.
+s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state, since that of a single run, from a few turns,
+is hardly known: a generalised linear model of gamma distribution, which a variance has. For the same reason, the
+variance of each simulated value is taken half from itself and half from s2, as a moderated variance (Smyth, Stat. Appl.
+Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom. Whether n is of runs, or of conditions that the curve does
+not follow, one seed a condition cannot tell: it is taken to be of runs.
 
 Where several kinds of balls were simulated, such as balls of one size and a charge of several, each kind has a
 departure q(fill) of its own. There is nothing between two kinds: one tells nothing of another's.
@@ -14,7 +25,7 @@ departure q(fill) of its own. There is nothing between two kinds: one tells noth
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -23,6 +34,7 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.fingerprint.condition import VARIABLES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+from millprint.quantiles import student_quantile
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process.kernels import Kernel
@@ -43,7 +55,15 @@ IDLE = 1e5  # length of a variable that a component does not depend on
 # The likelihood of n conditions costs n^3 a trial. Of more than these, so many chosen at random give the parameters,
 # and all of them the predictions.
 LEARNT_FROM = 250
+NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
+SCORINGS = 30  # of the search for b0 and b1, which takes a few
 JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
+# Name of what is left out at a time -> the variables that its conditions share.
+LEFT_OUT = {
+    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+    "fill ratio": ["fill_ratio"],
+    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+}
 APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
 
 
@@ -100,12 +120,61 @@ def build_kernel(components: dict[str, list[str]]) -> "Kernel":
     return total
 
 
+def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
+    """Indices of the conditions that have equal values of the variables `shared`."""
+    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
+    frame = pd.DataFrame(inputs.round(9), columns=known)
+    shared = [name for name in shared if name in known]
+    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]
+
+
+def band_width(probability: float, conditions: int) -> float:
+    """Half the width of a band in deviations: Student's quantile, as its scale is from so many conditions."""
+    return float(student_quantile(0.5 + 0.5 * probability, max(1, conditions - 1)))
+
+
+def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, float]:
+    """b0 and b1 of the variance of the logarithm of one run, s2 = exp(b0 + b1 ln fill).
+
+    log_fills: ln of fill ratios (n,); variances: of one run at each, by its own turns (n,), NaN where it is not known.
+    """
+    known = np.isfinite(variances) & (variances > 0)
+    if not known.any():
+        return NO_SAMPLING
+    values = variances[known]
+    level, slope = float(np.log(values.mean())), 0.0
+    if np.ptp(log_fills[known]) < 1e-9:
+        return level, slope
+    # Fisher's scoring (McCullagh, Nelder, Generalized Linear Models, 1989), in which all weights are one.
+    centre = log_fills[known].mean()
+    design = np.column_stack([np.ones(len(values)), log_fills[known] - centre])
+    for _ in range(SCORINGS):
+        excess = values / np.exp(design @ [level, slope]) - 1
+        step = np.clip(np.linalg.lstsq(design, excess, rcond=None)[0], -1, 1)
+        level, slope = level + float(step[0]), slope + float(step[1])
+    return level - slope * float(centre), slope
+
+
+def variance_of_run(inputs: np.ndarray, sampling: tuple[float, float]) -> np.ndarray:
+    """Variance s2 (m,) of the logarithm of one run by its window, at inputs (m, 5)."""
+    return np.exp(sampling[0] + sampling[1] * inputs[:, 0])
+
+
+class Told(NamedTuple):
+    """Log values (m,), and the standard deviations (m,) about them of the mean and of a new simulation."""
+
+    logs: np.ndarray
+    of_mean: np.ndarray
+    of_new: np.ndarray
+
+
 @dataclass(frozen=True)
 class Process:
     """One quantity: inputs (n, 5 or 6) of `logarithms`, logarithms of values (n,), their relative standard errors (n,).
 
     components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
-    values that no variable explains; stretch widens every deviation to what leaving conditions out has shown.
+    values between runs that no variable explains; sampling: b0 and b1 of the variance of one run by its window;
+    stretch widens every deviation to what leaving conditions out has shown.
     """
 
     inputs: np.ndarray
@@ -114,20 +183,29 @@ class Process:
     components: dict[str, list[str]]
     theta: np.ndarray
     noise: float
+    sampling: tuple[float, float] = NO_SAMPLING
     stretch: float = 1.0
 
     @classmethod
-    def fit(cls, inputs: np.ndarray, logs: np.ndarray, errors: np.ndarray, components: dict) -> "Process":
-        """Parameters of largest marginal likelihood, and the stretch that leaving one condition out asks for.
+    def fit(
+        cls, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, components: dict, runs: np.ndarray | int = 1
+    ) -> "Process":
+        """Parameters of largest marginal likelihood, and the stretch that leaving conditions out asks for.
+
+        stated: relative standard errors of the values by their own windows and seeds (n,), NaN where they are not
+        known; runs: seeds that each value is the mean of.
 
         stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
-        (2013) 55: the likelihood alone is too sure of itself where the model is not quite right. Of more than
-        LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
+        (2013) 55, the largest of the ways of LEFT_OUT: the likelihood is too sure of itself where the model is not
+        quite right. Of more than LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
         """
         from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import WhiteKernel
 
+        sampling = fit_sampling(inputs[:, 0], runs * stated**2)
+        typical = variance_of_run(inputs, sampling) / runs
+        errors = np.sqrt(np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical))
         known = (inputs, logs, errors)
         if len(logs) > LEARNT_FROM:
             chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
@@ -139,10 +217,15 @@ class Process:
             warnings.simplefilter("ignore", ConvergenceWarning)
             regressor.fit(known[0], known[1] - known[1].mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
-        process = cls(inputs, logs, errors, components, theta, noise)
-        means, deviations = process.leave_out([np.array([index]) for index in range(len(logs))])
-        stretch = float(np.sqrt(np.mean((logs - means) ** 2 / deviations**2)))
-        return replace(process, stretch=max(1.0, stretch))
+        process = cls(inputs, logs, errors, components, theta, noise, sampling)
+        inverse, stretch = process.inverse(), 1.0
+        for shared in LEFT_OUT.values():
+            groups = grouped(inputs, shared)
+            if len(groups) > 1:
+                means, deviations = process.leave_out(groups, inverse)
+                errors = (logs[np.concatenate(groups)] - means) / deviations
+                stretch = max(stretch, float(np.sqrt(np.mean(errors**2))))
+        return replace(process, stretch=stretch)
 
     def _kernel(self) -> "Kernel":
         return build_kernel(self.components).clone_with_theta(self.theta)
@@ -152,7 +235,7 @@ class Process:
         centre = float(self.logs.mean())
         kind = Reduced if len(self.logs) > WHOLE_MAX else Whole
         known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
-        return Predictor(known, centre, self.noise, self.stretch)
+        return Predictor(known, centre, self.noise, self.sampling, self.stretch)
 
     def _noise(self) -> np.ndarray:
         """The variances of the log values as measured (n,)."""
@@ -194,6 +277,7 @@ class Process:
             "components": self.components,
             "log_parameters": self.theta.tolist(),
             "noise_variance": float(self.noise),
+            "sampling": list(self.sampling),
             "stretch": float(self.stretch),
             "values": np.exp(self.logs).tolist(),
             "relative_errors": self.errors.tolist(),
@@ -209,6 +293,7 @@ class Process:
             components=content["components"],
             theta=np.array(content["log_parameters"], dtype=float),
             noise=float(content["noise_variance"]),
+            sampling=tuple(content["sampling"]),
             stretch=float(content["stretch"]),
         )
 
@@ -220,19 +305,21 @@ class Predictor:
     known: Whole | Reduced
     centre: float
     noise: float
+    sampling: tuple[float, float]
     stretch: float
 
     def mean(self, inputs: np.ndarray) -> np.ndarray:
         """Log values (m,) at inputs (m, 5)."""
         return self.centre + self.known.mean(inputs)
 
-    def predict(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log values (m,) at inputs (m, 5) and their standard deviation for a new condition, noise included."""
+    def predict(self, inputs: np.ndarray) -> Told:
+        """Log values (m,) at inputs (m, 5) with the deviations of both bands: the one place that defines them."""
         mean, deviation = self.known.with_deviation(inputs)
-        return self.centre + mean, self.stretch * np.sqrt(deviation**2 + self.noise)
+        one_run = self.noise + variance_of_run(inputs, self.sampling)
+        return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
 
     def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Log values (m,) and their covariance (m, m) without noise: how sure the curve is, not a new condition."""
+        """Log values (m,) and their covariance (m, m), that of the mean: how sure the curve is, not a new run."""
         mean, covariance = self.known.with_covariance(inputs)
         return self.centre + mean, self.stretch**2 * covariance
 

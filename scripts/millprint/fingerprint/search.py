@@ -140,7 +140,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
 
     target: some or all of TARGET_DESCRIPTORS. For each fingerprint, ball size and density, every fill ratio and speed
     that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
-    descriptors whose target is in the condition's interval by scatter; `outside` names the variables beyond the
+    descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
     simulated range. Fill ratios that were not simulated are left out. Charges are those that were simulated, exactly.
     Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the
     fingerprints has. Raises ConfigError for balls of which no fingerprint knows anything.

@@ -23,12 +23,11 @@ ORDERS = {"first": "S1", "total": "ST"}
 class Draws:
     """Values of an emulator over the distributions.
 
-    logs: (draws, rows) over Saltelli's sample of the contact parameters; reference: (draws,) at the contact set.
+    logs: (draws, rows) over Saltelli's sample of the contact parameters.
     """
 
     names: list[str]
     logs: np.ndarray
-    reference: np.ndarray
 
     @property
     def independent(self) -> np.ndarray:
@@ -36,10 +35,9 @@ class Draws:
         block = len(self.names) + 2
         return self.logs.reshape(len(self.logs), -1, block)[:, :, [0, -1]].reshape(len(self.logs), -1)
 
-    def factors(self, probability: float) -> tuple[float, float]:
-        """Lower and upper quantile of exp(y - y_reference) over distributions and draws."""
-        ratios = self.independent - self.reference[:, None]
-        low, high = np.exp(np.quantile(ratios, [(1 - probability) / 2, (1 + probability) / 2]))
+    def ends(self, probability: float) -> tuple[float, float]:
+        """Lower and upper quantile of the logarithm over distributions and draws."""
+        low, high = np.quantile(self.independent, [(1 - probability) / 2, (1 + probability) / 2])
         return float(low), float(high)
 
 
@@ -53,15 +51,12 @@ def problem_of(names: list[str]) -> dict:
     return {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
 
 
-def draw(
-    emulator: Emulator, names: list[str], places: np.ndarray, reference: np.ndarray, count: int, seed: int
-) -> Draws:
+def draw(emulator: Emulator, names: list[str], places: np.ndarray, count: int, seed: int) -> Draws:
     """Functions drawn from an emulator over Saltelli's sample of the variables `names`.
 
-    places: (rows, k) of the emulator for each row of the sample; reference: the place (k,) that factors refer to.
+    places: (rows, k) of the emulator for each row of the sample.
     """
-    values = emulator.draws(np.vstack([places, reference]), count, np.random.default_rng(seed))
-    return Draws(names, values[:, :-1], values[:, -1])
+    return Draws(names, emulator.draws(places, count, np.random.default_rng(seed)))
 
 
 def sobol_indices(draws: Draws, probability: float, seed: int) -> pd.DataFrame:

@@ -1,4 +1,13 @@
-"""Intervals of a mill's predictions by contact parameters: emulators, indices, intervals, and the factors of a file."""
+"""Intervals of a mill's predictions by contact parameters: emulators, indices, intervals, and the factors of a file.
+
+An interval is one of values, at the condition that was sampled. Its ends are quantiles of the emulator over the
+distributions and over what the design leaves open. A ratio of two values of the emulator would double the emulator's
+own error, and a factor that is put onto another value, such as that of a fingerprint, would move the interval away from
+where the samples lie. So an interval is limited to what a sample has reached, and widened to hold the samples next to
+its fill ratio, and the emulator's value for the contact set of the predictions, which is one of the possible sets. And
+`Factors` keep the values that they refer to, so that a fingerprint whose own value differs gets the same ends
+(`Factors.onto`).
+"""
 
 from dataclasses import dataclass
 
@@ -6,11 +15,13 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact import ContactConfig
+from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.bands import ContactFactors, Ends
-from millprint.fingerprint.condition import Condition, energy_scale, power_scale
+from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
+from millprint.fingerprint.condition import VARIABLES, Condition, energy_scale, power_scale
 from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.descriptors import CHARGE
 from millprint.progress import progress
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import draw, saltelli_shares, sobol_indices
@@ -82,8 +93,8 @@ def measure(
 ) -> Measured:
     """Emulators, indices and intervals from the samples of a mill, at each fill ratio.
 
-    space: of the contact parameters and, last, the fill ratio; contact: the set of the predictions, which the factors
-    refer to; others: sets that are compared with it. Raises ConfigError where one lies outside the space.
+    space: of the contact parameters and, last, the fill ratio; contact: the set of the predictions, whose values the
+    factors refer to; others: sets that are compared with it. Raises ConfigError where one lies outside the space.
     """
     emulators = fit_emulators(samples, space, settings.seed)
     names = list(PARAMETERS)
@@ -95,10 +106,16 @@ def measure(
             places = space.places(varied.assign(**{FILL: fill}))
             known = [space.places(pd.DataFrame([{**contact_values(one), FILL: fill}]))[0] for one in (contact, *others)]
             for name, emulator in emulators.items():
-                drawn = draw(emulator, names, places, known[0], settings.draws, settings.seed)
+                drawn = draw(emulator, names, places, settings.draws, settings.seed)
                 place = {"fill_ratio": fill, "quantity": name}
-                lower, upper = drawn.factors(settings.probability)
                 value = float(np.exp(emulator.predict(known[0][None]))[0])
+                known_ends = interval_ends(
+                    drawn.ends(settings.probability),
+                    samples_at(emulator, space, samples, fill),
+                    nearest_to(fill, fill_ratios, samples[FILLED].to_numpy()),
+                    settings.probability,
+                )
+                lower, upper = np.exp([min(known_ends[0], np.log(value)), max(known_ends[1], np.log(value))]) / value
                 row = {**place, "value": value, "lower_factor": lower, "upper_factor": upper}
                 intervals.append({**row, "scatter": emulator.noise})
                 indices.append(sobol_indices(drawn, settings.probability, settings.seed).assign(**place))
@@ -119,6 +136,37 @@ def measure(
     )
 
 
+def samples_at(emulator: Emulator, space: Space, samples: pd.DataFrame, fill: float) -> np.ndarray:
+    """Logarithms (n,) of the samples, each with the emulator's change from its own fill ratio to `fill`.
+
+    Only their scatter and their parameters set them apart then.
+    """
+    moved = space.places(samples.assign(**{FILL: fill}))
+    return emulator.logs + emulator.predict(moved) - emulator.predict(emulator.places)
+
+
+def nearest_to(fill: float, fill_ratios: list[float], filled: np.ndarray) -> np.ndarray:
+    """Which of the samples, of fill ratios `filled` (n,), are nearer to `fill` than to the other fill ratios (n,)."""
+    away = np.abs(np.log(filled[:, None] / np.array(fill_ratios)))
+    return away.argmin(axis=1) == fill_ratios.index(fill)
+
+
+def interval_ends(
+    quantiles: tuple[float, float], moved: np.ndarray, near: np.ndarray, probability: float
+) -> tuple[float, float]:
+    """The ends of an interval of a logarithm, by the emulator and by the samples themselves.
+
+    quantiles: of the emulator, which count as far as any of the samples reaches, moved to the fill ratio (n,); widened
+    to the central part of those that are `near` it (n,), of few the smallest and the largest: between the order
+    statistics k of m at shares k / (m + 1).
+    """
+    low, high = np.clip(quantiles, moved.min(), moved.max())
+    if near.any():
+        own = np.quantile(moved[near], [(1 - probability) / 2, (1 + probability) / 2], method="weibull")
+        low, high = min(low, own[0]), max(high, own[1])
+    return float(low), float(high)
+
+
 def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
     """The table with lower and upper, the value times its factors, in the order of the file."""
     ends = {end: table["value"] * table[f"{end}_factor"] for end in ("lower", "upper")}
@@ -128,8 +176,7 @@ def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
 
 def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     """Energies of a collision, frequency and powers at the simulated speed and ball size."""
-    one = samples.iloc[0]
-    condition = Condition(np.nan, *(float(one[name]) for name in list(Condition.__dataclass_fields__)[1:]))
+    condition = Condition(np.nan, **_sampled(samples))
     ball_share = float((samples[FILLED] / samples["balls"]).mean())
     energy = energy_scale(condition)
     tables = []
@@ -141,6 +188,11 @@ def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True)
 
 
+def _sampled(samples: pd.DataFrame) -> dict[str, float]:
+    """The condition of the samples, without the fill ratio."""
+    return {name: float(samples[name].iloc[0]) for name in VARIABLES if name != FILL}
+
+
 def _factors(
     scaled: pd.DataFrame, samples: pd.DataFrame, contact: ContactConfig, settings: UncertaintyConfig
 ) -> ContactFactors:
@@ -150,6 +202,11 @@ def _factors(
         for name, table in scaled.groupby("quantity", sort=False)
     }
     sections = settings.parameters.items()
+    sampled = Sampled(
+        **_sampled(samples),
+        charge=str(samples[CHARGE].fillna(ONE_SIZE).iloc[0]) if CHARGE in samples else ONE_SIZE,
+        values={name: table["value"].tolist() for name, table in scaled.groupby("quantity", sort=False)},
+    )
     return ContactFactors(
         format="millprint contact uncertainty 1",
         mill=str(samples["mill"].iloc[0]),
@@ -160,4 +217,5 @@ def _factors(
         parameters={name: section.model_dump(mode="json", exclude_none=True) for name, section in sections},
         fill_ratios=sorted(scaled["fill_ratio"].unique().tolist()),
         factors=ends,
+        sampled=sampled,
     )

@@ -1,0 +1,66 @@
+"""What the turns of one run say of their mean: its standard error, and whether the motion repeats itself.
+
+Neighbouring turns are alike. They are averaged in pairs again and again, and the largest of the errors of the mean at
+the sizes of block that leave at least FEWEST_BLOCKS is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461). So
+a correlation over more than an eighth of a window is not seen, and of fewer than sixteen turns none is; and a motion
+that has settled into one of several lasting ones tells nothing of the others, however long it is recorded. Only other
+seeds do (`millprint.fingerprint.seeds`).
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+FEWEST_BLOCKS = 8
+# A motion repeats if turns so many apart differ by less than this part of what independent collisions would make them.
+LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
+
+
+class MeanOfTurns(NamedTuple):
+    """The standard error of a mean, its degrees of freedom, and the number of independent turns it is worth."""
+
+    error: float
+    freedom: int
+    independent: float
+
+
+def mean_of_turns(values: Sequence[float]) -> MeanOfTurns | None:
+    """What the values of single turns say of their mean; None for fewer than two."""
+    blocks = np.asarray(values, dtype=float)
+    if len(blocks) < 2:
+        return None
+    found = [(_plain_error(blocks), len(blocks) - 1)]
+    while len(blocks) // 2 >= FEWEST_BLOCKS:
+        blocks = blocks[: len(blocks) // 2 * 2].reshape(-1, 2).mean(axis=1)
+        found.append((_plain_error(blocks), len(blocks) - 1))
+    error, freedom = max(found, key=lambda own: own[0])
+    plain, number = found[0][0], len(values)
+    return MeanOfTurns(error, freedom, number * (plain / error) ** 2 if error else float(number))
+
+
+def _plain_error(values: np.ndarray) -> float:
+    return float(values.std(ddof=1) / math.sqrt(len(values)))
+
+
+def relative_error(energies: Sequence[float]) -> float:
+    """Standard error of a mean of turns over its size [-]; inf for fewer than FEWEST_BLOCKS turns."""
+    mean = abs(float(np.mean(energies))) if len(energies) else 0.0
+    known = mean_of_turns(energies) if len(energies) >= FEWEST_BLOCKS and mean else None
+    return known.error / mean if known else math.inf
+
+
+def repeats(energies: Sequence[float], collisions: float) -> bool:
+    """Whether the energies of turns [J] repeat, one after another or after up to LONGEST_PERIOD turns.
+
+    collisions: of a turn. Energies of N independent collisions would vary from turn to turn by 1/sqrt(N) at least, more
+    if collisions differ. A motion that is locked to the drive varies by less than ALIKE of that:
+    rms(e_(i+p) - e_i) / sqrt(2) < ALIKE mean(e) / sqrt(N) for a period p.
+    """
+    values = np.asarray(energies, dtype=float)
+    if len(values) <= FEWEST_PAIRS or collisions <= 0 or not values.mean() > 0:
+        return False
+    periods = range(1, min(LONGEST_PERIOD, len(values) - FEWEST_PAIRS) + 1)
+    apart = min(float(np.sqrt(np.mean((values[period:] - values[:-period]) ** 2) / 2)) for period in periods)
+    return apart < ALIKE * values.mean() / math.sqrt(collisions)

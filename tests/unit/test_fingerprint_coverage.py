@@ -1,0 +1,116 @@
+"""How often both bands hold: over many draws of made-up mills, whose scatter is known."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from millprint.config.load import load_named
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.fingerprint.cases import held_out_cases, mill_cases
+from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.held_out import HELD_OUT_COLUMNS, NEW, count_held_out, predict_held_out, sum_coverage
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.processes import (
+    NO_SAMPLING,
+    Process,
+    band_width,
+    build_kernel,
+    fit_sampling,
+    logarithms,
+    varied_components,
+)
+from tests.conftest import ROOT
+from tests.unit.synthetic_mill import VOLUME, descriptors
+
+FILLS, SPEEDS = np.geomspace(0.05, 0.35, 9), (10.0, 15.0)
+DRAWS, PLACES, TURNS = 12, 60, 6
+
+
+def conditions(fills: np.ndarray, speeds: np.ndarray) -> pd.DataFrame:
+    return pd.DataFrame(
+        {"fill_ratio": fills, "speed_hz": speeds, "ball_diameter_m": 0.01, "density_kg_m3": 7700.0, "amplitude_m": 0.02}
+    )
+
+
+def error_of_run(fills: np.ndarray) -> np.ndarray:
+    """Relative standard error of the power of one run: few balls scatter more."""
+    return 0.08 * np.sqrt(0.1 / fills)
+
+
+def hits(rng: np.random.Generator, runs: int) -> dict[str, np.ndarray]:
+    """Which bands of one made-up mill hold, at PLACES conditions: of a new run, of the mean, and without its own error.
+
+    Its logarithm is drawn from a process of the kind that is fitted, plus the error of one run by its window, which
+    TURNS turns tell.
+    """
+    known = conditions(np.tile(FILLS, len(SPEEDS)), np.repeat(SPEEDS, len(FILLS)))
+    new = conditions(np.exp(rng.uniform(*np.log(FILLS[[0, -1]]), PLACES)), rng.uniform(*SPEEDS, PLACES))
+    inputs, components = logarithms(pd.concat([known, new])), varied_components(known)
+    covariance = build_kernel(components)(inputs) + 1e-9 * np.eye(len(inputs))
+    true = np.linalg.cholesky(covariance) @ rng.standard_normal(len(inputs))
+    error = error_of_run(known["fill_ratio"].to_numpy()) / np.sqrt(runs)
+    logs = true[: len(known)] + error * rng.standard_normal(len(known))
+    freedom = TURNS * runs - 1
+    stated = error * np.sqrt(rng.chisquare(freedom, len(known)) / freedom)
+    process = Process.fit(inputs[: len(known)], logs, stated, components, runs)
+    told, mean = process.predictor().predict(inputs[len(known) :]), true[len(known) :]
+    width = band_width(0.95, len(known))
+    run = mean + error_of_run(new["fill_ratio"].to_numpy()) * rng.standard_normal(PLACES)
+    without = process.stretch * np.sqrt((told.of_mean / process.stretch) ** 2 + process.noise)
+    return {
+        "new": np.abs(run - told.logs) <= width * told.of_new,
+        "mean": np.abs(mean - told.logs) <= width * told.of_mean,
+        "new, without its own error": np.abs(run - told.logs) <= width * without,
+    }
+
+
+@pytest.mark.parametrize("runs", [1, 4])
+def test_both_bands_hold_as_often_as_they_say(runs):
+    rng = np.random.default_rng(10)
+    found = [hits(rng, runs) for _ in range(DRAWS)]
+    shares = {name: np.mean([each[name] for each in found]) for name in found[0]}
+    assert 0.9 <= shares["new"] <= 0.99, shares
+    assert 0.9 <= shares["mean"] <= 0.99, shares
+    # The band of one run that leaves the run's own error out holds too few.
+    assert shares["new, without its own error"] < 0.88, shares
+
+
+def test_the_variance_of_a_run_is_found_from_few_turns():
+    rng = np.random.default_rng(0)
+    fills = rng.uniform(0.05, 0.4, 4000)
+    level, slope = fit_sampling(np.log(fills), error_of_run(fills) ** 2 * rng.chisquare(2, 4000) / 2)
+    assert (level, slope) == pytest.approx((np.log(0.08**2 * 0.1), -1.0), abs=0.1)
+    assert fit_sampling(np.log(fills), np.full(4000, np.nan)) == NO_SAMPLING
+    assert fit_sampling(np.zeros(3), np.array([1e-4, np.nan, 3e-4])) == pytest.approx((np.log(2e-4), 0.0))
+
+
+def test_new_conditions_lie_within_the_sweep_and_have_seeds_of_their_own():
+    mill = load_named(ROOT / "config/mills", "mixer", MillConfig, "mill")
+    settings = MillsConfig(contact="calibrated", held_out=32)
+    known, new = mill_cases(mill, settings), held_out_cases(mill, settings)
+    assert len(new) == 32 and held_out_cases(mill, settings.model_copy(update={"held_out": 0})) == []
+    assert not {case.seed for case in known} & {case.seed for case in new}
+    for name in ("fill_ratio", "speed_rpm", "ball_diameter_mm"):
+        old, found = ([getattr(case, name) for case in cases] for cases in (known, new))
+        assert min(old) <= min(found) and max(found) <= max(old)
+    assert len({case.fill_ratio for case in new}) == 32 and {case.ball_diameter_mm for case in new} == {7, 10}
+    # Speed and ball size are drawn independently: each size at low and at high speed.
+    fast = {(case.ball_diameter_mm, case.speed_rpm > 60 * 22) for case in new}
+    assert len(fast) == 4
+    assert {case.rayleigh_fraction for case in new} == {case.rayleigh_fraction for case in known}
+
+
+def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
+    own = Fingerprint.fit(descriptors(), VOLUME, 0.95)
+    table = descriptors(fills=(0.08, 0.15), speeds=(800.0,)).assign(seed=1000)
+    held = predict_held_out(own, table)
+    assert list(held) == HELD_OUT_COLUMNS and len(held) == len(table) * len(CURVES) and held["inside"].all()
+    table["Pn"] *= 3.0
+    counted = count_held_out(own, predict_held_out(own, table)).set_index("quantity")
+    assert (counted["left_out"] == NEW).all()
+    assert counted.loc["powers", ["conditions", "held"]].tolist() == [2 * len(table), len(table)]
+    assert counted.loc["Pn", "held"] == 0 and counted.loc["Pt", "covered"] == 1
+    total = sum_coverage({"one": counted.reset_index(), "other": counted.reset_index()}).set_index(["mill", "quantity"])
+    assert total.loc[("all", "powers"), ["conditions", "held"]].tolist() == [4 * len(table), 2 * len(table)]
+    assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
