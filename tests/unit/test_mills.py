@@ -466,13 +466,13 @@ def test_a_large_mill_is_drawn_by_what_each_way_keeps(settings):
 
 
 def test_features_are_numbered_through_all_bodies_as_the_simulation_does():
-    """Facets of all bodies first, then edges, then corners."""
+    """Facets of all bodies first, then edges, then corners, then curves."""
 
-    def body(facets, edges, corners):
+    def body(facets, edges, corners, curves):
         empty = np.zeros((0, 3))
         sizes = np.zeros((facets, 3)), np.zeros(facets), np.zeros((edges, 2, 3)), np.zeros((corners, 3))
-        return Geometry(empty, empty, *sizes)
+        return Geometry(empty, empty, *sizes, np.zeros((curves, 25)))
 
-    owner, local = body_of_feature([body(3, 1, 1), body(2, 2, 3)], np.arange(12))
-    assert owner.tolist() == [0, 0, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1]
-    assert local.tolist() == [0, 1, 2, 0, 1, 3, 2, 3, 4, 4, 5, 6]
+    owner, local = body_of_feature([body(3, 1, 1, 2), body(2, 2, 3, 1)], np.arange(15))
+    assert owner.tolist() == [0, 0, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1, 0, 0, 1]
+    assert local.tolist() == [0, 1, 2, 0, 1, 3, 2, 3, 4, 4, 5, 6, 5, 6, 7]
