@@ -1,7 +1,7 @@
 """Records that the settings of the set-ups are fixed today: python scripts/fix_predictions.py [SETUP ...].
 
 Writes the date and a digest of the settings to the table `validation.fixed` of the configuration. Do this before a
-prediction is held against what was measured. A set-up whose settings have not changed keeps its date.
+prediction is compared with what was measured. A set-up whose settings have not changed keeps its date.
 """
 
 import argparse
@@ -15,8 +15,8 @@ from millprint.validation.fixed import fix, settings_digest
 CONFIG = "config/config.yaml"
 
 
-def main(names: list[str], config_file: str) -> list[str]:
-    """Record the set-ups of these names, or all; return what was written, a line for each."""
+def main(names: list[str], config_file: str, why: str = "") -> list[str]:
+    """Record the set-ups of these names, or all, with the reason for fixing again; return a line for each."""
     config, mills, contacts, _ = load_workflow(read_yaml(config_file), [config_file])
     known = config.validation.chosen
     for name in names:
@@ -32,7 +32,7 @@ def main(names: list[str], config_file: str) -> list[str]:
         for name, setup in known.items()
         if not names or name in names
     }
-    changed = fix(config.validation.fixed, digests, datetime.date.today().isoformat())
+    changed = fix(config.validation.fixed, digests, datetime.date.today().isoformat(), why)
     return [f"{name}: {'fixed today' if name in changed else 'unchanged'}" for name in digests]
 
 
@@ -40,6 +40,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("setups", nargs="*", help="set-ups; all if left out")
     parser.add_argument("--configfile", default=CONFIG, help="the configuration (default: %(default)s)")
+    parser.add_argument("--why", default="", help="why settings that had been fixed have changed")
     given = parser.parse_args()
     with stop_on_bad_input():
-        print("\n".join(main(given.setups, given.configfile)))
+        print("\n".join(main(given.setups, given.configfile, given.why)))

@@ -360,10 +360,13 @@ def test_a_digest_changes_with_every_setting_and_with_nothing_else():
 def test_a_changed_setting_is_told_with_the_date_and_a_new_date_is_recorded(tmp_path):
     path = tmp_path / "fixed.tsv"
     assert fix(path, {"a": "1", "b": "2"}, "2026-01-02") == ["a", "b"]
-    assert fix(path, {"a": "1", "b": "3"}, "2026-03-04") == ["b"]
+    with pytest.raises(ConfigError, match="b had been fixed with other settings: say why"):
+        fix(path, {"a": "1", "b": "3"}, "2026-03-04")
+    assert fix(path, {"a": "1", "b": "3"}, "2026-03-04", "a ball was lost") == ["b"]
     fixed = read_fixed(path)
-    assert fixed == {"a": Fixed("2026-01-02", "1"), "b": Fixed("2026-03-04", "3")}
+    assert fixed == {"a": Fixed("2026-01-02", "1"), "b": Fixed("2026-03-04", "3", "a ball was lost")}
     assert status_of("a", "1", fixed) == "settings fixed on 2026-01-02"
+    assert status_of("b", "3", fixed) == "settings fixed on 2026-03-04, again: a ball was lost"
     assert status_of("a", "9", fixed) == "settings changed since they were fixed on 2026-01-02"
     assert status_of("c", "1", fixed) == "settings not fixed"
 

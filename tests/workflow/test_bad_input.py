@@ -109,13 +109,13 @@ def test_valid_input_is_checked_only_once(project):
             CONFIG,
             ("mills", "rayleigh_fraction"),
             0.9,
-            ["config.yaml: mills.rayleigh_fraction = 0.9, times 1.875 by mills.precision quick = 1.6875: at most dem."],
+            ["config.yaml: mills.rayleigh_fraction = 0.9, times 1.375 by mills.precision quick = 1.2375: at most dem."],
         ),
         (
             CONFIG,
             ("mills",),
-            {"precision": "quick", "rayleigh_fraction": 0.12},
-            ["config.yaml: mills.rayleigh_fraction = 0.12, times 1.875 by mills.precision quick = 0.225: at most dem."],
+            {"precision": "quick", "rayleigh_fraction": 0.15},
+            ["config.yaml: mills.rayleigh_fraction = 0.15, times 1.375 by mills.precision quick = 0.20625: at most dem."],
         ),
         (CONFIG, ("mills", "precision"), "rough", ["config.yaml: mills.precision = 'rough'", "'quick', 'standard'"]),
         (

@@ -29,7 +29,7 @@ class Precision(NamedTuple):
 
 # Steps of 0.15 and of 0.08 of the Rayleigh time: descriptors stay within the scatter of seeds (docs/how_to/speed.md).
 PRECISIONS: dict[PrecisionName, Precision] = {
-    "quick": Precision(step=1.875, recorded=0.5, seeds=1),
+    "quick": Precision(step=1.375, recorded=0.5, seeds=1),
     "standard": Precision(step=1.0, recorded=1.0, seeds=1),
     "fine": Precision(step=1.0, recorded=2.0, seeds=3),
 }
@@ -133,7 +133,7 @@ class MillsConfig(Section):
     contact: Name | None = None
     """contact set of their balls: a file in config/contacts; the first of `contacts` if left out"""
     precision: PrecisionName = "quick"
-    """how exactly the sweeps are simulated: `quick` takes steps of 1.875 times `rayleigh_fraction` and records half
+    """how exactly the sweeps are simulated: `quick` takes steps of 1.375 times `rayleigh_fraction` and records half
     the time of `standard`; `fine` records twice that time, with three times as many seeds
     """
     rayleigh_fraction: Fraction = 0.08

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from millprint.quantiles import f_exceeded
 
 # Probability at which seeds of one and the same motion are taken for several; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
@@ -42,6 +41,9 @@ def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]
         return None
     # Seeds that agree to the last digits of a number do not differ.
     if seeds > 1 and inside and np.ptp(values) > 1e-9 * np.max(np.abs(values)):
+        # Takes long to import, and most conditions have one seed.
+        from millprint.quantiles import f_exceeded
+
         limit = float(f_exceeded(CHANCE, seeds - 1, inside))
         if between > limit * squares / inside:
             return Run(between, seeds - 1, True)

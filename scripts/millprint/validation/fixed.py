@@ -2,7 +2,8 @@
 
 The table of fixed predictions has a row for each set-up: the date, and a digest of every setting that makes the
 prediction (section, mill, contact sets, steps of the DEM). The code is no part of it. A digest that no longer agrees
-shows that a number was changed after the date, perhaps with the measured values in sight.
+shows that a number was changed after the date, perhaps with the measured values in sight. A prediction that was fixed
+again says why.
 """
 
 import hashlib
@@ -17,10 +18,12 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import DemConfig
+from millprint.errors import ConfigError
 from millprint.files import write_table
 from millprint.tables import Text, read_measured
 
-COLUMNS = [Text("setup", unique=True), Text("date"), Text("digest")]
+COLUMNS = [Text("setup", unique=True), Text("date"), Text("digest"), Text("why")]
+FIRST = "fixed for the first time"
 # Settings of `dem` that can change a prediction; its times and its step are those of the section.
 DEM_KEYS = {"rayleigh_fraction_max", "overlap_max"}
 # Texts for people.
@@ -29,15 +32,16 @@ TEXTS = {"title", "source"}
 
 @dataclass(frozen=True)
 class Fixed:
-    """The record of a set-up: the date and the digest of its settings then."""
+    """The record of a set-up: the date, the digest of its settings then, and why it was fixed then."""
 
     date: str
     digest: str
+    why: str = FIRST
 
     def status(self, digest: str) -> str:
         """Whether the settings of today are those of the date, in words."""
         if digest == self.digest:
-            return f"settings fixed on {self.date}"
+            return f"settings fixed on {self.date}" + ("" if self.why == FIRST else f", again: {self.why}")
         return f"settings changed since they were fixed on {self.date}"
 
 
@@ -60,7 +64,7 @@ def settings_digest(
 def read_fixed(path: str | Path) -> dict[str, Fixed]:
     """The records by set-up. Raises ConfigError as `millprint.tables.read_measured`."""
     rows = read_measured(path, COLUMNS, fewest_rows=0).to_dict("records")
-    return {row["setup"]: Fixed(row["date"], row["digest"]) for row in rows}
+    return {row["setup"]: Fixed(row["date"], row["digest"], row["why"]) for row in rows}
 
 
 def status_of(name: str, digest: str, fixed: Mapping[str, Fixed]) -> str:
@@ -68,14 +72,18 @@ def status_of(name: str, digest: str, fixed: Mapping[str, Fixed]) -> str:
     return fixed[name].status(digest) if name in fixed else "settings not fixed"
 
 
-def fix(path: str | Path, digests: Mapping[str, str], today: str) -> list[str]:
+def fix(path: str | Path, digests: Mapping[str, str], today: str, why: str = "") -> list[str]:
     """Record the digests of some set-ups with the date, and return the names of those that have changed.
 
-    A set-up whose digest is unchanged keeps its date.
+    A set-up whose digest is unchanged keeps its date. why: the reason for fixing again. Raises ConfigError where a set-up
+    that had been fixed has changed, and no reason is given.
     """
     fixed = read_fixed(path) if Path(path).exists() else {}
     changed = [name for name, digest in digests.items() if name not in fixed or fixed[name].digest != digest]
-    fixed |= {name: Fixed(today, digests[name]) for name in changed}
-    rows = [{"setup": name, "date": each.date, "digest": each.digest} for name, each in sorted(fixed.items())]
+    again = [name for name in changed if name in fixed]
+    if again and not why:
+        raise ConfigError(f"{path}: {', '.join(again)} had been fixed with other settings: say why they changed, by --why")
+    fixed |= {name: Fixed(today, digests[name], why if name in again else FIRST) for name in changed}
+    rows = [{"setup": name, **vars(each)} for name, each in sorted(fixed.items())]
     write_table(pd.DataFrame(rows, columns=[column.name for column in COLUMNS]), path)
     return changed
