@@ -44,8 +44,10 @@ class Table(NamedTuple):
     """Finished contacts; an empty table records none."""
 
     first: np.ndarray  # (rows,) ball
-    second: np.ndarray  # (rows,) ball, or -1 - feature of the wall
-    ended: np.ndarray  # (rows,) 0 where the window ended first
+    second: np.ndarray  # (rows,) ball, or -1 - surface of the wall
+    facet: np.ndarray  # (rows,) feature of the wall on which the row ended; -1 for two balls
+    contact: np.ndarray  # (rows,) number of the contact in the run
+    ended: np.ndarray  # (rows,) 0: the window ended first, 1: the bodies came apart, 2: it went on on the next facet
     value: np.ndarray  # (rows, width) layout.CollisionColumns
 
 
@@ -263,7 +265,8 @@ class Recording:
     def table(self) -> Table:
         """All pieces of the table of collisions as one."""
         pieces = self.contacts or [make_table(0)]
-        return Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+        table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+        return table._replace(contact=np.arange(len(table.first)))
 
     def drain(self, table: Table, recorder: Recorder, counters: np.ndarray) -> None:
         """Copy the rows that the buffers hold to the ends of the lists, and set the counters of rows to 0.
@@ -287,7 +290,8 @@ class Recording:
 def make_table(rows: int) -> Table:
     """An empty table of collisions with room for `rows`; with none it records nothing."""
     whole = np.zeros(rows, dtype=np.int64)
-    return Table(whole, whole.copy(), np.zeros(rows, dtype=np.uint8), np.zeros((rows, width_of(COLLISION))))
+    ended, value = np.zeros(rows, dtype=np.uint8), np.zeros((rows, width_of(COLLISION)))
+    return Table(whole, whole.copy(), whole.copy(), whole.copy(), ended, value)
 
 
 def silent_recorder() -> Recorder:

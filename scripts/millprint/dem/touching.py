@@ -104,6 +104,8 @@ def write_collision(contacts, lane, time, ended, counters, table):
     counters[COUNTER.records] += 1
     table.first[at] = contacts.ball[lane]
     table.second[at] = contacts.partner[lane]
+    table.facet[at] = -1 - contacts.partner[lane] if contacts.partner[lane] < 0 else -1
+    table.contact[at] = at
     table.ended[at] = ended
     value, history = table.value[at], LANE.history
     start = get_of(contacts, lane, history.start)
