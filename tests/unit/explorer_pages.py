@@ -71,7 +71,7 @@ def two_mills(folder: Path) -> dict:
     for name, factor in (("emax", 1.0), ("planetary", 2.0)):
         runs = summaries(fills=FILLS[::2])
         path = folder / f"{name}.json"
-        Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), factor * VOLUME, 0.95).write(path)
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), factor * VOLUME, 0.95).write(path)
         own = Fingerprint.read(path)
         found[name] = own
         machine = Machine(name, f"Mill {name}", "the jar moves", ACCELERATION[name])

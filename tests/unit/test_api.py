@@ -74,7 +74,7 @@ def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
 def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
     """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))
-    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "frequency_per_ball_hz": 1, "power_W": 3}
+    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "specific_frequency_hz": 1, "power_W": 3}
     for name, power in powers.items():
         assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
 

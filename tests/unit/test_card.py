@@ -32,7 +32,7 @@ def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dic
     return {
         "normal_energy_J": energy * normal / frequency,
         "tangential_energy_J": energy * tangential / frequency,
-        "frequency_per_ball_hz": speed_hz * frequency,
+        "specific_frequency_hz": speed_hz * frequency,
         "normal_power_W": powers[0],
         "tangential_power_W": powers[1],
         "power_W": sum(powers),
@@ -175,7 +175,7 @@ def test_seeds_that_differ_more_than_their_windows_widen_the_interval():
     other = Window(alike[1].totals * [3, 3, 1], 0.1, 24, True)
     narrow, wide = (spread(both, [whole(window) for window in both], 0.95) for both in (alike, [alike[0], other]))
     assert wide["power_W"] > 4 * narrow["power_W"]
-    assert wide["frequency_per_ball_hz"] == pytest.approx(narrow["frequency_per_ball_hz"])
+    assert wide["specific_frequency_hz"] == pytest.approx(narrow["specific_frequency_hz"])
 
 
 def test_one_turn_of_one_seed_has_no_interval():
@@ -205,7 +205,7 @@ def test_the_methods_paragraph_has_the_cards_numbers(written):
     for expected in (
         "700 rpm", "24 balls of 10 mm", "96.8 g", "3.23 g of NaBO2", "ratio of 30", "10 h in cycles of 20 min",
         "5 h of milling", "otherprint 2", "3 ms", "restitution 0.3", three(values.power_W.value),
-        three(values.frequency_per_ball_hz.value),
+        three(values.specific_frequency_hz.value),
     ):  # fmt: skip
         assert expected in text, expected
     content["machine"]["speed_rpm"] = 350.0

@@ -70,7 +70,7 @@ def test_contacts_of_a_pair_within_the_gap_are_one_collision(gap, number):
     row = count(gap_s=gap)
     assert row["count"] == number
     assert row["frequency_hz"] == pytest.approx(number / 0.5)
-    assert row["frequency_per_ball_hz"] == pytest.approx(number / 0.5 / 6)
+    assert row["specific_frequency_hz"] == pytest.approx(number / 0.5 / 6)
     # The energies of a collision from before the window are in the mean, so that frequency times mean is power.
     assert row["mean_normal_J"] == pytest.approx(5.0 / number)
     assert row["mean_tangential_J"] == pytest.approx(10.0 / number)
@@ -154,7 +154,7 @@ def test_no_contacts_at_all():
         "duration_min_s": 0.0,
         "count": 0,
         "frequency_hz": 0.0,
-        "frequency_per_ball_hz": 0.0,
+        "specific_frequency_hz": 0.0,
         "mean_normal_J": 0.0,
         "mean_tangential_J": 0.0,
         "shares": {"ball_ball": none, "ball_wall": none},

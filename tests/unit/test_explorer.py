@@ -32,7 +32,7 @@ from tests.unit.yield_settings import all_runs, thesis_yields
 CONTACTS = ("calibrated", "steel")
 CHEMICAL = ("bpr", "molar_ratio", "time_h")
 BANDS = (
-    *("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W"),
+    *("normal_energy_J", "tangential_energy_J", "specific_frequency_hz", "normal_power_W", "tangential_power_W"),
     *("power_W", "tangential_share"),
 )
 LEVEL = 0.95
@@ -47,7 +47,7 @@ def _fingerprint(contact: str, seed: int) -> Fingerprint:
         for diameter in (5.0, 10.0)
         for speed in (600.0, 1200.0)
     ]
-    return Fingerprint.fit(tabulate_descriptors(runs + overrides(contact=contact), "gap_3ms"), VOLUME, 0.95)
+    return Fingerprint.fit(tabulate_descriptors(runs + overrides(contact=contact), "gap_0_03"), VOLUME, 0.95)
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def _library(run: dict, state: dict) -> dict:
             | {
                 "normal_energy_uJ": 1e6 * found.normal_energy_J.value,
                 "tangential_energy_uJ": 1e6 * found.tangential_energy_J.value,
-                "specific_frequency_hz": found.frequency_per_ball_hz.value,
+                "specific_frequency_hz": found.specific_frequency_hz.value,
             }
         ]
     )
@@ -241,7 +241,7 @@ def test_a_page_without_further_intervals_offers_no_choice(run, page, tmp_path):
 
 
 @needs_browser
-@pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
+@pytest.mark.parametrize("left_open", [(), ("specific_frequency_hz",)])
 def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
     expected = run["request"].targets[0].given
     target = {name: expected[name] for name in TARGET_DESCRIPTORS if name not in left_open}

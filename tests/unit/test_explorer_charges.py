@@ -38,7 +38,7 @@ def mills(tmp_path_factory) -> dict:
         "alone": _charged({THREE: 1.0}),
     }.items():
         file, page = folder / f"{name}.json", folder / f"{name}.html"
-        Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95, charges_of(runs)).write(file)
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95, charges_of(runs)).write(file)
         own = Fingerprint.read(file)
         content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own))
         page.write_text(explorer_page(explorer_content("a_run", [content])))

@@ -41,7 +41,7 @@ def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mil
     own = built["fingerprints"][mill]
     found = own.predict(own.condition(**{name: SETTING[name] for name in list(SETTING)[:3]}))
     mass = found.balls * 7700.0 * np.pi / 6 * 0.01**3 * 1e3 / POWDER["bpr"]
-    columns = [found.normal_energy_J, found.tangential_energy_J, found.frequency_per_ball_hz]
+    columns = [found.normal_energy_J, found.tangential_energy_J, found.specific_frequency_hz]
     normal, tangential, frequency = (pd.Series([band.value]) for band in columns)
     times = (pd.Series([POWDER["time_h"]]), pd.Series([mass]))
     theirs = doses(normal, tangential, found.balls * frequency, *times).iloc[0]

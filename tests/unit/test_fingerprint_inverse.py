@@ -26,7 +26,7 @@ from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, s
 
 CURVES = {name: float(PRINTED[f"3.curve.0.10.{name}"]) for name in ("Pn", "Pt", "f")}
 PRINTED_SPEED = float(PRINTED["3.inverse.speed"])
-TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "frequency_per_ball_hz": 400.0}
+TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "specific_frequency_hz": 400.0}
 
 
 def at(diameter: float) -> Condition:
@@ -62,11 +62,11 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
     assert table.loc["both energies", "balls"] == 191
     assert abs(table.loc["both energies", "normal_energy_J_residual_percent"]) < 0.2
     # The frequency per ball is that of 600 rpm times 2 sqrt 2: not kept, against the text of Sec. 3.3.4.
-    assert table.loc["both energies", "frequency_per_ball_hz_residual_percent"] == pytest.approx(182.8, abs=0.5)
+    assert table.loc["both energies", "specific_frequency_hz_residual_percent"] == pytest.approx(182.8, abs=0.5)
     assert table.loc["frequency per ball", "speed_rpm"] == pytest.approx(600, rel=1e-12)
 
 
-@pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"])
+@pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "specific_frequency_hz"])
 def test_a_single_descriptor_is_kept_exactly(kept):
     nearest = nearest_speed(TARGET, CURVES, at(0.007), {kept: 1.0})
     assert nearest.ball_diameter_m == 0.007
@@ -106,7 +106,7 @@ def test_no_common_fill_ratio_gives_an_empty_ranking(curves):
 def test_a_target_that_leaves_a_descriptor_open_is_met_in_the_others(curves):
     target = {name: TARGET[name] for name in ("normal_energy_J", "tangential_energy_J")}
     best = rank_conditions(target, [curves], allowed((480, 1500), (0.04, 0.40), (6,))).iloc[0]
-    assert best["distance"] < 1e-3 and np.isnan(best["frequency_per_ball_hz_residual_percent"])
+    assert best["distance"] < 1e-3 and np.isnan(best["specific_frequency_hz_residual_percent"])
     assert best["within_interval"] == "normal_energy_J, tangential_energy_J"
 
 
@@ -163,7 +163,7 @@ def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
 
 def test_the_powder_that_gives_the_target_is_chosen(curves):
     """Of two contact sets, the one that the target came from."""
-    strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_3ms"), VOLUME, 0.95)
+    strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_0_03"), VOLUME, 0.95)
     target = target_at(strong, speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.10)
     table = rank_conditions(target, [curves, strong], allowed((300, 1200), (0.04, 0.40), (10,)))
     assert table["contact"].iloc[0] == "steel"
@@ -185,7 +185,7 @@ def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     [
         ({"targets": [{"name": "none"}]}, "either one at least of normal_energy_J"),
         ({"targets": [{"name": "a", "normal_energy_J": 1e-4}], "weights": {"normal_energy_J": 0}}, "must be over 0"),
-        ({"targets": [{"name": "a", "frequency_per_ball_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
+        ({"targets": [{"name": "a", "specific_frequency_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
     ],
 )
 def test_a_faulty_request_is_refused_in_one_line(change, message):

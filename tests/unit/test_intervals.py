@@ -270,7 +270,7 @@ def test_the_spread_stands_beside_the_first_training():
 
 def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     runs = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
-    settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_2ms", "further_rules": []}
+    settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_0_02", "further_rules": []}
     tables = draw_tables(runs, [], 12, 7, **settings)
     assert len(tables) == 12 and not tables[0]["fingerprint/descriptors.tsv"].equals(
         tables[1]["fingerprint/descriptors.tsv"]

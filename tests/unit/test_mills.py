@@ -208,11 +208,11 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             [file.replace("summary.json", "run.h5") for file in files],
             output,
             mill("emax"),
-            counting_rule="gap_3ms",
+            counting_rule="gap_0_03",
             interval=settings.interval,
             smooth_points=settings.smooth_points,
             collapse_max=MillsConfig().collapse_max,
-            spectra_rules=["gap_3ms"],
+            spectra_rules=["gap_0_03"],
             spectra_settings=SpectraConfig(),
         )
         return read_table(output.means), Fingerprint.read(output.fingerprint)
@@ -272,7 +272,7 @@ def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     assert power["spread_thesis"] < 1e-9
     assert power["spread_before"] > 1
     assert (power["omega"], power["d"]) == pytest.approx((3, 3))
-    assert table.loc["frequency_per_ball_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
+    assert table.loc["specific_frequency_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
     assert set(table["collapse"]) == {VERDICTS[0]}
 
 
@@ -284,7 +284,7 @@ def test_other_exponents_of_the_power_are_found_and_reported():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2).set_index("quantity")
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2).set_index("quantity")
     power = table.loc["power_per_ball_W"]
     assert (power["omega"], power["d"]) == pytest.approx((2, 4))
     assert power["spread_thesis"] > 0.3
@@ -302,7 +302,7 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2)
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2)
     (row,) = one_row_a_mill([table]).to_dict("records")
     assert row["power_collapse"] == VERDICTS[2]
     assert row["power_spread_own"] > 0.2

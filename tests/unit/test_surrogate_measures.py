@@ -231,8 +231,8 @@ def test_descriptors_are_those_of_the_simulation_s_summary():
     assert table["value"]["normal_energy_error_percent"] == pytest.approx(0)
     assert table["dem_reference"]["collision_frequency_error_percent"] == pytest.approx(5)
     assert "normal_energy_error_percent" not in table_of(rollout).index
-    with pytest.raises(ConfigError, match="gap_9ms is not among"):
-        simulated_descriptors(summary(600.0), "gap_9ms")
+    with pytest.raises(ConfigError, match="gap_0_09 is not among"):
+        simulated_descriptors(summary(600.0), "gap_0_09")
 
 
 def test_an_ensemble_s_spread_is_reported_and_drawn():
@@ -265,11 +265,11 @@ def test_a_roll_out_is_read_with_what_its_surrogate_knows(tmp_path):
     with pytest.raises(ConfigError, match="start_s is missing"):
         RollOut.read(path)
     with h5py.File(path, "a") as file:
-        file["start_s"], file.attrs["counting_rule"] = rollout.start_s, "gap_3ms"
+        file["start_s"], file.attrs["counting_rule"] = rollout.start_s, "gap_0_03"
     again = RollOut.read(path)
     np.testing.assert_array_equal(again.position_m, rollout.position_m)
     np.testing.assert_array_equal(again.known("normal_J"), rollout.dissipated_J / 2)
-    assert again.tangential_J is None and again.counting_rule == "gap_3ms" and again.mean_edges == {}
+    assert again.tangential_J is None and again.counting_rule == "gap_0_03" and again.mean_edges == {}
 
 
 def ablations(parts: dict[str, tuple], again: dict[str, list[tuple]] | None = None) -> pd.DataFrame:

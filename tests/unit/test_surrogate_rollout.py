@@ -137,13 +137,13 @@ def test_a_roll_out_on_disk_has_every_array_that_is_known(tmp_path):
     known = {"normal_J": of_frames, "tangential_J": 2 * of_frames, "collisions": 3 * of_frames}
     known |= {"angular_velocity_rad_s": rollout.velocity_m_s + 1, "member_dissipated_J": np.ones((5, 2))}
     known |= {"force_disagreement": np.array([0.1, np.nan])}
-    full = replace(rollout, **known, counting_rule="gap_3ms")
+    full = replace(rollout, **known, counting_rule="gap_0_03")
     full.write(tmp_path / "rollout.h5", "a/b/c")
     again = RollOut.read(tmp_path / "rollout.h5")
     for field in fields(RollOut):
         if isinstance(getattr(full, field.name), np.ndarray):
             np.testing.assert_array_equal(getattr(again, field.name), getattr(full, field.name), field.name)
-    assert (again.mean_edges, again.counting_rule) == (full.mean_edges, "gap_3ms")
+    assert (again.mean_edges, again.counting_rule) == (full.mean_edges, "gap_0_03")
     with h5py.File(tmp_path / "rollout.h5") as file:
         assert file.attrs["case"] == "a/b/c"
         assert {name: values.attrs["units"] for name, values in file.items()} == {

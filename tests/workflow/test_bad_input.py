@@ -71,7 +71,7 @@ def test_valid_input_is_checked_only_once(project):
             [1e-6, 5e-5],
             ["time_steps_s = 5e-05", "Rayleigh", "dt5e-05", "at most"],
         ),
-        (CONFIG, ("fingerprint", "counting_rule"), "gap_9ms", ["fingerprint.counting_rule", "gap_9ms", "gap_3ms"]),
+        (CONFIG, ("fingerprint", "counting_rule"), "gap_0_09", ["fingerprint.counting_rule", "gap_0_09", "gap_0_03"]),
         (CONFIG, ("mill",), "emaks", ["emaks", "unknown mill", "emax"]),
         (CONFIG, ("contacts",), ["calibrated", "rubber"], ["rubber", "unknown contact set", "steel"]),
         (CONFIG, ("calibration", "drop_test", "measured"), "drops.tsv", ["drops.tsv", "no such table"]),
@@ -202,7 +202,7 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("dose", "heat", "jars"), {"spx": {}}, ["dose.heat.jars.spx: unknown mill", "did you mean spex?"]),
         (CONFIG, ("dose", "heat", "measured"), {"spex": "9z"}, ["measured.tsv", "no row of id '9z'"]),
         (CONFIG, ("dose", "heat", "measured"), {"spx": "8b"}, ["dose.heat.measured.spx: unknown mill"]),
-        (CONFIG, ("dose", "spectra", "counting_rules"), ["gap_9ms"], ["dose.spectra.counting_rules", "gap_9ms"]),
+        (CONFIG, ("dose", "spectra", "counting_rules"), ["gap_0_09"], ["dose.spectra.counting_rules", "gap_0_09"]),
         (CONFIG, ("dose", "spectra", "highest_J"), 1e-15, ["dose.spectra", "highest_J = 1e-15", "above lowest_J"]),
         # Volumes that disagree with the geometry.
         (

@@ -96,7 +96,7 @@ def frequency_of_smaller_balls(evidence: Evidence) -> Iterator[Contradiction]:
     where = "target == 'thesis_reference' and kept == 'normal energy' and curves == 'published'"
     for _, row in evidence.table(INVERSE, f"{where} and fill_ratio == 0.10 and ball_diameter_mm == 5").iterrows():
         kept = [row[f"{name}_energy_J_residual_percent"] for name in ("normal", "tangential")]
-        frequency, off = row["frequency_per_ball_hz"], row["frequency_per_ball_hz_residual_percent"]
+        frequency, off = row["specific_frequency_hz"], row["specific_frequency_hz_residual_percent"]
         yield (
             f"all three descriptors are the same with 5 mm balls at {row['speed_rpm']:.0f} rpm",
             f"collisions of a ball rise by {off:.0f} % to {frequency:.0f} 1/s",

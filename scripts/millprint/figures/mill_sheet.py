@@ -19,7 +19,7 @@ from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.curves import PANELS
+from millprint.fingerprint.curves import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
 from millprint.view.mill_picture import MillPicture
@@ -187,7 +187,7 @@ def plot_sheet(
         axis.text(0, 1, column, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
-    for axis, quantity in zip(axes.flat, PANELS, strict=True):
+    for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
         _draw_conditions(axis, quantity, descriptors, curves)
     legend_below(bottom, axes.flat[:1], 4, fontsize=7)
     return figure

@@ -8,8 +8,12 @@ from millprint.fingerprint.condition import universal_factor
 
 # Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
 PANELS = ("Pn", "Pt", "f", "ratio")
-CURVES = (*PANELS, "P", "En", "Et")
-CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
+# The panels of a mill's sheet.
+SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
+# Those of the energy-weighted descriptors.
+WEIGHTED = ("En_star", "Et_star", "fn_star", "ft_star", "f90")
+CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
+CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper"))]
 FEWEST_FILLS = 3  # that a master curve needs
 
 
@@ -61,7 +65,7 @@ def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Descriptors with powers and frequency times (1 - eps)^(1/2) (Eqs 3.31, 3.32); energies and ratio stay."""
     scaled = descriptors.copy()
     factor = universal_factor(scaled["effective_restitution"])
-    for quantity in ("Pn", "Pt", "P", "f"):
+    for quantity in ("Pn", "Pt", "P", "f", "fn_star", "ft_star", "f90"):
         scaled[quantity] *= factor
         scaled[f"{quantity}_se"] *= factor
     return scaled

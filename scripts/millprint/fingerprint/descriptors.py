@@ -7,7 +7,7 @@ import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
 from millprint.files import read_table
-from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
 from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.inputs import counted
 
@@ -21,12 +21,14 @@ NOTHING = "nothing"
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
-DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule"]
+OF_RULE = ["counting_rule", "collisions_by"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
 RULE_COLUMNS = {
-    "collision_gap_s": "gap_s",
+    "collisions_by": "by",
+    "collision_gap_turns": "gap_turns",
     "collision_peak_force_min_N": "peak_force_min_N",
     "collision_duration_min_s": "duration_min_s",
     "counting_rule": "name",
@@ -65,10 +67,24 @@ def run_row(summary: dict, rule_name: str) -> dict:
     return {
         **condition_of(summary),
         "counting_rule": rule["name"],
+        "collisions_by": rule["by"],
         **{column.name: column.of_run(summary, rule) for column in MEASURED},
         "normal_variance_W2": np.nan if error["normal"] is None else error["normal"] ** 2,
         "tangential_variance_W2": np.nan if error["tangential"] is None else error["tangential"] ** 2,
+        **{column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED},
     }
+
+
+# Column of a relative variance, then of a relative standard error, with the channel and the kind in a summary.
+WEIGHTED = [
+    (relative_error_of(f"weighted_{channel}_{kind}_"), channel, kind)
+    for channel in ("normal", "tangential")
+    for kind in ("energy", "frequency")
+]
+
+
+def _squared(error: float | None) -> float:
+    return np.nan if error is None else error**2
 
 
 def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
@@ -76,13 +92,16 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     groups = runs.groupby(CONDITION, sort=True)
     mean = groups.mean(numeric_only=True)
     mean.insert(0, "seeds", groups.size())
-    mean.insert(1, "counting_rule", groups["counting_rule"].first())
+    for place, name in enumerate(OF_RULE, start=1):
+        mean.insert(place, name, groups[name].first())
     mean["collisions"] = groups["collisions"].sum()
     mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
     for name in ("normal", "tangential"):
         # Seeds are independent: the variance of their mean is the sum of variances over the square of their number.
         mean[f"{name}_power_se_W"] = np.sqrt(mean.pop(f"{name}_variance_W2") / mean["seeds"])
         mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
+    for name, _, _ in WEIGHTED:
+        mean[name] = np.sqrt(mean[name] / mean["seeds"])
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     return mean.reset_index()
@@ -120,7 +139,8 @@ def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
                     **{column: rule[key] for column, key in RULE_COLUMNS.items()},
                     "speed_hz": summary["frequency_hz"],
                     "ball_diameter_m": summary["ball_diameter_m"],
-                    "frequency_per_ball_hz": frequency / summary["balls"],
+                    "specific_frequency_hz": rule["specific_frequency_hz"],
+                    "collisions_of_a_ball_hz": rule["collisions_of_a_ball_hz"],
                     "collision_frequency_hz": frequency,
                     "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
                     "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,

@@ -23,17 +23,19 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
-from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
+from millprint.fingerprint.condition import BASIC, VARIABLES, WEIGHTED_BASIC, Condition, descriptors_of, power_scale, scaled_quantities
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
-from millprint.fingerprint.descriptors import CHARGE, as_built
+from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
 from millprint.fingerprint.processes import Predictor, Process, kinds_of, logarithms, varied_components
 from millprint.quantiles import normal_quantile
 
 # Properties of the runs that a fingerprint stores.
-SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
+SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
 SETTING = ["ball_diameter_m", "speed_hz"]
+# The quantities from which `scaled_quantities` calculates all others.
+KNOWN = (*BASIC, *WEIGHTED_BASIC)
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,14 @@ class Prediction:
     """
 
     balls: int
+    weighted_normal_energy_J: Band
+    weighted_tangential_energy_J: Band
+    weighted_normal_frequency_hz: Band
+    weighted_tangential_frequency_hz: Band
+    strong_frequency_hz: Band
     normal_energy_J: Band
     tangential_energy_J: Band
-    frequency_per_ball_hz: Band
+    specific_frequency_hz: Band
     normal_power_W: Band
     tangential_power_W: Band
     power_W: Band
@@ -76,7 +83,7 @@ def describe(
         for name, charge in charges.items()
     }
     return {
-        **{name: first[name] for name in ("mill", "contact", "counting_rule")},
+        **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
         **{name: float(first[name]) for name in SHARED},
         "volume_m3": float(volume_m3),
         "probability": float(probability),
@@ -258,16 +265,16 @@ class Fingerprint:
         return logarithms(condition.table().assign(**{CHARGE: charge}), self.kinds)
 
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
-        """Energies per collision [J] and collisions of one ball [1/s] (m,) of the conditions, without bands."""
+        """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
         inputs = self._inputs(condition, charge)
-        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC}
+        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN}
         return descriptors_of(condition, scaled_quantities(basic))
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
         """Every scaled quantity Q of the conditions with Q_lower and Q_upper, the interval of a new condition."""
         inputs = self._inputs(condition, charge)
         logs = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
-        values = scaled_quantities({name: np.exp(logs[name][0]) for name in BASIC})
+        values = scaled_quantities({name: np.exp(logs[name][0]) for name in KNOWN})
         return banded(values, {name: deviation for name, (_, deviation) in logs.items()}, self.width)
 
     def at_settings(self, fill_ratios: np.ndarray) -> np.ndarray:
@@ -297,7 +304,7 @@ class Fingerprint:
             log, deviation = (part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs))
             means[name] = log.mean(axis=1)
             deviations[name] = np.sqrt((deviation**2).mean(axis=1) + log.var(axis=1))
-        table = banded(scaled_quantities({name: np.exp(means[name]) for name in BASIC}), deviations, self.width)
+        table = banded(scaled_quantities({name: np.exp(means[name]) for name in KNOWN}), deviations, self.width)
         table.insert(0, "fill_ratio", fill_ratios)
         return table
 
@@ -322,8 +329,11 @@ class Fingerprint:
         factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
         found = {}
         for name, band in scaled.items():
+            # What was counted by another rule is not known.
             intervals: dict[str, Any] = {
-                origin: Interval(*(band.value * ends[name][:, 0]).tolist()) for origin, ends in factors.items()
+                origin: Interval(*(band.value * ends[name][:, 0]).tolist())
+                for origin, ends in factors.items()
+                if np.isfinite(ends[name]).all()
             }
             found[name] = replace(band, **intervals)
         return found

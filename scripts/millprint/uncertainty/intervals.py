@@ -9,7 +9,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ContactFactors, Ends
-from millprint.fingerprint.condition import Condition, energy_scale, power_scale
+from millprint.fingerprint.condition import SCALED_BY, Condition, energy_scale, power_scale
 from millprint.fingerprint.curves import CURVES
 from millprint.progress import progress
 from millprint.uncertainty.emulator import Emulator, quality
@@ -20,9 +20,7 @@ from millprint.uncertainty.space import FILL, Space
 
 # Descriptors of a condition: the scaled quantity that they are made of, and their unit.
 DESCRIBED = {
-    "normal_energy_J": ("En", "J"),
-    "tangential_energy_J": ("Et", "J"),
-    "frequency_per_ball_hz": ("f", "1/s"),
+    **{name: (scaled, "J" if name.endswith("_J") else "1/s") for name, scaled in SCALED_BY.items()},
     "normal_power_W": ("Pn", "W"),
     "tangential_power_W": ("Pt", "W"),
     "power_W": ("P", "W"),
@@ -127,7 +125,7 @@ def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
-    """Energies of a collision, frequency and powers at the simulated speed and ball size."""
+    """Energies, frequencies and powers at the simulated speed and ball size."""
     one = samples.iloc[0]
     condition = Condition(np.nan, *(float(one[name]) for name in list(Condition.__dataclass_fields__)[1:]))
     ball_share = float((samples[FILLED] / samples["balls"]).mean())
