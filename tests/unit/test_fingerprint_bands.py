@@ -20,6 +20,7 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
+from millprint.fingerprint.condition import COUNTED
 from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
@@ -147,13 +148,21 @@ def _short() -> dict:
     return content
 
 
+def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_path):
+    path = tmp_path / "contact.json"
+    path.write_text(json.dumps(_changed(counting_rule="lifetimes")))
+    found = read_factors(str(path), "contact", about).at(np.array([0.12]))
+    assert [name for name, ends in found.items() if np.isnan(ends).any()] == list(COUNTED)
+    path.write_text(json.dumps(factors_of()))
+    assert not any(np.isnan(ends).any() for ends in read_factors(str(path), "contact", about).at(np.array([0.12])).values())
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         (_changed(mill="spex"), "mill = 'spex': the fingerprint is of 'emax'"),
         (_changed(contact="steel"), "contact = 'steel': the fingerprint is of 'calibrated'"),
-        (_changed(counting_rule="lifetimes"), "counting_rule = 'lifetimes': the fingerprint is of 'gap_0_03'"),
-        (_changed(format="millprint fingerprint 1"), "format = 'millprint fingerprint 1': input should be"),
+        (_changed(format="millprint fingerprint 2"), "format = 'millprint fingerprint 2': input should be"),
         (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
         (_changed(factors={}), "factors.Pn: this key is missing"),
         (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),

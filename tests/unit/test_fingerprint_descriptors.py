@@ -11,7 +11,7 @@ from millprint.fingerprint.condition import VARIABLES, Condition, descriptors_of
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.inputs import check_summary, read_summaries
-from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves
+from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves, weighted
 
 
 def test_descriptors_give_back_the_curves():
@@ -26,12 +26,17 @@ def test_descriptors_give_back_the_curves():
 def known_run() -> dict:
     """Eight collisions of five balls in two seconds, 16 J normal and 4 J tangential; rho omega^2 A^2 d^3 is 1 J."""
     run = summary() | {"balls": 5, "density_kg_m3": 1000.0, "frequency_hz": 10.0, "amplitude_m": 0.1, "window_s": 2.0}
-    rule = counted("gap_0_03", 0.003, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
+    rule = counted("gap_0_03", 0.03, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 0.0, "wall": 10.0}
     error = {"normal": 0.8, "tangential": 0.4}
     return run | {
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
         "restitution": 0.5, "static_friction": 0.0,
+        "weighted": {
+            "normal": weighted("normal", 4.0, 8.0, 5, 0.1),
+            "tangential": weighted("tangential", 4.0, 2.0, 5, 0.2),
+            "strong_frequency_hz": 0.32,
+        },
     }  # fmt: skip
 
 
@@ -56,6 +61,16 @@ def test_known_collisions_have_a_known_answer():
         "P_se": np.hypot(0.016, 0.008),
         "En_se": 2.0 * np.hypot(0.1, 1 / np.sqrt(8)),
         "Et_se": 0.5 * np.hypot(0.2, 1 / np.sqrt(8)),
+        "weighted_normal_frequency_hz": 0.2,  # 8 W over 5 balls and 8 J, four times the mean
+        "weighted_tangential_frequency_hz": 0.4,
+        "En_star": 8.0,
+        "Et_star": 1.0,
+        "fn_star": 0.02,
+        "ft_star": 0.04,
+        "f90": 0.032,
+        "En_star_se": 0.8,
+        "fn_star_se": 0.004,
+        "f90_se": 0.032 / np.sqrt(3.2),  # 3.2 strong collisions
     }
     assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-12)
     assert {column.name for column in COMPUTED} <= set(known)
@@ -95,7 +110,9 @@ def test_energy_per_collision_is_power_over_frequency():
     scale = DENSITY * 10.0**2 * 0.017**2 * 0.01**3
     assert table["normal_energy_J"].item() == pytest.approx(normal / frequency * scale, rel=1e-12)
     assert table["specific_frequency_hz"].item() == pytest.approx(frequency * 10.0, rel=1e-12)
-    assert table["collision_gap_s"].item() == 0.003
+    assert table["collision_gap_turns"].item() == 0.03
+    assert table["collisions_by"].item() == "surface"
+    assert table["collisions_of_a_ball_hz"].item() == pytest.approx(1.3 * frequency * 10.0, rel=1e-12)
     assert table["counting_rule"].item() == "gap_0_03"
 
 

@@ -199,7 +199,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
         (None, "no such fingerprint"),
         ("not json", "not a fingerprint"),
         ('{"about": {}}', "format = None: must be"),
-        ('{"format": "millprint fingerprint 1", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
+        ('{"format": "millprint fingerprint 2", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
     ],
 )
 def test_another_file_is_refused_in_one_line(tmp_path, text, message):

@@ -12,7 +12,7 @@ from millprint.config.section import Positive
 from millprint.errors import ConfigError
 from millprint.files import read_json
 from millprint.fingerprint.condition import COUNTED
-from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.curves import CURVES, WEIGHTED
 
 
 class Origin(NamedTuple):
@@ -115,6 +115,10 @@ def interval_columns(name: str, origin: str) -> list[str]:
     return [f"{name}_by_{origin}_{end}" for end in ENDS]
 
 
+# The quantities of CURVES that every file of factors must have.
+POWERS = tuple(name for name in CURVES if name not in (*COUNTED, *WEIGHTED))
+
+
 class _Part(BaseModel):
     """A part of a file of factors: what is not named here is left out."""
 
@@ -140,7 +144,7 @@ class Factors(_Part):
     fill_ratios: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
     """rising [-]"""
     factors: dict[str, Ends]
-    """of quantities of CURVES [-]; of one that is left out nothing is known"""
+    """of POWERS and further quantities of CURVES [-]; of one that is left out nothing is known"""
     counting_rule: str | None = None
     """rule by which collisions were counted; None: the file does not say"""
     probability: Annotated[float, Field(gt=0, lt=1)]
@@ -154,6 +158,9 @@ class Factors(_Part):
     def _every_quantity_at_every_fill_ratio(self) -> "Factors":
         if list(self.fill_ratios) != sorted(set(self.fill_ratios)):
             raise ValueError(f"fill_ratios = {self.fill_ratios}: must rise")
+        for name in POWERS:
+            if name not in self.factors:
+                raise ValueError(f"factors.{name}: this key is missing")
         for name, ends in self.factors.items():
             if name not in CURVES:
                 raise ValueError(f"factors.{name}: is none of {', '.join(CURVES)}")
