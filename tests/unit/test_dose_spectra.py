@@ -29,8 +29,8 @@ from tests.unit.synthetic_mill import descriptors, fingerprint
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = SpectraConfig(lowest_J=1e-8, highest_J=1e-1, bins_per_decade=2)
-RULE = {"name": "lifetimes", "gap_s": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
-MERGING = RULE | {"name": "gap_0_02", "gap_s": 0.002}
+RULE = {"name": "lifetimes", "by": "surface", "gap_turns": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
+MERGING = RULE | {"name": "gap_0_02", "gap_turns": 0.02}
 HARD = RULE | {"name": "over_1N", "peak_force_min_N": 1.0}
 BEGIN, WINDOW = 0.5, 2.0
 
@@ -44,14 +44,15 @@ def contacts(
         {
             "first": first, "second": -1 - first if wall else 1000 + first, "start_s": start, "duration_s": 1e-3,
             "peak_force_N": force, "normal_J": normal, "damping_J": tangential / 4, "sliding_J": 3 * tangential / 4,
-            "complete": 1,
+            "facet": first if wall else -1, "ended": 1,
         }
     )  # fmt: skip
 
 
 def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 0.1, seed: int = 0) -> tuple[str, dict]:
     """A run.h5 with these contacts, and the summary that its ledger would have."""
-    table = pd.concat(groups)
+    table = pd.concat(groups, ignore_index=True)
+    table["contact"] = table.index
     with h5py.File(path, "w") as file:
         group = file.create_group("collisions")
         group.attrs.update({"begin_s": BEGIN, "window_s": WINDOW, "is_histogram": False})
@@ -61,7 +62,7 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
     case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
     return str(path), {
-        "mill": "emax", "contact": "steel", "case": case, "density_kg_m3": 7700.0, "amplitude_m": 0.017,
+        "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0, "amplitude_m": 0.017,
         "power_W": {"normal": table["normal_J"].sum() / WINDOW, "tangential": tangential / WINDOW},
         "collisions": [RULE, MERGING, HARD],
     }  # fmt: skip

@@ -6,7 +6,7 @@ import pytest
 import match_conditions
 from match_mills import request_of
 from millprint.config.checks import load_workflow
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
@@ -217,11 +217,12 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
     request = MatchConfig(**REQUEST, targets=[target], ball_diameters_mm=[5, 8, 10])
     table = match_targets(request, [mill])
     assert "charge" not in table and len(table)
-    assert target_descriptors(target, [mill]) == {
-        name: pytest.approx(value)
-        for name, value in described(unlike, "three", speed_hz=800 / 60, fill_ratio=0.1).items()
-        if name in TARGET_DESCRIPTORS
-    }
+    for chosen, names in DESCRIPTOR_SETS.items():
+        assert target_descriptors(target, [mill], chosen) == {
+            name: pytest.approx(value)
+            for name, value in described(unlike, "three", speed_hz=800 / 60, fill_ratio=0.1).items()
+            if name in names
+        }
 
 
 def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
@@ -262,7 +263,7 @@ def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
 
 def test_a_match_of_mills_searches_the_simulated_charges(unlike):
     settings = {"mill": "emax", "like_mill": "spex", "like_speed_rpm": 800, "like_fill_ratio": 0.1}
-    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", unlike)
+    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", unlike, "weighted")
     assert request.ball_diameters_mm == [5.0, 10.0, "three", "twice"]
     assert request.targets[0].like.ball_diameter_mm == "graded"
 

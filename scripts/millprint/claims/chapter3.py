@@ -161,7 +161,7 @@ def reference_case(evidence: Evidence, letter: str) -> Finding:
     )
     return Finding(
         float(row[column]),
-        f"{int(row['seeds'])} seed(s); re-contacts within {1e3 * row['collision_gap_s']:g} ms are one collision",
+        f"{int(row['seeds'])} seed(s); re-contacts within {row['collision_gap_turns']:g} turns are one collision",
     )
 
 

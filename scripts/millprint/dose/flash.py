@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.heat import FlashSection
-from millprint.dem.collisions import VALUE_NAMES, by_surface, read_rows
+from millprint.dem.collisions import SLIDING, by_surface, read_rows
 from millprint.files import read_json
 from millprint.hdf5 import open_hdf5
 
@@ -95,7 +95,8 @@ def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) ->
     """
     with open_hdf5(run_path) as file:
         begin_s = file["collisions"].attrs["begin_s"]
-        rows = read_rows(file["collisions"], VALUE_NAMES)
+        names = ("start_s", "duration_s", "approach_speed_m_s", "peak_force_N", "normal_J", "damping_J", SLIDING)
+        rows = read_rows(file["collisions"], names)
         radii = file["balls/radius_m"][:]
     if rows is None:
         return None

@@ -26,6 +26,11 @@ from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].
 SHEET_IN = (8.27, 11.69)
+# Quantities whose exponents and spread are on the page; the table of the sheet has more.
+SCALED_ON_PAGE = (
+    *("power per ball", "weighted normal energy", "weighted tangential energy"),
+    *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
+)
 LINE = 84  # letters of a line in one of the two columns of text
 # Lines of the ends of an interval in a figure, an origin of FURTHER each.
 FURTHER_LINES = ("--", ":")
@@ -75,12 +80,16 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         )
     left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
     right.append("exponents (interval; of the thesis)")
-    for row in sheet[sheet["section"] == "exponents"].itertuples():
-        supposed = row.text.removeprefix("the thesis has ")
-        interval = f"{_number(row.lower)} to {_number(row.upper)}"
-        right.append(f"  {row.quantity}: {_number(row.value)} ({interval}; {supposed})")
-    right += ["", "spread of power per ball, before: after the thesis's scaling: after its own"]
-    for title in ("power per ball", "frequency per ball"):
+    exponents = sheet[sheet["section"] == "exponents"]
+    for title in SCALED_ON_PAGE:
+        words = []
+        for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].itertuples():
+            variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("the thesis has ")
+            interval = f"{_number(row.lower)} to {_number(row.upper)}"
+            words.append(f"{variable} {_number(row.value)} ({interval}; {supposed})")
+        right.append(f"  {title}: {', '.join(words)}")
+    right += ["", "spread, before: after the thesis's scaling: after its own"]
+    for title in SCALED_ON_PAGE:
         rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
         values = " : ".join(_number(value) for value in rows["value"])
         right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
@@ -171,7 +180,7 @@ def plot_sheet(
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.8, 0.95, 0.52, 0.62, 1.3] if _has_intervals(sheet) else [0.85, 1.0, 0.68, 1.35]
+    heights = [0.75, 0.85, 0.75, 0.62, 1.2] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat
