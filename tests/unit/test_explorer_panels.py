@@ -173,7 +173,7 @@ def test_units_change_what_is_shown_and_not_the_state(pages, width):
       set("energy", "µJ"); set("dose", "kJ/g"); set("frequency", "1/min");
       const hits = () => results()[2].querySelector("dd").textContent;
       const minutes = hits(); set("frequency", "1/s");
-      const target = document.getElementById("target-normal_energy_J").value;
+      const target = document.getElementById("target-weighted_normal_energy_J").value;
       const same = JSON.stringify(explorer.state) === before;
       return { shown, speeds, minutes, seconds: hits(), same, hash: location.hash, target };""")
     numbers = {unit: float(text.split()[0]) for unit, text in said["shown"].items()}

@@ -464,7 +464,7 @@ def test_a_large_mill_is_drawn_by_what_each_way_keeps(settings):
     sheet = tabulate_scale_up(fingerprint(), 4.3, settings.scale_up, 2e-6, 40.0)
     figure = figures.plot_scale_up(sheet)
     assert len(figure.axes) == 3
-    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["normal_energy_ratio"])
+    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["weighted_normal_energy_ratio"])
 
 
 def test_features_are_numbered_through_all_bodies_as_the_simulation_does():

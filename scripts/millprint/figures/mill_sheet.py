@@ -140,14 +140,14 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     ]
     table = axis.table(
         cells, colLabels=["at this condition", "value", *columns], colWidths=[0.28, 0.15, 0.19, 0.19, 0.19],
-        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.45, 1, 0.55),
+        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.34, 1, 0.66),
     )  # fmt: skip
     table.auto_set_font_size(False)
     table.set_fontsize(6.5)
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
     lines.append("the intervals are not added up: each is that of its own origin, all else as simulated")
-    axis.text(0, 0.36, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+    axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
 
 
 def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
@@ -180,7 +180,7 @@ def plot_sheet(
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.75, 0.85, 0.75, 0.62, 1.2] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
+    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat

@@ -29,7 +29,7 @@ SUPPOSED = {
 }
 # Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is that of any contact set.
 FACTOR = "1 - eps"
-UNIVERSAL = {"Pn": -0.5, "Pt": -0.5, "P": -0.5, "f": -0.5, "fn_star": -0.5, "ft_star": -0.5, "f90": -0.5}
+UNIVERSAL = {"Pn": -0.5, "Pt": -0.5, "P": -0.5, "f": -0.5}
 # What runs that are compared share in any case: a charge of several sizes is no other size of balls.
 ALIKE = ["mill", CHARGE, "fill_ratio"]
 EXPONENT_COLUMNS = [
@@ -100,8 +100,9 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     """Exponents of rho, omega, A and d with confidence intervals, for each contact set and quantity.
 
     Runs are compared that differ in one variable alone: at one fill ratio, of one mill and charge, with the other three
-    kept. The specific frequency is also given by every counting rule without thresholds. Last, over all contact sets, the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose
-    -1/2), of runs that differ in the contact set alone.
+    kept. The specific frequency is also given by every counting rule without thresholds. Last, over all contact sets,
+    the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose -1/2), of runs that differ in the contact
+    set alone.
     """
     table = with_power_per_ball(descriptors)
     rule = table["counting_rule"].iloc[0]
