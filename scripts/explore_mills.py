@@ -10,7 +10,9 @@ from millprint.files import whole_file
 from millprint.job import job
 
 
-def main(mills: list[dict], output: str, name: str, *, descriptors: DescriptorSet, spectra: dict, rule: str, heat: dict) -> None:
+def main(
+    mills: list[dict], output: str, name: str, *, descriptors: DescriptorSet, spectra: dict, rule: str, heat: dict
+) -> None:
     """Write the page; mills: for each its section `mill` and its files, as `simulated_content` takes them."""
     settings = {
         "spectra": SpectraConfig(**spectra), "rule": rule, "heat": HeatConfig(**heat), "descriptors": descriptors,

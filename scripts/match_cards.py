@@ -33,7 +33,10 @@ def main(
 if "snakemake" in globals():
     with job(snakemake.log[0], "match cards") as logger:
         for line in main(
-            snakemake.input.cards, snakemake.input.fingerprints, snakemake.output.table, snakemake.output.verdict,
+            snakemake.input.cards,
+            snakemake.input.fingerprints,
+            snakemake.output.table,
+            snakemake.output.verdict,
             snakemake.params.descriptors,
         ):
             logger.info("%s", line)

@@ -7,7 +7,6 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.files import read_table, write_json, write_table
-from millprint.fingerprint.descriptors import OF_RULE
 from millprint.job import job
 from millprint.uncertainty.intervals import Measured, measure
 from millprint.uncertainty.samples import fill_ratios_of, space_of, with_sweep
@@ -17,7 +16,7 @@ def main(
     inputs, output, mill: MillConfig, contact: ContactConfig, others: list[ContactConfig], settings: UncertaintyConfig
 ) -> Measured:
     """Write the samples of all jobs as one table, the tables of emulator, indices and intervals, and contact.json."""
-    parts = [read_table(path, text=["mill", "contact", "varied", *OF_RULE]) for path in inputs.samples]
+    parts = [read_table(path, text=["mill", "contact", "varied", "counting_rule"]) for path in inputs.samples]
     samples = pd.concat(parts).sort_values("sample", ignore_index=True)
     space, fills = space_of(mill, settings), fill_ratios_of(mill, settings)
     # Threads of linear algebra would stand in the way of the jobs beside this one.

@@ -122,9 +122,7 @@ def main(arguments: list[str] | None = None) -> None:
             options.results / "uncertainty" / mill.name / "fingerprint.json",
             options.results / "dose" / "wear_coefficient.json", config.dose.wear.materials, name,
         )  # fmt: skip
-        settings = CardSettings(
-            counting_rule=config.mills.rule, interval=config.fingerprint.interval, dose=config.dose
-        )
+        settings = CardSettings(counting_rule=config.mills.rule, interval=config.fingerprint.interval, dose=config.dose)
         simulated = overridden(cases[0], mill, contact)[1]
         paths = [str(folder / "run.h5") for folder in runs]
         card = build_card(

@@ -76,7 +76,9 @@ def two_mills(folder: Path) -> dict:
         found[name] = own
         machine = Machine(name, f"Mill {name}", "the jar moves", ACCELERATION[name])
         spectra = spectra_of(folder) if name == "emax" else None
-        mills.append(mill_content(machine, [path], simulated_request(own, "weighted"), None, spectra, heat_of(folder, name)))
+        mills.append(
+            mill_content(machine, [path], simulated_request(own, "weighted"), None, spectra, heat_of(folder, name))
+        )
     content = explorer_content("a_run", mills)
     page = folder / "explorer.html"
     page.write_text(explorer_page(content))

@@ -96,7 +96,7 @@ def test_deviations_and_their_pooled_error():
     relative = [np.std(pair, ddof=1) / np.mean(pair) for pair in ((0.99, 1.01), (1.07, 1.13))]
     assert row["normal_energy_deviation_percent"] == pytest.approx(10.0)
     assert row["normal_energy_deviation_se_percent"] == pytest.approx(110 * np.sqrt(np.mean(np.square(relative))))
-    assert row["frequency_per_ball_deviation_percent"] == pytest.approx(0.0)
+    assert row["specific_frequency_deviation_percent"] == pytest.approx(0.0)
 
 
 def test_the_pooled_error_is_as_large_as_deviations_are_by_chance():
@@ -233,7 +233,7 @@ def test_the_claims_on_the_modulus_read_its_table(tmp_path):
 
 def test_columns_keep_their_unit_last():
     assert column_of("normal_energy_J", "se") == "normal_energy_se_J"
-    assert column_of("specific_frequency_hz", "deviation_percent") == "frequency_per_ball_deviation_percent"
+    assert column_of("specific_frequency_hz", "deviation_percent") == "specific_frequency_deviation_percent"
     table = table_of(sweep())
     assert not table[[*SERIES, *DESCRIPTORS]].isna().any().any()
     assert isinstance(table, pd.DataFrame) and table.columns.is_unique

@@ -180,7 +180,13 @@ def test_the_rows_of_a_contact_that_travels_are_one_contact_by_surface():
     contacts = by_surface(travelled()).set_index("first")
     assert len(contacts) == 3
     one = contacts.loc[0].iloc[0]
-    assert one[["second", "start_s", "approach_speed_m_s", "peak_force_N", "complete"]].tolist() == [-1, 0.01, 0.5, 9, 1]
+    assert one[["second", "start_s", "approach_speed_m_s", "peak_force_N", "complete"]].tolist() == [
+        -1,
+        0.01,
+        0.5,
+        9,
+        1,
+    ]
     assert one["duration_s"] == pytest.approx(0.006) and one["normal_J"] == 7.0
     cut = contacts.loc[0].iloc[1]
     assert cut["complete"] == 0 and cut["normal_J"] == 0.75 and cut["peak_force_N"] == 3.0
@@ -302,7 +308,9 @@ def test_sliding_is_what_damping_leaves_of_the_tangential_work():
 
 def test_no_contacts_at_all():
     empty = collision_table(make_table(0))
-    (row,) = collision_statistics(empty, [CountingRule(name="r", gap_turns=0.03, peak_force_min_N=1)], 0.0, 1.0, 3, 10.0)
+    (row,) = collision_statistics(
+        empty, [CountingRule(name="r", gap_turns=0.03, peak_force_min_N=1)], 0.0, 1.0, 3, 10.0
+    )
     none = {"count": 0.0, "normal": 0.0, "tangential": 0.0}
     assert row == {
         "name": "r",

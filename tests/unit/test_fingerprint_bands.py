@@ -154,7 +154,9 @@ def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_pat
     found = read_factors(str(path), "contact", about).at(np.array([0.12]))
     assert [name for name, ends in found.items() if np.isnan(ends).any()] == list(COUNTED)
     path.write_text(json.dumps(factors_of()))
-    assert not any(np.isnan(ends).any() for ends in read_factors(str(path), "contact", about).at(np.array([0.12])).values())
+    assert not any(
+        np.isnan(ends).any() for ends in read_factors(str(path), "contact", about).at(np.array([0.12])).values()
+    )
 
 
 @pytest.mark.parametrize(

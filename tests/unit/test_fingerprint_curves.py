@@ -70,7 +70,9 @@ def test_the_universal_factor_collapses_sets_that_obey_it():
     pooled = tabulate_collapse(both).query("scope == 'universal' and quantity != 'ratio'")
     assert set(pooled["fill_ratio"]) == {0.06, 0.10}
     energies = pooled["quantity"].isin(["En_star", "Et_star"])
-    assert (pooled.loc[~energies, "spread_scaled"] > 0.15).all() and (pooled.loc[energies, "spread_scaled"] < 1e-9).all()
+    assert (pooled.loc[~energies, "spread_scaled"] > 0.15).all() and (
+        pooled.loc[energies, "spread_scaled"] < 1e-9
+    ).all()
     assert (pooled["spread_universal"] < 1e-5).all()
     np.testing.assert_allclose(universal_descriptors(both)["Pn"], true_curves(both["fill_ratio"])[0], rtol=1e-5)
 

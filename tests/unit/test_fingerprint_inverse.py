@@ -176,7 +176,9 @@ def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     other.write_text(json.dumps(content))
     like = {"fingerprint": str(other), "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
     request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}], descriptors="per_collision")
-    with pytest.raises(ConfigError, match=r"gap of 0\.01 turns, those of emax/calibrated by surface with .* 0\.03 turns"):
+    with pytest.raises(
+        ConfigError, match=r"gap of 0\.01 turns, those of emax/calibrated by surface with .* 0\.03 turns"
+    ):
         match_targets(request, [curves])
     # Weighted descriptors need no rule.
     best = match_targets(request.model_copy(update={"descriptors": "weighted"}), [curves]).iloc[0]

@@ -178,6 +178,8 @@ def summaries(counts=(1000, 1000)) -> list[dict]:
             "normal_J": energies.tolist(),
             "tangential_J": (2 * energies).tolist(),
             "wall_J": [],
+            "normal_square_J2": (3 * energies**2).tolist(),
+            "tangential_square_J2": (5 * energies).tolist(),
         }
         summary["collisions"] = [
             rule | {"count": count, "frequency_hz": float(count)} for rule in summary["collisions"]
@@ -205,6 +207,13 @@ def test_drawn_runs_keep_what_belongs_together():
         factor = np.mean(energies["normal_J"]) / np.mean(before["per_revolution"]["normal_J"])
         assert run["power_W"]["normal"] == pytest.approx(factor * before["power_W"]["normal"])
         assert factor != 1
+        squares = np.mean(energies["normal_square_J2"]) / np.mean(before["per_revolution"]["normal_square_J2"])
+        new, old = run["weighted"]["normal"], before["weighted"]["normal"]
+        assert new["energy_J"] == pytest.approx(old["energy_J"] * squares / factor)
+        # E* times f* is the power.
+        assert new["energy_J"] * new["specific_frequency_hz"] == pytest.approx(
+            factor * old["energy_J"] * old["specific_frequency_hz"]
+        )
         for rule, earlier in zip(run["collisions"], before["collisions"], strict=True):
             total = rule["mean_normal_J"] * rule["frequency_hz"]
             assert total == pytest.approx(factor * earlier["mean_normal_J"] * earlier["frequency_hz"])

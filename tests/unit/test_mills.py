@@ -414,7 +414,9 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     assert foreseen["balls"] >= 10_000
     run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"normal": 1.0, "tangential": 2.0}}
-    run["weighted"] = {name: {"energy_J": 3 * foreseen[f"weighted_{name}_energy_J"]} for name in ("normal", "tangential")}
+    run["weighted"] = {
+        name: {"energy_J": 3 * foreseen[f"weighted_{name}_energy_J"]} for name in ("normal", "tangential")
+    }
     rule = {"mean_normal_J": 2 * foreseen["normal_energy_J"], "mean_tangential_J": 1e-3, "specific_frequency_hz": 1e2}
     compared = compare_run(sheet, run, rule).set_index("quantity")
     assert compared.loc["normal_energy_J", "ratio"] == pytest.approx(2)

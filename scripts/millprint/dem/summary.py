@@ -95,8 +95,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     revolutions = per_revolution(series, dem.ledger_samples_per_revolution) if frequency else {}
     steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
     errors = {
-        name: standard_error(revolutions.get(f"{name}_J", []), 1 / frequency if frequency else 1.0)
-        for name in CHANNELS
+        name: standard_error(revolutions.get(f"{name}_J", []), 1 / frequency if frequency else 1.0) for name in CHANNELS
     }
     contacts = by_surface(table)
     turns = len(revolutions.get("normal_J", []))
@@ -139,9 +138,7 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "closure": check_closure(series, case.closure_max or dem.closure_max),
         "power_W": power,
         "power_standard_error_W": errors,
-        "power_relative_error": {
-            name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in CHANNELS
-        },
+        "power_relative_error": {name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in CHANNELS},
         "per_revolution": revolutions | {f"{name}_square_J2": own.tolist() for name, own in squares.items()},
         "collisions": collision_statistics(
             table, dem.counting_rules, simulation.begin_s, window, simulation.count, frequency

@@ -144,8 +144,14 @@ def _scaled(name: str, column: str, title: str, meaning: str) -> Computed:
     def values(table: pd.DataFrame) -> pd.Series:
         return table[column] / (energy_scale(Condition.of_table(table)) if energy else table["speed_hz"])
 
-    return Computed(name, "-", title, meaning, values=values, standard_error=lambda table: (
-        table[name] * table[relative_error_of(column)]))
+    return Computed(
+        name,
+        "-",
+        title,
+        meaning,
+        values=values,
+        standard_error=lambda table: table[name] * table[relative_error_of(column)],
+    )
 
 
 # fmt: off

@@ -13,7 +13,10 @@ SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
 # Those of the energy-weighted descriptors.
 WEIGHTED = ("En_star", "Et_star", "fn_star", "ft_star", "f90")
 CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
-CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper"))]
+CURVE_COLUMNS = [
+    "fill_ratio",
+    *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
+]
 FEWEST_FILLS = 3  # that a master curve needs
 
 

@@ -71,7 +71,9 @@ def run_row(summary: dict, rule_name: str) -> dict:
         **{column.name: column.of_run(summary, rule) for column in MEASURED},
         "normal_variance_W2": np.nan if error["normal"] is None else error["normal"] ** 2,
         "tangential_variance_W2": np.nan if error["tangential"] is None else error["tangential"] ** 2,
-        **{column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED},
+        **{
+            column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED
+        },
     }
 
 

@@ -23,7 +23,15 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
-from millprint.fingerprint.condition import BASIC, VARIABLES, WEIGHTED_BASIC, Condition, descriptors_of, power_scale, scaled_quantities
+from millprint.fingerprint.condition import (
+    BASIC,
+    VARIABLES,
+    WEIGHTED_BASIC,
+    Condition,
+    descriptors_of,
+    power_scale,
+    scaled_quantities,
+)
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
 from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content

@@ -205,9 +205,7 @@ def _of_another_mill(
     return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
 
 
-def target_descriptors(
-    target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet
-) -> dict[str, float]:
+def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:
     """The descriptors of a target by name: as given, or those of a set that another mill's fingerprint predicts.
 
     Raises ConfigError if a condition of another mill cannot be compared or is not known.
