@@ -18,7 +18,8 @@ def main(inputs, output: str, about: dict, others: list[dict]) -> None:
     """Write the page.
 
     inputs: fingerprints, yield_model, spectra with summaries, temperatures, limits; about: name, mill, request,
-    prediction, level, spectra, own_rule, rule, heat, descriptors; others: section `mill` and files of each further mill.
+    prediction, level, spectra, own_rule, rule, heat, descriptors; others: section `mill` and files of each further
+    mill.
     """
     spectra, heat, names = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["descriptors"]
     own = mill_content(

@@ -62,7 +62,8 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
     case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
     return str(path), {
-        "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0, "amplitude_m": 0.017,
+        "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
+        "amplitude_m": 0.017,
         "power_W": {"normal": table["normal_J"].sum() / WINDOW, "tangential": tangential / WINDOW},
         "collisions": [RULE, MERGING, HARD],
     }  # fmt: skip

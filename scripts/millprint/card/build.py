@@ -25,8 +25,8 @@ from millprint.card.model import (
 from millprint.card.parts import dose_part, heat_part, spectra_part, wear_part
 from millprint.card.software import software
 from millprint.config.card import Experiment
-from millprint.config.counting import recorded_count
 from millprint.config.contact import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.counting import recorded_count
 from millprint.config.heat import JarSection
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.inputs import check_summary

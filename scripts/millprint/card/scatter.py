@@ -36,7 +36,8 @@ COUNTED = {
 class Window:
     """What one simulation recorded in each whole revolution.
 
-    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers are counts of each revolution, and not equal shares of the whole.
+    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers are counts of each
+    revolution, and not equal shares of the whole.
     """
 
     totals: np.ndarray

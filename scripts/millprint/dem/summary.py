@@ -34,7 +34,8 @@ def weighted_errors(energies: list[float], squares: np.ndarray) -> dict[str, flo
     """Relative standard errors [-] of an energy-weighted mean E* and of its rate f* = P / E*.
 
     energies: of each turn [J]; squares: sums of squares of the contacts that begin in each turn (turns,) [J2]. E* goes
-    with squares / energy and f* with energy^2 / squares: errors of ratios, to first order. None for fewer than two turns.
+    with squares / energy and f* with energy^2 / squares: errors of ratios, to first order. None for fewer than two
+    turns.
     """
     energy = np.asarray(energies, dtype=float)
     if len(energy) < 2 or not energy.mean() or not squares.mean():

@@ -13,7 +13,7 @@ from millprint.fingerprint.search import simulated_request
 
 
 class Settings(TypedDict):
-    """What the tables of a run were made with: bins, the counting rule to show, the heat balance, and the descriptors."""
+    """What the tables of a run were made with: bins, the rule to show, the heat balance, and the descriptors."""
 
     spectra: SpectraConfig
     rule: str

@@ -56,10 +56,10 @@ def _with_reference(runs: pd.DataFrame, varied: str) -> pd.DataFrame:
 def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Standard deviation over mean at each fill ratio with two or more conditions, for each contact set and for all.
 
-    spread_dimensional: of power [W] or frequency [1/s] over the balls, or of an energy [J], before any scaling; spread_scaled: after Eqs 3.28
-    and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or `universal` for all together,
-    which is left out unless there are at least two. `compared` says what differs between the conditions: speed and
-    ball size, or what a sweep varied besides (amplitude, density).
+    spread_dimensional: of power [W] or frequency [1/s] over the balls, or of an energy [J], before any scaling;
+    spread_scaled: after Eqs 3.28 and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or
+    `universal` for all together, which is left out unless there are at least two. `compared` says what differs between
+    the conditions: speed and ball size, or what a sweep varied besides (amplitude, density).
     """
     rows = []
     contacts = sorted(descriptors["contact"].unique())

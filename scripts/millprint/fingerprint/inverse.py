@@ -39,9 +39,10 @@ def nearest_speed(
 ) -> Condition[float]:
     """The condition at the speed whose descriptors come nearest to `target`; its own speed is ignored.
 
-    basic: Pn, Pt and f at its fill ratio, and En_star, Et_star and f90 for weighted descriptors [-]. Least squares of the weighted log residuals: each descriptor is c omega^p
-    with p from SPEED_POWERS, so log(omega) = sum w p log(target / c) / sum w p^2. That is exact where one descriptor,
-    or descriptors that agree, have a weight. Raises ValueError if every weight is zero.
+    basic: Pn, Pt and f at its fill ratio, and En_star, Et_star and f90 for weighted descriptors [-]. Least squares of
+    the weighted log residuals: each descriptor is c omega^p with p from SPEED_POWERS, so log(omega) = sum w p
+    log(target / c) / sum w p^2. That is exact where one descriptor, or descriptors that agree, have a weight. Raises
+    ValueError if every weight is zero.
     """
     unit = descriptors_of(replace(condition, speed_hz=1.0), scaled_quantities(basic))
     weighing = {name: power for name, power in SPEED_POWERS.items() if weights.get(name, 0.0) > 0}
