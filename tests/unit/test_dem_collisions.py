@@ -241,7 +241,7 @@ def weighted_of(normal, tangential=None, window_s=2.0, balls=4) -> dict:
     rows = made_up(np.zeros(len(normal), dtype=int), np.arange(1, len(normal) + 1), normal_J=normal,
                    tangential_J=tangential)  # fmt: skip
     power = {"normal": normal.sum() / window_s, "tangential": tangential.sum() / window_s}
-    return weighted_statistics(by_surface(collision_table(rows)), power, window_s, balls)
+    return weighted_statistics(by_surface(collision_table(rows)), power, 0.0, window_s, balls, SPEED_HZ)
 
 
 def test_equal_collisions_have_their_own_energy_and_number():
@@ -267,15 +267,33 @@ def test_collisions_cut_in_parts_have_a_part_of_the_weighted_energy():
     assert parts["normal"]["energy_J"] == pytest.approx(whole["normal"]["energy_J"] / 3)
     assert parts["normal"]["specific_frequency_hz"] == pytest.approx(3 * whole["normal"]["specific_frequency_hz"])
     # Cutting the weak one hardly matters, cutting the strong one does.
-    assert weighted_energy(np.array([10.0, 0.5, 0.5])) == pytest.approx((100 + 0.5) / 11)
-    assert weighted_energy(np.array([5.0, 5.0, 1.0])) == pytest.approx(51 / 11)
+    assert weighted_energy(np.array([10.0, 0.5, 0.5]), np.ones(3)) == pytest.approx((100 + 0.5) / 11)
+    assert weighted_energy(np.array([5.0, 5.0, 1.0]), np.ones(3)) == pytest.approx(51 / 11)
+
+
+def test_a_contact_that_lasts_is_one_for_each_turn_however_long_it_is_recorded():
+    """A ball that rolls all the time, with 0.3 J a turn, beside a hit of 1 J in each turn; contacts of 20 turns."""
+    found = []
+    for window_turns in (5, 10):
+        hits, window_s = np.arange(window_turns) / SPEED_HZ, window_turns / SPEED_HZ
+        rows = collision_table(made_up(
+            np.zeros(window_turns + 1, dtype=int), np.array([-1, *np.full(window_turns, 1)]),
+            start_s=[-1.0, *hits], duration_s=[1.0 + window_s, *np.full(window_turns, 1e-3)],
+            normal_J=[0.3 * window_turns, *np.ones(window_turns)],
+        ))  # fmt: skip
+        power = {"normal": 1.3 * SPEED_HZ, "tangential": 0.0}
+        found.append(weighted_statistics(by_surface(rows), power, 0.0, window_s, 4, SPEED_HZ))
+    for each in found:
+        assert each["normal"]["energy_J"] == pytest.approx((1 + 0.3**2) / 1.3)
+        # The hits hold 77 % of the energy, so that the rolling is among the strongest: one more each turn.
+        assert each["strong_frequency_hz"] == pytest.approx(2 * SPEED_HZ / 4)
 
 
 def test_the_weighted_energy_of_an_exponential_distribution_is_twice_the_mean():
     energies = np.random.default_rng(3).exponential(1.0, 400_000)
-    assert weighted_energy(energies) == pytest.approx(2.0, rel=0.01)
+    assert weighted_energy(energies, np.ones(energies.size)) == pytest.approx(2.0, rel=0.01)
     # The strongest that hold 90 %: x e^-x + e^-x = 0.9 at the least of them, and their share e^-x.
-    assert len(strongest(energies)) / len(energies) == pytest.approx(0.5877, abs=0.003)
+    assert len(strongest(energies, np.ones(energies.size))) / len(energies) == pytest.approx(0.5877, abs=0.003)
 
 
 def test_negative_works_weigh_nothing_and_are_told():
@@ -290,7 +308,7 @@ def test_negative_works_weigh_nothing_and_are_told():
 
 def test_squares_of_every_turn_add_up_to_those_of_all_contacts():
     contacts = by_surface(table())
-    found = squares_per_turn(contacts, 0.0, 0.002, 3)
+    found = squares_per_turn(contacts, 0.0, 500.0, 3)
     assert found["normal"].tolist() == [3.0, 1.0, 1.0]
     assert found["tangential"].sum() == pytest.approx(16 + 4 + 1 + 4 + 1)
 

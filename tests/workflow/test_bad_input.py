@@ -64,7 +64,18 @@ def test_valid_input_is_checked_only_once(project):
         (CONFIG, ("sweeps", 0, "ball_diameters_mm"), [80], ["ball_diameters_mm", "80", "fit"]),
         (CONFIG, ("dem", "time_step_s"), 5e-5, ["dem.time_step_s", "5e-05", "Rayleigh"]),
         (CONFIG, ("dem", "time_step_s"), float("nan"), ["dem.time_step_s", "nan", "finite"]),
-        (CONFIG, ("dem", "counting_rules", 0, "gap_s"), -1, ["dem.counting_rules.0.gap_s", "-1", "greater than"]),
+        (
+            CONFIG,
+            ("dem", "counting_rules", 0, "gap_turns"),
+            -1,
+            ["dem.counting_rules.0.gap_turns", "-1", "greater than"],
+        ),
+        (
+            CONFIG,
+            ("dem", "counting_rules", 0, "gap_s"),
+            0.002,
+            ["dem.counting_rules.0", "gap_turns = gap_s * rpm / 60"],
+        ),
         (
             CONFIG,
             ("sweeps", 4, "time_steps_s"),

@@ -63,8 +63,8 @@ def simulation_sentences(card: MillingCard) -> list[str]:
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
         f"The energy-weighted mean energy of a collision (sum of squares over sum) was "
         f"{words['weighted_normal_energy_J']} along the line of centres and "
-        f"{words['weighted_tangential_energy_J']} along the surface; the power of a ball over it is {words['weighted_normal_frequency_hz']} and "
-        f"{words['weighted_tangential_frequency_hz']}.",
+        f"{words['weighted_tangential_energy_J']} along the surface; the power of a ball over it is "
+        f"{words['weighted_normal_frequency_hz']} and {words['weighted_tangential_frequency_hz']}.",
         f"Where contacts of a pair (two balls, or a ball and a {found.collisions_by} of the wall) that followed each "
         f"other within {found.collision_gap_turns:g} turns count as one collision, a collision dissipated on average "
         f"{words['normal_energy_J']} along the line of centres and {words['tangential_energy_J']} along the surface, "

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
-from millprint.dem.collisions import kept_by, strongest
+from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
 from millprint.fingerprint.redraw import block_length
 from millprint.quantiles import student_quantile
@@ -63,7 +63,8 @@ def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
         merged = contacts.merged(own, summary["frequency_hz"])
         kept = merged[kept_by(own, merged)]
         ordered = contacts.ordered("surface")
-        hard = ordered.iloc[strongest(ordered["normal_J"].to_numpy())]
+        lasting = turns_of(ordered, contacts.begin_s, summary["frequency_hz"])
+        hard = ordered.iloc[strongest(ordered["normal_J"].to_numpy(), lasting)]
         chosen = [kept, kept[kept["second"] >= 0], hard]
         alone, both, strong = (_per_turn(each, contacts.begin_s, turn_s, number) for each in chosen)
         counts = [alone, alone + both, strong]

@@ -194,24 +194,34 @@ def energies_of(contacts: pd.DataFrame) -> dict[str, np.ndarray]:
     }
 
 
-def squares_of(energy: np.ndarray) -> np.ndarray:
+def turns_of(contacts: pd.DataFrame, begin_s: float, frequency_hz: float) -> np.ndarray:
+    """How many contacts each counts as in `weighted_energy`: 1, or its turns of the mill in the window if it lasts longer.
+
+    Without this, a ball that lies or rolls all the time would make E* grow with the time recorded.
+    """
+    start = contacts["start_s"].to_numpy()
+    within_s = start + contacts["duration_s"].to_numpy() - np.maximum(start, begin_s)
+    return np.maximum(within_s * frequency_hz, 1.0)
+
+
+def squares_of(energy: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """The part of each contact in the sum of squares [J2]; a negative work, which a spring gave back, has none."""
-    return np.maximum(energy, 0.0) ** 2
+    return np.maximum(energy, 0.0) ** 2 / turns
 
 
-def weighted_energy(energy: np.ndarray) -> float:
+def weighted_energy(energy: np.ndarray, turns: np.ndarray) -> float:
     """Energy-weighted mean energy E* = sum e^2 / sum e [J] of contacts (n,), as a Sauter diameter; 0 without energy.
 
     A contact weighs as much as it dissipates, so that weak contacts, and how they are counted, do not matter. One with
-    a negative work weighs nothing.
+    a negative work weighs nothing. turns: as of `turns_of`; one of k > 1 counts as k of e / k.
     """
     total = np.maximum(energy, 0.0).sum()
-    return float(squares_of(energy).sum() / total) if total > 0 else 0.0
+    return float(squares_of(energy, turns).sum() / total) if total > 0 else 0.0
 
 
-def strongest(energy: np.ndarray, share: float = STRONG_SHARE) -> np.ndarray:
+def strongest(energy: np.ndarray, turns: np.ndarray, share: float = STRONG_SHARE) -> np.ndarray:
     """Places of the strongest contacts that hold a share of the energy of all, strongest first; none without energy."""
-    order = np.argsort(-energy, kind="stable")
+    order = np.argsort(-energy / turns, kind="stable")
     held = np.cumsum(np.maximum(energy[order], 0.0))
     if not held.size or held[-1] <= 0:
         return order[:0]
@@ -219,33 +229,37 @@ def strongest(energy: np.ndarray, share: float = STRONG_SHARE) -> np.ndarray:
     return order[: int(np.searchsorted(held, share * held[-1] * (1 - 1e-12))) + 1]
 
 
-def weighted_statistics(contacts: pd.DataFrame, power_W: dict[str, float], window_s: float, balls: int) -> dict:
+def weighted_statistics(
+    contacts: pd.DataFrame, power_W: dict[str, float], begin_s: float, window_s: float, balls: int, frequency_hz: float
+) -> dict:
     """Descriptors without a counting rule, from contacts by surface.
 
     For each of CHANNELS, energy_J: E* (see `weighted_energy`); specific_frequency_hz: f* = P / E* over the balls, the
     rate of collisions of E* that dissipate the power P; negative: the contacts of a negative work, and their share of
     the energy of all. strong_frequency_hz: f90, the strongest contacts that hold STRONG_SHARE of the normal energy, a
-    second and over the balls. power_W: of the ledger, by channel.
+    second and over the balls. power_W: of the ledger, by channel; frequency_hz: turns of the mill.
     """
-    energies, found = energies_of(contacts), {}
+    energies, turns, found = energies_of(contacts), turns_of(contacts, begin_s, frequency_hz), {}
     for channel, energy in energies.items():
-        mean, lost = weighted_energy(energy), energy[energy < 0]
+        mean, lost = weighted_energy(energy, turns), energy[energy < 0]
         total = energy.sum()
         found[channel] = {
             "energy_J": mean,
             "specific_frequency_hz": power_W[channel] / mean / balls if mean else 0.0,
             "negative": {"count": len(lost), "share": float(lost.sum() / total) if total > 0 else 0.0},
         }
-    return found | {"strong_frequency_hz": len(strongest(energies["normal"])) / window_s / balls}
+    strong = float(turns[strongest(energies["normal"], turns)].sum())
+    return found | {"strong_frequency_hz": strong / window_s / balls}
 
 
-def squares_per_turn(contacts: pd.DataFrame, begin_s: float, turn_s: float, turns: int) -> dict[str, np.ndarray]:
+def squares_per_turn(contacts: pd.DataFrame, begin_s: float, frequency_hz: float, turns: int) -> dict[str, np.ndarray]:
     """Sums of squares [J2] in each of CHANNELS of the contacts that begin in each turn (turns,); those from before the
     window are in the first, those after the last whole turn in the last.
     """
-    place = np.floor((contacts["start_s"].to_numpy() - begin_s) / turn_s).astype(int).clip(0, turns - 1)
+    place = np.floor((contacts["start_s"].to_numpy() - begin_s) * frequency_hz).astype(int).clip(0, turns - 1)
+    lasting = turns_of(contacts, begin_s, frequency_hz)
     return {
-        channel: np.bincount(place, weights=squares_of(energy), minlength=turns)
+        channel: np.bincount(place, weights=squares_of(energy, lasting), minlength=turns)
         for channel, energy in energies_of(contacts).items()
     }
 

@@ -100,14 +100,14 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     }
     contacts = by_surface(table)
     turns = len(revolutions.get("normal_J", []))
-    squares = squares_per_turn(contacts, simulation.begin_s, 1 / frequency, turns) if turns else {}
+    squares = squares_per_turn(contacts, simulation.begin_s, frequency, turns) if turns else {}
     power = {
         "normal": ledger["normal_damping"] / window,
         "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
         "rolling": ledger["rolling"] / window,
         "wall": ledger["wall_work"] / window,
     }
-    weighted = weighted_statistics(contacts, power, window, simulation.count)
+    weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
     for name in CHANNELS:
         own = squares.get(name, np.empty(0))
         weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
