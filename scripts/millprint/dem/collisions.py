@@ -195,7 +195,7 @@ def energies_of(contacts: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def turns_of(contacts: pd.DataFrame, begin_s: float, frequency_hz: float) -> np.ndarray:
-    """How many contacts each counts as in `weighted_energy`: 1, or its turns of the mill in the window if it lasts longer.
+    """How many contacts each counts as in `weighted_energy`: 1, or its turns in the window if it lasts longer than one.
 
     Without this, a ball that lies or rolls all the time would make E* grow with the time recorded.
     """
