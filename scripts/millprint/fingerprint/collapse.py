@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.curves import at_shared_fills, universal_descriptors
+from millprint.fingerprint.condition import SCALED_BY
+from millprint.fingerprint.curves import WEIGHTED, at_shared_fills, universal_descriptors
 from millprint.fingerprint.descriptors import NOTHING, as_built
 from millprint.fingerprint.exponents import with_power_per_ball
 
@@ -13,11 +14,7 @@ DIMENSIONAL = {
     "Pt": "tangential_power_per_ball_W",
     "f": "specific_frequency_hz",
     "ratio": None,
-    "En_star": "weighted_normal_energy_J",
-    "Et_star": "weighted_tangential_energy_J",
-    "fn_star": "weighted_normal_frequency_hz",
-    "ft_star": "weighted_tangential_frequency_hz",
-    "f90": "strong_frequency_hz",
+    **{quantity: name for name, quantity in SCALED_BY.items() if quantity in WEIGHTED},
 }
 COLLAPSE_COLUMNS = [
     *("scope", "compared", "quantity", "fill_ratio", "conditions"),

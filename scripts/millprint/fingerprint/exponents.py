@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 
@@ -18,14 +19,7 @@ SUPPOSED = {
     "normal_power_per_ball_W": POWER,
     "tangential_power_per_ball_W": POWER,
     "power_per_ball_W": POWER,
-    "specific_frequency_hz": FREQUENCY,
-    "weighted_normal_energy_J": ENERGY,
-    "weighted_tangential_energy_J": ENERGY,
-    "weighted_normal_frequency_hz": FREQUENCY,
-    "weighted_tangential_frequency_hz": FREQUENCY,
-    "strong_frequency_hz": FREQUENCY,
-    "normal_energy_J": ENERGY,
-    "tangential_energy_J": ENERGY,
+    **{name: ENERGY if name.endswith("_J") else FREQUENCY for name in SCALED_BY},
 }
 # Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is that of any contact set.
 FACTOR = "1 - eps"

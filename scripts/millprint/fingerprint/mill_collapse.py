@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
+from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
@@ -12,14 +13,10 @@ COLLAPSED = {
     "power_per_ball_W": "power",
     "normal_power_per_ball_W": "normal",
     "tangential_power_per_ball_W": "tangential",
+    **dict.fromkeys(SCALED_BY, ""),
     "weighted_normal_energy_J": "weighted_energy",
-    "weighted_tangential_energy_J": "",
     "weighted_normal_frequency_hz": "weighted_frequency",
-    "weighted_tangential_frequency_hz": "",
-    "strong_frequency_hz": "",
     "specific_frequency_hz": "frequency",
-    "normal_energy_J": "",
-    "tangential_energy_J": "",
 }
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
