@@ -175,7 +175,7 @@ def speed_of_smaller_balls(evidence: Evidence) -> Finding:
     note = "" if ours.empty else f"; our curves give {ours['speed_rpm'].iloc[0]:.0f} rpm"
     return Finding(
         float(row["speed_rpm"]),
-        "speed that keeps the printed normal energy on the published curves; the frequency per ball is then "
+        "speed that keeps the printed normal energy on the published curves; the specific frequency is then "
         f"{row['specific_frequency_hz']:.0f} 1/s ({row['specific_frequency_hz_residual_percent']:+.0f} %), not kept as "
         f"Sec. 3.3.4 says{note}",
     )

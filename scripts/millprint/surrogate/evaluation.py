@@ -83,7 +83,7 @@ def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
 
 
 def simulated_descriptors(summary: dict, rule: str) -> Values:
-    """Of a simulation's window: energies of a collision [J], Eqs 3.20 and 3.21, and collisions a ball and second.
+    """Of a simulation's window: energies of a collision [J], Eqs 3.20 and 3.21, and the specific frequency.
 
     Raises ConfigError for a counting rule that the simulation did not count by.
     """
