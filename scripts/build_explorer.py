@@ -18,21 +18,22 @@ def main(inputs, output: str, about: dict, others: list[dict]) -> None:
     """Write the page.
 
     inputs: fingerprints, yield_model, spectra with summaries, temperatures, limits; about: name, mill, request,
-    prediction, level, spectra, rule, heat; others: section `mill` and files of each further mill.
+    prediction, level, spectra, own_rule, rule, heat, descriptors; others: section `mill` and files of each further
+    mill.
     """
-    spectra, heat, rule = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["rule"]
+    spectra, heat, names = SpectraConfig(**about["spectra"]), HeatConfig(**about["heat"]), about["descriptors"]
     own = mill_content(
         Machine.of_mill(MillConfig(**about["mill"])),
         list(inputs.fingerprints),
         InverseConfig(**about["request"]),
         Yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
-        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, rule),
+        Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, about["own_rule"]),
         Heat(inputs.temperatures, inputs.limits, heat),
     )
-    settings = {"spectra": spectra, "rule": rule, "heat": heat}
+    settings = {"spectra": spectra, "rule": about["rule"], "heat": heat, "descriptors": names}
     further = [simulated_content(each["mill"], each["files"], settings) for each in others]
     with whole_file(output) as partial:
-        partial.write_text(explorer_page(explorer_content(about["name"], [own, *further])))
+        partial.write_text(explorer_page(explorer_content(about["name"], [own, *further], names)))
 
 
 if "snakemake" in globals():

@@ -1,6 +1,7 @@
 """Builds the explorer of one mill or several: one page with their fingerprints, spectra and temperatures."""
 
 from millprint.config.dose import SpectraConfig
+from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.explorer.content import explorer_content
 from millprint.explorer.page import explorer_page
@@ -9,10 +10,14 @@ from millprint.files import whole_file
 from millprint.job import job
 
 
-def main(mills: list[dict], output: str, name: str, *, spectra: dict, rule: str, heat: dict) -> None:
+def main(
+    mills: list[dict], output: str, name: str, *, descriptors: DescriptorSet, spectra: dict, rule: str, heat: dict
+) -> None:
     """Write the page; mills: for each its section `mill` and its files, as `simulated_content` takes them."""
-    settings = {"spectra": SpectraConfig(**spectra), "rule": rule, "heat": HeatConfig(**heat)}
-    content = explorer_content(name, [simulated_content(**each, settings=settings) for each in mills])
+    settings = {
+        "spectra": SpectraConfig(**spectra), "rule": rule, "heat": HeatConfig(**heat), "descriptors": descriptors,
+    }  # fmt: skip
+    content = explorer_content(name, [simulated_content(**each, settings=settings) for each in mills], descriptors)
     with whole_file(output) as partial:
         partial.write_text(explorer_page(content))
 

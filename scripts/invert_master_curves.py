@@ -2,18 +2,21 @@
 
 import pandas as pd
 
-from millprint.config.fingerprint import InverseConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
 from millprint.files import write_table
-from millprint.fingerprint.condition import BASIC
+from millprint.fingerprint.condition import WEIGHTED_BASIC
 from millprint.fingerprint.inverse import invert_speed
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.model import KNOWN, Fingerprint
 from millprint.fingerprint.published import published_point, read_published
 from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.job import job
 
 
 def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:
-    """Speeds at the fixed fill ratio and ball size from the scaling laws only, for every target and set of curves."""
+    """Speeds at the fixed fill ratio and ball size from the scaling laws only, for every target and set of curves.
+
+    Curves that know nothing of weighted descriptors, as those of the thesis, answer no target of them.
+    """
     condition = own.condition(
         speed_hz=1.0,  # is what is sought
         ball_diameter_m=inverse.fixed_ball_diameter_mm * 1e-3,
@@ -22,7 +25,10 @@ def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse:
     tables = []
     for target in inverse.targets:
         for source, point in points.items():
-            table = invert_speed(target_descriptors(target, [own]), point, condition, own.about["volume_m3"])
+            wanted = target_descriptors(target, [own], inverse.descriptors)
+            if not wanted.keys().isdisjoint(DESCRIPTOR_SETS["weighted"]) and not point.keys() >= set(WEIGHTED_BASIC):
+                continue
+            table = invert_speed(wanted, point, condition, own.about["volume_m3"])
             table.insert(0, "curves", source)
             table.insert(0, "target", target.name)
             tables.append(table)
@@ -35,7 +41,7 @@ def main(fingerprints: dict[str, str], published_paths: list[str], output, inver
     own, fill = read[inverse.contact], inverse.fixed_fill_ratio
     printed = published_point(read_published(*published_paths), inverse.contact, fill)
     scaled = own.at(fill)
-    points = {"ours": {name: scaled[name].value for name in BASIC}}
+    points = {"ours": {name: scaled[name].value for name in KNOWN}}
     points |= {"published": printed} if printed else {}
     write_table(solve_speeds(own, points, inverse), output.inverse)
     write_table(match_targets(inverse, [read[contact] for contact in inverse.contacts]), output.ranked)

@@ -4,7 +4,8 @@
         --energies 2.21e-4 5.00e-4 --frequency 400 --speeds 300 1200 --balls 5 8 10
 
 Give a fingerprint for each powder or mill that you could use. The target is given as energies per collision [J] and
-collisions of one ball [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALLS FILL). Balls are a
+all collisions over the balls [1/s], or as a condition of another mill (--like FINGERPRINT SPEED_RPM BALLS FILL), by
+energy-weighted descriptors, which need no counting rule, or by those of the thesis (--descriptors). Balls are a
 diameter [mm] or the name of a charge of several sizes that was simulated; between two charges nothing is calculated.
 A milling card can be the target: settings of a mill that was run, given by its name or its fingerprint, with what is
 lost, the time for the same dose, or that there are none:
@@ -29,7 +30,7 @@ import pandas as pd
 from millprint.card.match import NEAR, find_fingerprint, match_card, verdict
 from millprint.card.read import read_card
 from millprint.config.checks import stop_on_bad_input
-from millprint.config.fingerprint import MatchConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, MatchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
@@ -39,6 +40,15 @@ from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact
 
+SHORT = {
+    "weighted_normal_energy_J": "E*n",
+    "weighted_tangential_energy_J": "E*t",
+    "weighted_normal_frequency_hz": "f*n",
+    "weighted_tangential_frequency_hz": "f*t",
+    "normal_energy_J": "En",
+    "tangential_energy_J": "Et",
+    "specific_frequency_hz": "f",
+}
 SHOWN = {
     "rank": "rank",
     "mill": "mill",
@@ -48,17 +58,16 @@ SHOWN = {
     "fill_ratio": "fill",
     "balls": "balls",
     "speed_rpm": "rpm",
-    "normal_energy_J_residual_percent": "En %",
-    "tangential_energy_J_residual_percent": "Et %",
-    "frequency_per_ball_hz_residual_percent": "f %",
+    **{f"{name}_residual_percent": f"{short} %" for name, short in SHORT.items()},
     "within_interval": "met",
     "outside": "outside the simulations",
 }
-FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(("En %", "Et %", "f %"), "{:+.1f}".format)
+FORMATS = {"fill": "{:.3f}".format, "rpm": "{:.0f}".format} | dict.fromkeys(
+    [f"{short} %" for short in SHORT.values()], "{:+.1f}".format
+)
 # Further columns of a ranking against a card.
 DOSES = {"powder_mass_g": "powder/g", "rate_W_g": "W/g", "milling_h": "h for the dose"}
 FORMATS |= {"powder/g": "{:.3g}".format, "W/g": "{:.3g}".format, "h for the dose": "{:.3g}".format}
-SHORT = {"normal_energy_J": "En", "tangential_energy_J": "Et", "frequency_per_ball_hz": "f"}
 
 
 def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
@@ -70,7 +79,8 @@ def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
 def shown(rows: pd.DataFrame) -> pd.DataFrame:
     """The columns of a ranking that are printed, with short names; a descriptor's interval in per cent of the value."""
     found = rows[[name for name in SHOWN if name in rows]].rename(columns=SHOWN)
-    found["met"] = found["met"].replace(SHORT, regex=True)
+    met = found["met"].str.split(", ")
+    found["met"] = met.map(lambda names: ", ".join(SHORT.get(name, name) for name in names))
     for name, short in SHORT.items():
         if f"{name}_ratio" in rows:
             words = _words(rows[f"{name}_ratio_lower"], rows[f"{name}_ratio_upper"], ".2f")
@@ -94,7 +104,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("fingerprints", nargs="*", type=Path, help="JSON files of the powders or mills to use")
     parser.add_argument("--request", type=Path, help="YAML file with targets, speeds_rpm and so on")
     parser.add_argument("--energies", nargs=2, type=float, metavar=("NORMAL", "TANGENTIAL"), help="target energies [J]")
-    parser.add_argument("--frequency", type=float, metavar="HZ", help="target: collisions of one ball [1/s]")
+    parser.add_argument("--frequency", type=float, metavar="HZ", help="target: all collisions over the balls [1/s]")
     parser.add_argument(
         "--like", nargs=4, metavar=("FINGERPRINT", "RPM", "BALLS", "FILL"), help="target: a condition of another mill"
     )
@@ -102,6 +112,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fills", nargs=2, type=float, metavar=("FROM", "TO"), help="fill ratios (default: all) [-]")
     parser.add_argument("--balls", nargs="+", metavar="BALLS", help="available balls: diameters [mm], names of charges")
     parser.add_argument("--densities", nargs="+", type=float, metavar="KG_M3", help="densities of the balls [kg/m3]")
+    parser.add_argument(
+        "--descriptors", choices=list(DESCRIPTOR_SETS), help="what is met of another mill or a card (default weighted)"
+    )
     parser.add_argument("--ranked", type=int, metavar="N", help="conditions to list (default 10)")
     parser.add_argument("--from", dest="card", type=Path, metavar="CARD", help="target: a milling card, card.json")
     parser.add_argument("--to", metavar="MILL", help="with --from: name of a mill that was run, or its fingerprint")
@@ -136,14 +149,14 @@ def request_of(options: argparse.Namespace, fill_range: list[float]) -> MatchCon
     if options.energies:
         target |= dict(zip(("normal_energy_J", "tangential_energy_J"), options.energies, strict=True))
     if options.frequency is not None:
-        target["frequency_per_ball_hz"] = options.frequency
+        target["specific_frequency_hz"] = options.frequency
     if options.like:
         names = ("fingerprint", "speed_rpm", "ball_diameter_mm", "fill_ratio")
         target["like"] = dict(zip(names, options.like, strict=True))
     if len(target) > 1:
         content["targets"] = [target]
     keys = {"speeds": "speeds_rpm", "fills": "fill_ratios", "balls": "ball_diameters_mm"}
-    keys |= {"densities": "densities_kg_m3", "ranked": "ranked"}
+    keys |= {"densities": "densities_kg_m3", "ranked": "ranked", "descriptors": "descriptors"}
     content |= {key: given for option, key in keys.items() if (given := getattr(options, option)) is not None}
     return check_model(content, MatchConfig, str(options.request or "command line"))
 
@@ -154,7 +167,8 @@ def match_from_card(options: argparse.Namespace) -> None:
         raise ConfigError(f"--near {options.near:g}: must be above 0")
     card, fingerprint = read_card(options.card), Fingerprint.read(find_fingerprint(options.to, options.results))
     balls = [choice if choice in fingerprint.charges else _diameter(choice) for choice in options.balls or []]
-    wanted = Wanted(options.speeds, options.fills, balls or None, options.densities, options.ranked or 10)
+    chosen = options.descriptors or "weighted"
+    wanted = Wanted(options.speeds, options.fills, balls or None, options.densities, options.ranked or 10, chosen)
     table = match_card(card, fingerprint, wanted)
     if options.out:
         write_table(table, options.out)

@@ -1,6 +1,6 @@
 """Ranks the conditions of one mill that come nearest to a condition of another, with what is lost in each."""
 
-from millprint.config.fingerprint import LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.mill_sweep import MatchMillsConfig
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.files import write_table
@@ -10,7 +10,9 @@ from millprint.fingerprint.search import match_targets, shared_contact
 from millprint.job import job
 
 
-def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) -> MatchConfig:
+def request_of(
+    settings: MatchMillsConfig, like: str, fingerprint: Fingerprint, descriptors: DescriptorSet
+) -> MatchConfig:
     """The request: ranges that the settings do not give are those of the simulations of the mill."""
     ranges = fingerprint.about["ranges"]
     condition = LikeConfig(
@@ -24,6 +26,7 @@ def request_of(settings: MatchMillsConfig, like: str, fingerprint: Fingerprint) 
         speeds_rpm=settings.speeds_rpm or [60 * speed for speed in ranges["speed_hz"]],
         fill_ratios=ranges["fill_ratio"],
         ball_diameters_mm=settings.ball_diameters_mm or fingerprint.choices(),
+        descriptors=descriptors,
         ranked=settings.ranked,
     )
 
@@ -32,7 +35,7 @@ if "snakemake" in globals():
     with job(snakemake.log[0], "match mills") as logger:
         settings = MatchMillsConfig(**snakemake.params.settings)
         mill = Fingerprint.read(snakemake.input.mill)
-        request = request_of(settings, snakemake.input.like, mill)
+        request = request_of(settings, snakemake.input.like, mill, snakemake.params.descriptors)
         table = match_targets(request, [mill])
         write_table(table, snakemake.output[0])
         best = table.iloc[0]

@@ -65,7 +65,7 @@ def known_of(uncertainty: str | Path | None, wear: str | Path | None, materials:
 
 def say(card: MillingCard) -> None:
     """Print the numbers of the card."""
-    rows = [*vars(card.fingerprint.descriptors).items(), *(vars(card.dose).items() if card.dose else [])]
+    rows = [*card.fingerprint.descriptors.known.items(), *(vars(card.dose).items() if card.dose else [])]
     for name, quantity in rows:
         print(f"{TITLES[name]}: {in_words(quantity, quantity.scatter)}")
     print(f"\n{card.methods}")
@@ -122,9 +122,7 @@ def main(arguments: list[str] | None = None) -> None:
             options.results / "uncertainty" / mill.name / "fingerprint.json",
             options.results / "dose" / "wear_coefficient.json", config.dose.wear.materials, name,
         )  # fmt: skip
-        settings = CardSettings(
-            counting_rule=config.fingerprint.counting_rule, interval=config.fingerprint.interval, dose=config.dose
-        )
+        settings = CardSettings(counting_rule=config.mills.rule, interval=config.fingerprint.interval, dose=config.dose)
         simulated = overridden(cases[0], mill, contact)[1]
         paths = [str(folder / "run.h5") for folder in runs]
         card = build_card(

@@ -106,8 +106,9 @@ def test_collisions_sum_to_the_ledger(reference):
 def test_frequency_times_energy_is_power(reference):
     simulation, series, table = reference
     ledger = ledger_summary(series)
-    rules = [CountingRule(name=f"gap_{gap}ms", gap_s=gap / 1000) for gap in (0, 1, 3)]
-    rows = collision_statistics(table, rules, simulation.begin_s, simulation.window_s, simulation.count)
+    rules = [CountingRule(name=f"gap_{gap}", gap_turns=gap / 100) for gap in (0, 1, 3)]
+    window = (simulation.begin_s, simulation.window_s)
+    rows = collision_statistics(table, rules, *window, simulation.count, simulation.frequency_hz)
     counts = [row["count"] for row in rows]
     assert counts == sorted(counts, reverse=True)
     assert counts[-1] > 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from millprint.config.sweep import OVERLAP_LIMIT
-from millprint.dem.layout import COUNTER
+from millprint.dem.layout import COUNTER, ENDED
 from millprint.dem.world import walls_for
 from millprint.kernel import kernel
 from millprint.mill.bodies import build_bodies
@@ -183,7 +183,7 @@ def test_counted_by_facet_a_rolling_contact_has_a_row_for_each_facet_with_the_sa
     assert len(cut.contacts) > 50
     assert np.array_equal(whole.balls.position, cut.balls.position)
     np.testing.assert_allclose(cut.series.to_numpy(), whole.series.to_numpy(), rtol=1e-9, atol=1e-15)
-    passed = cut.contacts[cut.contacts["complete"] == 2]
+    passed = cut.contacts[cut.contacts["ended"] == ENDED.passed]
     assert (np.abs(np.diff(passed["facet"])) > 0).all()
     by_contact = cut.contacts.groupby("contact")
     assert (by_contact["second"].nunique() == 1).all()

@@ -97,7 +97,7 @@ def test_noise_of_the_file_is_passed_over_and_more_is_taken_as_drawn(mills, in_p
 def test_a_round_jar_holds_what_its_formula_says(mills):
     """A cylinder with a rounded bottom: pi r^2 h, less what the fillet fills in (Pappus)."""
     vessel, r, h, f = shaped(mills, "planetary", 48, 5), 0.0375, 0.058, 0.008
-    # The corner between floor and mantle outside of a quarter circle: its area, and its middle's distance from the axis.
+    # The corner between floor and mantle outside of a quarter circle: its area, and its middle from the axis.
     corner = (1 - np.pi / 4) * f**2
     middle = r - f * (10 - 3 * np.pi) / (12 - 3 * np.pi)
     assert vessel.volume_m3 == pytest.approx(np.pi * r**2 * h - 2 * np.pi * middle * corner, rel=2e-5)

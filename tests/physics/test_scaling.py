@@ -13,8 +13,8 @@ from millprint.dem.run import run_case
 from millprint.fingerprint.descriptors import tabulate_descriptors
 
 CONFIG = Path(__file__).parents[2] / "config"
-GAP = 0.002
-SCALED = ("Pn", "Pt", "f", "ratio", "En", "Et")
+GAP_TURNS = 0.04
+SCALED = ("Pn", "Pt", "f", "ratio", "En", "Et", "En_star", "Et_star", "fn_star", "ft_star", "f90")
 
 
 def descriptors(folder, length=1, density=1):
@@ -46,7 +46,7 @@ def descriptors(folder, length=1, density=1):
         settle_s=0.05 * root,
         discard_s=0.0,
         window_s=0.05 * root,
-        counting_rules=[CountingRule(name="merged", gap_s=GAP * root)],
+        counting_rules=[CountingRule(name="merged", gap_turns=GAP_TURNS)],
     )
     case = Case(
         mill="emax",

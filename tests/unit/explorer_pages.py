@@ -71,12 +71,14 @@ def two_mills(folder: Path) -> dict:
     for name, factor in (("emax", 1.0), ("planetary", 2.0)):
         runs = summaries(fills=FILLS[::2])
         path = folder / f"{name}.json"
-        Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), factor * VOLUME, 0.95).write(path)
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), factor * VOLUME, 0.95).write(path)
         own = Fingerprint.read(path)
         found[name] = own
         machine = Machine(name, f"Mill {name}", "the jar moves", ACCELERATION[name])
         spectra = spectra_of(folder) if name == "emax" else None
-        mills.append(mill_content(machine, [path], simulated_request(own), None, spectra, heat_of(folder, name)))
+        mills.append(
+            mill_content(machine, [path], simulated_request(own, "weighted"), None, spectra, heat_of(folder, name))
+        )
     content = explorer_content("a_run", mills)
     page = folder / "explorer.html"
     page.write_text(explorer_page(content))

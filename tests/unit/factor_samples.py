@@ -13,7 +13,7 @@ def factors_of(origin: str = "contact", **changes) -> dict:
         "format": FILES[origin].model_fields["format"].annotation.__args__[0],
         "mill": "emax",
         "contact": "calibrated",
-        "counting_rule": "gap_3ms",
+        "counting_rule": "gap_0_03",
         "probability": 0.95,
         "samples": 128,
         "parameters": {"restitution": {"low": 0.2, "high": 0.5, "source": "a handbook"}},

@@ -7,7 +7,9 @@ from millprint.dose.spectra import BIN_COLUMNS, BOTH, CHANNELS, OF_SPECTRUM, PAI
 from millprint.fingerprint.descriptors import CONDITION
 
 
-def made_spectra(descriptors: pd.DataFrame, rules: tuple[str, ...] = ("gap_3ms",)) -> tuple[pd.DataFrame, pd.DataFrame]:
+def made_spectra(
+    descriptors: pd.DataFrame, rules: tuple[str, ...] = ("gap_0_03",)
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Both tables of `tabulate_spectra` for the conditions of a table of descriptors; a later rule counts half."""
     bins, read = [], []
     for row in descriptors[CONDITION].drop_duplicates().to_dict("records"):

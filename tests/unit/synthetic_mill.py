@@ -21,16 +21,33 @@ def true_curves(fill_ratio):
     return 40.0 * np.exp(-(np.log(fill_ratio / 0.15) ** 2)), 12.0 * fill_ratio**-0.8, 4.0 / fill_ratio
 
 
-def counted(name, gap_s, frequency, normal, tangential, balls):
+# The weighted energies over the mean ones, and the share of the collisions that is strong.
+WEIGHTED_OVER_MEAN, STRONG = {"normal": 4.0, "tangential": 2.0}, 0.4
+
+
+def weighted(channel, frequency, power, balls, error):
+    """Weighted energy and frequency of a channel, with relative errors."""
+    energy = WEIGHTED_OVER_MEAN[channel] * power / frequency
+    return {
+        "energy_J": energy,
+        "specific_frequency_hz": power / energy / balls,
+        "negative": {"count": 0, "share": 0.0},
+        "relative_error": {"energy": error, "frequency": 2 * error},
+    }
+
+
+def counted(name, gap_turns, frequency, normal, tangential, balls):
     """One counting rule of a summary of a window of one second."""
     return {
         "name": name,
-        "gap_s": gap_s,
+        "by": "surface",
+        "gap_turns": gap_turns,
         "peak_force_min_N": 0.0,
         "duration_min_s": 0.0,
         "count": int(frequency),
         "frequency_hz": frequency,
-        "frequency_per_ball_hz": frequency / balls,
+        "specific_frequency_hz": frequency / balls,
+        "collisions_of_a_ball_hz": 1.3 * frequency / balls,
         "mean_normal_J": normal / frequency,
         "mean_tangential_J": tangential / frequency,
         "shares": {
@@ -100,12 +117,19 @@ def summary(
             "normal_J": list(normal / speed * ripple),
             "tangential_J": list(tangential / speed * ripple),
             "wall_J": list((normal + tangential) / speed * ripple),
+            "normal_square_J2": list(4.0 * normal**2 / frequency / speed * ripple**2),
+            "tangential_square_J2": list(2.0 * tangential**2 / frequency / speed * ripple**2),
         },
         "collisions": [
             counted("lifetimes", 0.0, 2.0 * frequency, normal, tangential, balls),
-            counted("gap_2ms", 0.002, frequency, normal, tangential, balls),
-            counted("gap_3ms", 0.003, frequency, normal, tangential, balls),
+            counted("gap_0_02", 0.02, frequency, normal, tangential, balls),
+            counted("gap_0_03", 0.03, frequency, normal, tangential, balls),
         ],
+        "weighted": {
+            "normal": weighted("normal", frequency, normal, balls, error),
+            "tangential": weighted("tangential", frequency, tangential, balls, 0.5 * error),
+            "strong_frequency_hz": STRONG * frequency / balls,
+        },
         "mean_ball_height_m": 0.01,
         "median_contact_duration_s": 5e-4,
     }
@@ -123,8 +147,8 @@ def summaries(contacts=("calibrated",), fills=FILLS, diameters=(10.0, 5.0), spee
 
 
 def descriptors(**changes) -> pd.DataFrame:
-    """Descriptors of a sweep of the synthetic mill under the 3 ms rule."""
-    return tabulate_descriptors(summaries(**changes), "gap_3ms")
+    """Descriptors of a sweep of the synthetic mill under the rule of 0.03 turns."""
+    return tabulate_descriptors(summaries(**changes), "gap_0_03")
 
 
 def overrides(fills=(0.06, 0.10, 0.17), contact="calibrated", **changes):
@@ -138,4 +162,4 @@ def overrides(fills=(0.06, 0.10, 0.17), contact="calibrated", **changes):
 def fingerprint() -> Fingerprint:
     """The fingerprint of the whole sweep, amplitude and density included."""
     runs = summaries(error=0.002) + overrides(error=0.002)
-    return Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)
+    return Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import millprint
+from millprint.config.fingerprint import DESCRIPTOR_SETS
 from millprint.fingerprint.comparison import TITLES
 from tests.conftest import ROOT
 from tests.unit.synthetic_mill import VOLUME, descriptors, fingerprint
@@ -74,7 +75,7 @@ def test_a_mill_has_the_ratio_one_to_itself_with_the_errors_of_both():
 def test_the_ratio_of_two_speeds_follows_the_scaling_of_the_mill():
     """Energies with the square of the speed, powers with its cube, collisions with the speed: the mill obeys them."""
     table = millprint.compare(fingerprint(), condition(), fingerprint(), condition(speed_hz=15.0))
-    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "frequency_per_ball_hz": 1, "power_W": 3}
+    powers = {"normal_energy_J": 2, "tangential_energy_J": 2, "specific_frequency_hz": 1, "power_W": 3}
     for name, power in powers.items():
         assert table.at[name, "ratio"] == pytest.approx(1.25**power, rel=0.01), name
 
@@ -83,17 +84,20 @@ def test_the_nearest_condition_of_the_same_mill_is_the_condition():
     found = millprint.match(fingerprint(), condition(), fingerprint(), ranked=3).iloc[0]
     assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03)
     assert found["speed_rpm"] == pytest.approx(720, rel=0.02)
-    assert found["normal_energy_J_ratio_lower"] < 1 < found["normal_energy_J_ratio_upper"]
+    assert found["weighted_normal_energy_J_ratio_lower"] < 1 < found["weighted_normal_energy_J_ratio_upper"]
+    found = millprint.match(fingerprint(), condition(), fingerprint(), descriptors="per_collision").iloc[0]
+    assert found["fill_ratio"] == pytest.approx(0.12, rel=0.03) and found["normal_energy_J_ratio_lower"] < 1
 
 
-def test_mills_that_count_differently_are_not_compared():
+def test_mills_that_count_differently_are_compared_by_what_needs_no_rule():
     rows = descriptors()
-    other = millprint.Fingerprint.fit(rows.assign(collision_gap_s=0.001), VOLUME, 0.95)
+    other = millprint.Fingerprint.fit(rows.assign(collisions_by="facet"), VOLUME, 0.95)
     wider = millprint.Fingerprint.fit(rows, VOLUME, 0.5)
+    compared = millprint.compare(fingerprint(), condition(), other, condition(other))
+    assert list(compared.index) == [name for name in TITLES if name not in DESCRIPTOR_SETS["per_collision"]]
+    assert len(millprint.match(fingerprint(), condition(), other))
     with pytest.raises(millprint.ConfigError, match="use one rule for both"):
-        millprint.compare(fingerprint(), condition(), other, condition(other))
-    with pytest.raises(millprint.ConfigError, match="use one rule for both"):
-        millprint.match(fingerprint(), condition(), other)
+        millprint.match(fingerprint(), condition(), other, descriptors="per_collision")
     with pytest.raises(millprint.ConfigError, match=r"probability 0\.95, those of emax of 0\.5"):
         millprint.compare(fingerprint(), condition(), wider, condition(wider))
     with pytest.raises(millprint.ConfigError, match="speeds_rpm"):

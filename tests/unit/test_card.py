@@ -19,9 +19,9 @@ from millprint.card.scatter import Window, descriptors_of_totals, jackknife, spr
 from millprint.config.sweep import ball_count
 from millprint.errors import ConfigError
 from millprint.fingerprint.comparison import Wanted
-from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, true_curves
+from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, WEIGHTED_OVER_MEAN, fingerprint, true_curves
 
-GAP = 0.003
+GAP = 0.03
 
 
 def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dict[str, float]:
@@ -30,9 +30,13 @@ def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dic
     balls, energy = ball_count(fill_ratio, VOLUME, diameter), DENSITY * speed_hz**2 * AMPLITUDE**2 * diameter**3
     powers = [balls * energy * speed_hz * own for own in (normal, tangential)]
     return {
+        "weighted_normal_energy_J": WEIGHTED_OVER_MEAN["normal"] * energy * normal / frequency,
+        "weighted_tangential_energy_J": WEIGHTED_OVER_MEAN["tangential"] * energy * tangential / frequency,
+        "weighted_normal_frequency_hz": speed_hz * frequency / WEIGHTED_OVER_MEAN["normal"],
+        "weighted_tangential_frequency_hz": speed_hz * frequency / WEIGHTED_OVER_MEAN["tangential"],
         "normal_energy_J": energy * normal / frequency,
         "tangential_energy_J": energy * tangential / frequency,
-        "frequency_per_ball_hz": speed_hz * frequency,
+        "specific_frequency_hz": speed_hz * frequency,
         "normal_power_W": powers[0],
         "tangential_power_W": powers[1],
         "power_W": sum(powers),
@@ -40,7 +44,7 @@ def values_at(fill_ratio: float, speed_hz: float, diameter: float = 0.01) -> dic
     }
 
 
-def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_s: float = GAP) -> dict:
+def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_turns: float = GAP) -> dict:
     """The least that a card of another program has, of a condition of the synthetic mill; powder and programme too."""
     values, mass = values_at(fill_ratio, speed_rpm / 60), 96.8
     descriptors = {
@@ -49,7 +53,7 @@ def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_s: floa
     }
     return {
         "format": "millprint milling card",
-        "schema_version": 1,
+        "schema_version": 2,
         "name": "other",
         "title": "Mill of others: 50 % & more",
         "machine": {"name": "other_mill", "title": "Other_mill #1", "speed_rpm": speed_rpm},
@@ -73,7 +77,8 @@ def card_content(fill_ratio: float = 0.10, speed_rpm: float = 700.0, gap_s: floa
         },
         "fingerprint": {
             "counting_rule": "gap",
-            "collision_gap_s": gap_s,
+            "collisions_by": "surface",
+            "collision_gap_turns": gap_turns,
             "probability": 0.95,
             "descriptors": descriptors,
         },
@@ -114,9 +119,9 @@ def test_the_schema_and_the_reader_refuse_a_card_without_a_part(written, part):
     assert "card.json" in line and part in line
 
 
-@pytest.mark.parametrize("version", [2, 0, "1", None, True])
+@pytest.mark.parametrize("version", [1, 0, "2", None, True])
 def test_a_card_of_another_version_is_refused_in_one_line(written, version):
-    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 1") as caught:
+    with pytest.raises(ConfigError, match=r"card\.json: schema_version = .*must be 2") as caught:
         read_card(written(card_content() | {"schema_version": version}))
     assert len(str(caught.value).splitlines()) == 1
 
@@ -142,7 +147,9 @@ def windows(rng: np.random.Generator, seeds: int, turns: int) -> list[Window]:
     found = []
     for _ in range(seeds):
         normal, tangential = rng.gamma(20, 0.05, turns), rng.gamma(15, 0.1, turns)
-        found.append(Window(np.column_stack([normal, tangential, rng.poisson(80, turns)]), 0.1, 24, True))
+        squares = [rng.gamma(10, 0.01, turns), rng.gamma(8, 0.02, turns)]
+        counts = [rng.poisson(mean, turns) for mean in (80, 130, 40)]
+        found.append(Window(np.column_stack([normal, tangential, *squares, *counts]), 0.1, 24, True))
     return found
 
 
@@ -208,10 +215,10 @@ def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
 def test_seeds_that_differ_more_than_their_windows_widen_the_interval():
     rng = np.random.default_rng(2)
     alike = windows(rng, 2, 8)
-    other = Window(alike[1].totals * [3, 3, 1], 0.1, 24, True)
+    other = Window(alike[1].totals * [3, 3, 9, 9, 1, 1, 1], 0.1, 24, True)
     narrow, wide = (spread(both, [whole(window) for window in both], 0.95) for both in (alike, [alike[0], other]))
     assert wide["power_W"].new > 4 * narrow["power_W"].new
-    assert wide["frequency_per_ball_hz"].new == pytest.approx(narrow["frequency_per_ball_hz"].new)
+    assert wide["specific_frequency_hz"].new == pytest.approx(narrow["specific_frequency_hz"].new)
 
 
 def test_one_turn_of_one_seed_has_no_interval():
@@ -240,8 +247,8 @@ def test_the_methods_paragraph_has_the_cards_numbers(written):
     values = card.fingerprint.descriptors
     for expected in (
         "700 rpm", "24 balls of 10 mm", "96.8 g", "3.23 g of NaBO2", "ratio of 30", "10 h in cycles of 20 min",
-        "5 h of milling", "otherprint 2", "3 ms", "restitution 0.3", three(values.power_W.value),
-        three(values.frequency_per_ball_hz.value),
+        "5 h of milling", "otherprint 2", f"{GAP:g} turns", "restitution 0.3", three(values.power_W.value),
+        three(values.specific_frequency_hz.value),
     ):  # fmt: skip
         assert expected in text, expected
     content["machine"]["speed_rpm"] = 350.0
@@ -289,8 +296,10 @@ def test_a_card_of_a_simulated_setting_finds_that_setting(written):
     table = match_card(card, mill)
     best = table.iloc[0]
     assert best["fill_ratio"] == pytest.approx(0.10, rel=0.03) and best["speed_rpm"] == pytest.approx(700, rel=0.02)
-    assert best["normal_energy_J_ratio"] == pytest.approx(1, abs=0.02)
-    assert best["normal_energy_J_ratio_lower"] < 0.96 and best["normal_energy_J_ratio_upper"] > 1.04
+    for name, chosen in (("weighted_normal_energy_J", "weighted"), ("normal_energy_J", "per_collision")):
+        own = match_card(card, mill, Wanted(descriptors=chosen)).iloc[0]
+        assert own[f"{name}_ratio"] == pytest.approx(1, abs=0.02)
+        assert own[f"{name}_ratio_lower"] < 0.96 and own[f"{name}_ratio_upper"] > 1.04
     # The same powder, the same power: the same time.
     assert best["milling_h"] == pytest.approx(5, rel=0.06) and best["rate_ratio"] == pytest.approx(1, rel=0.06)
     (first, second, *_) = verdict(card, mill, table)
@@ -298,8 +307,8 @@ def test_a_card_of_a_simulated_setting_finds_that_setting(written):
 
 
 def test_a_card_that_no_setting_meets_is_said_so(written):
-    content = card_content(gap_s=GAP)
-    for name in ("normal_energy_J", "tangential_energy_J"):
+    content = card_content(gap_turns=GAP)
+    for name in ("weighted_normal_energy_J", "weighted_tangential_energy_J"):
         quantity = content["fingerprint"]["descriptors"][name]
         content["fingerprint"]["descriptors"][name] = {"value": 1e3 * quantity["value"], "unit": "J"}
     card, mill = read_card(written(content)), fingerprint()
@@ -310,7 +319,9 @@ def test_a_card_that_no_setting_meets_is_said_so(written):
 
 
 def test_collisions_counted_by_another_gap_are_refused_in_one_line(written):
-    card = read_card(written(card_content(gap_s=0.9)))
-    with pytest.raises(ConfigError, match=r"gap of 0\.9 s") as caught:
-        match_card(card, fingerprint())
+    card = read_card(written(card_content(gap_turns=0.9)))
+    with pytest.raises(ConfigError, match=r"gap of 0\.9 turns") as caught:
+        match_card(card, fingerprint(), Wanted(descriptors="per_collision"))
+    # Energy-weighted descriptors need no rule.
+    assert match_card(card, fingerprint()).iloc[0]["fill_ratio"] == pytest.approx(0.10, rel=0.03)
     assert len(str(caught.value).splitlines()) == 1

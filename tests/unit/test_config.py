@@ -42,7 +42,7 @@ def test_every_fault_has_its_line():
 
 
 def test_two_counting_rules_of_one_name_are_refused():
-    rules = [{"name": "a"}, {"name": "b"}, {"name": "a", "gap_s": 0.001}]
+    rules = [{"name": "a"}, {"name": "b"}, {"name": "a", "gap_turns": 0.01}]
     assert "two counting rules have the name a" in fault({**DEM, "counting_rules": rules}, DemConfig)
 
 

@@ -41,7 +41,7 @@ def test_the_interval_is_ours_times_the_factors(monkeypatch, tmp_path):
         return {name: Finding(known.get(name)) for name in CLAIMS if name.startswith(beginning)}
 
     monkeypatch.setattr(contact_intervals, "collect_findings", findings)
-    columns = ["frequency_per_ball_hz", "power_W", "normal_energy_J", "tangential_energy_J", "ratio"]
+    columns = ["specific_frequency_hz", "power_W", "normal_energy_J", "tangential_energy_J", "ratio"]
     ours = pd.DataFrame({"curves": "ours", "case": list(CASES), "fill_ratio": list(CASES.values())})
     write_table(ours.assign(**dict.fromkeys(columns, 2e-4)), tmp_path / "partition/table_4_2.tsv")
     factors = ContactFactors(**factors_of())

@@ -55,7 +55,7 @@ def taken(step):
 
 
 def table_of(runs, varied="time_step_s", further=()):
-    return convergence_table(runs, varied, "gap_3ms", list(further))
+    return convergence_table(runs, varied, "gap_0_03", list(further))
 
 
 def chance_sweeps(noise):
@@ -74,14 +74,14 @@ def test_a_row_each_step_with_means_and_errors_over_seeds():
     assert table["ball_diameter_mm"].tolist() == [5.0] * 5 + [10.0] * 5
     assert table["time_step_s"].tolist() == [*STEPS, *STEPS]
     assert (table["seeds"] == 3).all() and (table["revolutions"] == 30).all()
-    assert (table["counting_rule"] == "gap_3ms").all()
+    assert (table["counting_rule"] == "gap_0_03").all()
     at = table[(table["ball_diameter_mm"] == 10) & (table["time_step_s"] == 2e-6)].iloc[0]
     those = [r for r in runs if r["case"]["ball_diameter_mm"] == 10 and r["time_step_s"] == 2e-6]
     powers = [r["power_W"]["normal"] for r in those]
     assert at["normal_power_W"] == pytest.approx(np.mean(powers))
     assert at["normal_power_se_W"] == pytest.approx(np.std(powers, ddof=1) / np.sqrt(3))
     assert at["normal_energy_J"] == pytest.approx(np.mean([r["collisions"][1]["mean_normal_J"] for r in those]))
-    assert at["lifetimes_frequency_per_ball_hz"] == pytest.approx(2 * at["frequency_per_ball_hz"])
+    assert at["lifetimes_specific_frequency_hz"] == pytest.approx(2 * at["specific_frequency_hz"])
     assert at["power_W"] == pytest.approx(at["normal_power_W"] + at["tangential_power_W"])
     assert at["closure"] == pytest.approx(25 * 4e-12 * 1e6)
 
@@ -101,7 +101,7 @@ def test_deviations_and_their_pooled_error():
     relative = [np.std(pair, ddof=1) / np.mean(pair) for pair in ((0.99, 1.01), (1.07, 1.13))]
     assert row["normal_energy_deviation_percent"] == pytest.approx(10.0)
     assert row["normal_energy_deviation_se_percent"] == pytest.approx(110 * np.sqrt(np.mean(np.square(relative))))
-    assert row["frequency_per_ball_deviation_percent"] == pytest.approx(0.0)
+    assert row["specific_frequency_deviation_percent"] == pytest.approx(0.0)
 
 
 def test_the_pooled_error_is_as_large_as_deviations_are_by_chance():
@@ -239,7 +239,7 @@ def test_the_claims_on_the_modulus_read_its_table(tmp_path):
 
 def test_columns_keep_their_unit_last():
     assert column_of("normal_energy_J", "se") == "normal_energy_se_J"
-    assert column_of("frequency_per_ball_hz", "deviation_percent") == "frequency_per_ball_deviation_percent"
+    assert column_of("specific_frequency_hz", "deviation_percent") == "specific_frequency_deviation_percent"
     table = table_of(sweep())
     assert not table[[*SERIES, *DESCRIPTORS]].isna().any().any()
     assert isinstance(table, pd.DataFrame) and table.columns.is_unique

@@ -29,8 +29,8 @@ from tests.unit.synthetic_mill import descriptors, fingerprint
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = SpectraConfig(lowest_J=1e-8, highest_J=1e-1, bins_per_decade=2)
-RULE = {"name": "lifetimes", "gap_s": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
-MERGING = RULE | {"name": "gap_2ms", "gap_s": 0.002}
+RULE = {"name": "lifetimes", "by": "surface", "gap_turns": 0.0, "peak_force_min_N": 0.0, "duration_min_s": 0.0}
+MERGING = RULE | {"name": "gap_0_02", "gap_turns": 0.02}
 HARD = RULE | {"name": "over_1N", "peak_force_min_N": 1.0}
 BEGIN, WINDOW = 0.5, 2.0
 
@@ -44,14 +44,15 @@ def contacts(
         {
             "first": first, "second": -1 - first if wall else 1000 + first, "start_s": start, "duration_s": 1e-3,
             "peak_force_N": force, "normal_J": normal, "damping_J": tangential / 4, "sliding_J": 3 * tangential / 4,
-            "complete": 1,
+            "facet": first if wall else -1, "ended": 1,
         }
     )  # fmt: skip
 
 
 def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 0.1, seed: int = 0) -> tuple[str, dict]:
     """A run.h5 with these contacts, and the summary that its ledger would have."""
-    table = pd.concat(groups)
+    table = pd.concat(groups, ignore_index=True)
+    table["contact"] = table.index
     with h5py.File(path, "w") as file:
         group = file.create_group("collisions")
         group.attrs.update({"begin_s": BEGIN, "window_s": WINDOW, "is_histogram": False})
@@ -61,7 +62,8 @@ def write(path: Path, *groups: pd.DataFrame, stored: float = 0.0, fill: float = 
     tangential = (table["damping_J"] + table["sliding_J"]).sum() - stored
     case = {"ball_diameter_mm": 10.0, "fill_ratio": fill, "speed_rpm": 600.0, "seed": seed}
     return str(path), {
-        "mill": "emax", "contact": "steel", "case": case, "density_kg_m3": 7700.0, "amplitude_m": 0.017,
+        "mill": "emax", "contact": "steel", "case": case, "frequency_hz": 10.0, "density_kg_m3": 7700.0,
+        "amplitude_m": 0.017,
         "power_W": {"normal": table["normal_J"].sum() / WINDOW, "tangential": tangential / WINDOW},
         "collisions": [RULE, MERGING, HARD],
     }  # fmt: skip
@@ -103,8 +105,8 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
         contacts(3, 10.0**power, 10.0 ** (power + 1), start=0.6 + 0.01 * k) for k, power in enumerate(range(-14, 2))
     ]
     run = write(tmp_path / "run.h5", *energies, contacts(1, 0.0, -1e-6, wall=True), stored=2e-3)
-    spectra, summary = tabulate_spectra([run], ["lifetimes", "gap_2ms"], SETTINGS)
-    for rule in ("lifetimes", "gap_2ms"):
+    spectra, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], SETTINGS)
+    for rule in ("lifetimes", "gap_0_02"):
         for channel, stored in (("normal", 0.0), ("tangential", 2e-3)):
             total = rows(spectra, counting_rule=rule, channel=channel)["power_W"].sum()
             assert total - stored / WINDOW == pytest.approx(run[1]["power_W"][channel], rel=1e-12)
@@ -118,10 +120,10 @@ def test_the_integral_is_the_power_also_of_what_lies_beyond_the_bins(tmp_path):
 
 def test_merged_contacts_are_one_collision_of_their_whole_energy(tmp_path):
     run = write(tmp_path / "run.h5", contacts(10, 1e-5, 0.0), contacts(10, 3e-5, 0.0, start=0.602))
-    _, summary = tabulate_spectra([run], ["lifetimes", "gap_2ms"], SETTINGS)
+    _, summary = tabulate_spectra([run], ["lifetimes", "gap_0_02"], SETTINGS)
     normal = rows(summary, channel="normal", pair="ball_ball").set_index("counting_rule")
-    assert normal["collisions_hz"].to_dict() == pytest.approx({"lifetimes": 10.0, "gap_2ms": 5.0})
-    assert normal["median_J"].to_dict() == pytest.approx({"lifetimes": 1e-5, "gap_2ms": 4e-5})
+    assert normal["collisions_hz"].to_dict() == pytest.approx({"lifetimes": 10.0, "gap_0_02": 5.0})
+    assert normal["median_J"].to_dict() == pytest.approx({"lifetimes": 1e-5, "gap_0_02": 4e-5})
     assert normal["power_W"].tolist() == pytest.approx([2e-4, 2e-4])
 
 
@@ -175,7 +177,7 @@ def test_contacts_that_do_not_hold_the_power_of_the_ledger_are_refused(two_kinds
 
 def test_bad_input_is_one_line(two_kinds):
     with pytest.raises(ConfigError, match="not among the rules that the simulations recorded"):
-        tabulate_spectra([two_kinds], ["gap_9ms"], SETTINGS)
+        tabulate_spectra([two_kinds], ["gap_0_09"], SETTINGS)
     with pytest.raises(ConfigError, match="no simulation to read"):
         tabulate_spectra([], ["lifetimes"], SETTINGS)
     with pytest.raises(ValueError, match="must be above lowest_J"):
@@ -258,7 +260,7 @@ def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
     """The condition of the synthetic mill's sheet, and what is read off its spectra."""
     own, _ = sheet_condition(fingerprint())
     told = [
-        Row("mill", "collisions counted by", text="gap_3ms"),
+        Row("mill", "collisions counted by", text="gap_0_03"),
         Row("condition", "ball diameter", 1e3 * own.ball_diameter_m),
         Row("condition", "speed", 60 * own.speed_hz),
     ]
@@ -266,7 +268,7 @@ def sheet_of(summary: pd.DataFrame) -> pd.DataFrame:
 
 
 def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
-    spectra, summary = made_spectra(descriptors(), ("gap_3ms", "lifetimes"))
+    spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
     own, _ = sheet_condition(fingerprint())
     sheet = sheet_of(summary).set_index("quantity")
     fills = descriptors()["fill_ratio"].unique()
@@ -274,32 +276,32 @@ def test_the_sheet_has_the_spectra_of_the_nearest_simulated_condition():
     assert sheet.at["simulated fill ratio", "value"] == nearest
     assert sheet.at["normal energy of a collision: half of the power in collisions of at least", "value"] == 2e-3
     found = of_sheet(spectra, sheet_of(summary))
-    assert set(found["fill_ratio"]) == {nearest} and set(found["counting_rule"]) == {"gap_3ms"}
+    assert set(found["fill_ratio"]) == {nearest} and set(found["counting_rule"]) == {"gap_0_03"}
     assert found[["ball_diameter_mm", "speed_rpm"]].drop_duplicates().to_numpy() == pytest.approx(
         np.array([[1e3 * own.ball_diameter_m, 60 * own.speed_hz]])
     )
 
 
 def test_counting_rules_are_shown_to_differ_and_by_how_much():
-    spectra, summary = made_spectra(descriptors(), ("gap_3ms", "lifetimes"))
+    spectra, summary = made_spectra(descriptors(), ("gap_0_03", "lifetimes"))
     sheet = sheet_of(summary)
-    read_off = of_sheet(summary, sheet, ["gap_3ms", "lifetimes"])
+    read_off = of_sheet(summary, sheet, ["gap_0_03", "lifetimes"])
     said = rules_apart(read_off)
     assert said == (
         "2 counting rules differ by a factor of 2 in collisions a second, of 1 (normal) and 1 (tangential) in power, "
         "and of 2 (normal) and 2 (tangential) in the energy above which half of the power falls"
     )
-    figure = plot_rules(over_pairs(of_sheet(spectra, sheet, ["gap_3ms", "lifetimes"])), read_off, "Emax", said)
-    assert figure.axes[0].get_legend_handles_labels()[1] == ["gap_3ms", "lifetimes"]
+    figure = plot_rules(over_pairs(of_sheet(spectra, sheet, ["gap_0_03", "lifetimes"])), read_off, "Emax", said)
+    assert figure.axes[0].get_legend_handles_labels()[1] == ["gap_0_03", "lifetimes"]
 
 
 def test_real_rules_differ_in_collisions_and_not_in_power(real_run):
     path, summary = real_run
-    _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_4ms", "over_1N"], SpectraConfig())
+    _, table = tabulate_spectra([(str(path), summary)], ["lifetimes", "gap_0_04", "over_1N"], SpectraConfig())
     both = rows(table, pair="both", channel="normal").set_index("counting_rule")
-    assert both.at["gap_4ms", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
-    assert both.at["gap_4ms", "half_power_J"] >= both.at["lifetimes", "half_power_J"]
-    assert both.at["gap_4ms", "power_W"] == pytest.approx(both.at["lifetimes", "power_W"], rel=1e-6)
+    assert both.at["gap_0_04", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
+    assert both.at["gap_0_04", "half_power_J"] >= both.at["lifetimes", "half_power_J"]
+    assert both.at["gap_0_04", "power_W"] == pytest.approx(both.at["lifetimes", "power_W"], rel=1e-6)
     assert both.at["over_1N", "collisions_hz"] < both.at["lifetimes", "collisions_hz"]
 
 
@@ -311,7 +313,7 @@ def test_a_mill_with_histograms_only_says_so_on_its_sheet():
     assert rules_apart(read_off) == TABLE_ONLY
     none = spectra.iloc[:0]
     assert TABLE_ONLY in plot_rules(over_pairs(of_sheet(none, sheet)), read_off, "Emax", TABLE_ONLY).get_suptitle()
-    assert plot_spectra(shown(none, "gap_3ms"), "Emax").get_suptitle() == "Emax"
+    assert plot_spectra(shown(none, "gap_0_03"), "Emax").get_suptitle() == "Emax"
 
 
 def test_tables_are_read_as_they_were_written(tmp_path):

@@ -32,7 +32,7 @@ from tests.unit.yield_settings import all_runs, thesis_yields
 CONTACTS = ("calibrated", "steel")
 CHEMICAL = ("bpr", "molar_ratio", "time_h")
 BANDS = (
-    *("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W"),
+    *(*TARGET_DESCRIPTORS, "strong_frequency_hz", "normal_power_W", "tangential_power_W"),
     *("power_W", "tangential_share"),
 )
 LEVEL = 0.95
@@ -47,7 +47,7 @@ def _fingerprint(contact: str, seed: int) -> Fingerprint:
         for diameter in (5.0, 10.0)
         for speed in (600.0, 1200.0)
     ]
-    return Fingerprint.fit(tabulate_descriptors(runs + overrides(contact=contact), "gap_3ms"), VOLUME, 0.95)
+    return Fingerprint.fit(tabulate_descriptors(runs + overrides(contact=contact), "gap_0_03"), VOLUME, 0.95)
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def _library(run: dict, state: dict) -> dict:
             | {
                 "normal_energy_uJ": 1e6 * found.normal_energy_J.value,
                 "tangential_energy_uJ": 1e6 * found.tangential_energy_J.value,
-                "specific_frequency_hz": found.frequency_per_ball_hz.value,
+                "specific_frequency_hz": found.specific_frequency_hz.value,
             }
         ]
     )
@@ -241,10 +241,10 @@ def test_a_page_without_further_intervals_tells_both_bands_apart(run, page, tmp_
 
 
 @needs_browser
-@pytest.mark.parametrize("left_open", [(), ("frequency_per_ball_hz",)])
+@pytest.mark.parametrize("left_open", [(), ("specific_frequency_hz",)])
 def test_the_page_finds_the_nearest_conditions_that_the_library_finds(run, page, left_open):
     expected = run["request"].targets[0].given
-    target = {name: expected[name] for name in TARGET_DESCRIPTORS if name not in left_open}
+    target = {name: value for name, value in expected.items() if name not in left_open}
     script = f"""
       const rows = await explorer.search({target!r});
       return rows.map((row) => [row.distance, row.condition.ball_diameter_m * 1e3,
@@ -275,7 +275,7 @@ def test_a_slider_moves_every_answer_and_marks_what_was_not_simulated(page):
     assert sum(one != other for one, other in zip(said["before"], said["after"], strict=True)) >= 7
     assert "Not simulated" not in said["quiet"] and "Not simulated: speed" in said["warned"]
     assert said["hint"].startswith("outside") and "600 to 1200 rpm" in said["hint"]
-    assert said["charts"] == 5
+    assert said["charts"] == 7
 
 
 @needs_browser
@@ -288,7 +288,7 @@ def test_the_search_form_fills_its_table_and_sets_the_sliders(page):
       return { rows: rows.length, speed: explorer.state.speed_hz * 60, shown: !document.getElementById("found").hidden,
         met: rows[0].querySelectorAll(".met").length };"""
     said = page.run(script)
-    assert said["rows"] > 2 and said["shown"] and said["met"] == 3
+    assert said["rows"] > 2 and said["shown"] and said["met"] == 4
     # The target was that of the first condition, so the nearest condition is that one.
     assert said["speed"] == pytest.approx(900, rel=0.01)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from millprint.config.fingerprint import TARGET_DESCRIPTORS
+from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.mixture import BallMixture
 from millprint.explorer.content import Machine, balls_searched, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
@@ -38,9 +38,9 @@ def mills(tmp_path_factory) -> dict:
         "alone": _charged({THREE: 1.0}),
     }.items():
         file, page = folder / f"{name}.json", folder / f"{name}.html"
-        Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95, charges_of(runs)).write(file)
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95, charges_of(runs)).write(file)
         own = Fingerprint.read(file)
-        content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own))
+        content = mill_content(Machine("emax", "A mill"), [file], simulated_request(own, "weighted"))
         page.write_text(explorer_page(explorer_content("a_run", [content])))
         found[name] = {"file": file, "page": page, "fingerprint": own}
     return found
@@ -117,7 +117,7 @@ def test_a_charge_is_chosen_by_its_name(mills, page):
     assert "between two of them nothing is calculated" in chosen["text"]
     assert said["back"] == pytest.approx(0.01) and said["again"]
     # A mill without measured yields has the four charts of its dissipation.
-    assert said["charts"] == 4 and not said["yields"]
+    assert said["charts"] == 6 and not said["yields"]
 
 
 @needs_browser
@@ -136,8 +136,8 @@ def test_the_search_of_the_page_finds_the_charges_that_the_library_finds(mills, 
     own = mills["both"]["fingerprint"]
     condition = own.condition(speed_hz=13.0, ball_diameter_m=own.charge_diameter_m("twice"), fill_ratio=0.12)
     found = own.predict(condition, charge="twice")
-    target = {name: getattr(found, name).value for name in TARGET_DESCRIPTORS}
-    table = rank_conditions(target, [own], simulated_request(own))
+    target = {name: getattr(found, name).value for name in DESCRIPTOR_SETS["weighted"]}
+    table = rank_conditions(target, [own], simulated_request(own, "weighted"))
     page.open(mills["both"]["page"])
     ours = page.run(f"""const rows = await explorer.search({target!r});
       return rows.map(({{ condition, distance }}) =>
@@ -163,5 +163,5 @@ def test_a_page_names_the_balls_that_its_search_tries(mills):
 
 def test_a_slider_of_the_diameter_reaches_over_balls_of_one_size_alone(mills):
     own = mills["both"]["fingerprint"]
-    content = mill_content(Machine("emax", "A mill"), [mills["both"]["file"]], simulated_request(own))
+    content = mill_content(Machine("emax", "A mill"), [mills["both"]["file"]], simulated_request(own, "weighted"))
     assert content["sliders"]["ball_diameter_m"] == pytest.approx([0.005 / 1.25, 0.01 * 1.25])

@@ -41,7 +41,7 @@ def test_descriptors_and_doses_are_those_of_the_library(built, pages, width, mil
     own = built["fingerprints"][mill]
     found = own.predict(own.condition(**{name: SETTING[name] for name in list(SETTING)[:3]}))
     mass = found.balls * 7700.0 * np.pi / 6 * 0.01**3 * 1e3 / POWDER["bpr"]
-    columns = [found.normal_energy_J, found.tangential_energy_J, found.frequency_per_ball_hz]
+    columns = [found.normal_energy_J, found.tangential_energy_J, found.specific_frequency_hz]
     normal, tangential, frequency = (pd.Series([band.value]) for band in columns)
     times = (pd.Series([POWDER["time_h"]]), pd.Series([mass]))
     theirs = doses(normal, tangential, found.balls * frequency, *times).iloc[0]
@@ -173,7 +173,7 @@ def test_units_change_what_is_shown_and_not_the_state(pages, width):
       set("energy", "µJ"); set("dose", "kJ/g"); set("frequency", "1/min");
       const hits = () => results()[2].querySelector("dd").textContent;
       const minutes = hits(); set("frequency", "1/s");
-      const target = document.getElementById("target-normal_energy_J").value;
+      const target = document.getElementById("target-weighted_normal_energy_J").value;
       const same = JSON.stringify(explorer.state) === before;
       return { shown, speeds, minutes, seconds: hits(), same, hash: location.hash, target };""")
     numbers = {unit: float(text.split()[0]) for unit, text in said["shown"].items()}

@@ -116,10 +116,10 @@ def test_a_file_of_something_else_is_told_in_one_line(page, text):
 def test_another_mill_keeps_the_targets_of_the_search(page):
     said = page.run("""
       document.getElementById("take").click();
-      const target = document.getElementById("target-normal_energy_J").value;
+      const target = document.getElementById("target-weighted_normal_energy_J").value;
       const mill = document.getElementById("mill"); mill.value = "planetary"; mill.dispatchEvent(new Event("change"));
       await explorer.showSearch();
-      const kept = document.getElementById("target-normal_energy_J").value;
+      const kept = document.getElementById("target-weighted_normal_energy_J").value;
       return { target, kept, title: document.title,
         rows: document.querySelectorAll("#found tbody tr").length,
         heading: document.querySelector("h1").textContent };""")

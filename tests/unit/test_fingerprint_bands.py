@@ -21,6 +21,7 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
+from millprint.fingerprint.condition import COUNTED
 from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
@@ -31,7 +32,7 @@ from tests.unit.made_spectra import made_spectra
 from tests.unit.synthetic_mill import descriptors, fingerprint
 
 AT = {"speed_hz": 10.0, "ball_diameter_m": 0.01}
-BANDS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "power_W", "tangential_share")
+BANDS = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz", "power_W", "tangential_share")
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,7 @@ def test_a_prediction_has_the_intervals_of_the_analysis_and_its_own_as_before(ow
     condition = own.condition(fill_ratio=0.12, **AT)
     found, before = own.predict(condition), plain.predict(condition)
     content = factors_of()["factors"]
-    for name, quantity in (("power_W", "P"), ("normal_energy_J", "En"), ("frequency_per_ball_hz", "f")):
+    for name, quantity in (("power_W", "P"), ("normal_energy_J", "En"), ("specific_frequency_hz", "f")):
         band, old = getattr(found, name), getattr(before, name)
         assert (band.value, band.lower, band.upper) == (old.value, old.lower, old.upper)
         ends = [band.value * content[quantity][end][1] for end in ("lower", "upper")]
@@ -148,13 +149,23 @@ def _short() -> dict:
     return content
 
 
+def test_factors_by_another_counting_rule_tell_of_what_needs_none(about, tmp_path):
+    path = tmp_path / "contact.json"
+    path.write_text(json.dumps(_changed(counting_rule="lifetimes")))
+    found = read_factors(str(path), "contact", about).at(np.array([0.12]))
+    assert [name for name, ends in found.items() if np.isnan(ends).any()] == list(COUNTED)
+    path.write_text(json.dumps(factors_of()))
+    assert not any(
+        np.isnan(ends).any() for ends in read_factors(str(path), "contact", about).at(np.array([0.12])).values()
+    )
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
         (_changed(mill="spex"), "mill = 'spex': the fingerprint is of 'emax'"),
         (_changed(contact="steel"), "contact = 'steel': the fingerprint is of 'calibrated'"),
-        (_changed(counting_rule="lifetimes"), "counting_rule = 'lifetimes': the fingerprint is of 'gap_3ms'"),
-        (_changed(format="millprint fingerprint 1"), "format = 'millprint fingerprint 1': input should be"),
+        (_changed(format="millprint fingerprint 2"), "format = 'millprint fingerprint 2': input should be"),
         (_changed(fill_ratios=[0.3, 0.12, 0.06]), "must rise"),
         (_changed(factors={}), "factors.Pn: this key is missing"),
         (_short(), "factors.Pt.upper: must have a number for each of fill_ratios"),

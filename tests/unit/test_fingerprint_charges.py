@@ -6,7 +6,7 @@ import pytest
 import match_conditions
 from match_mills import request_of
 from millprint.config.checks import load_workflow
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
 from millprint.config.load import check_model, load_named
 from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MatchMillsConfig, MillsConfig, ScaleUpConfig
@@ -43,7 +43,7 @@ def charged(speeds=(600.0, 1200.0), fills=FILLS) -> list[dict]:
 
 
 def fitted(runs: list[dict]) -> Fingerprint:
-    return Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95, charges_of(runs))
+    return Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95, charges_of(runs))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def outside(fingerprint: Fingerprint, diameter_m: float, charge: str = "") -> tu
 
 
 def test_a_table_names_the_charge(tmp_path):
-    table = tabulate_descriptors(summaries() + charged(), "gap_3ms")
+    table = tabulate_descriptors(summaries() + charged(), "gap_0_03")
     assert table.groupby("charge").size().to_dict() == {"": 4 * len(FILLS), "three": 2 * len(FILLS)}
     write_table(table, tmp_path / "descriptors.tsv")
     assert read_descriptors(tmp_path / "descriptors.tsv")["charge"].tolist() == table["charge"].tolist()
@@ -66,7 +66,7 @@ def test_a_table_names_the_charge(tmp_path):
 
 def test_a_charge_is_apart_from_balls_of_one_size_as_large_as_its_mean_ball():
     runs = [summary(diameter_mm=THREE.mean_diameter_mm), summary(mixture=THREE)]
-    assert sorted(tabulate_descriptors(runs, "gap_3ms")["charge"]) == ["", "three"]
+    assert sorted(tabulate_descriptors(runs, "gap_0_03")["charge"]) == ["", "three"]
 
 
 def test_a_prediction_for_other_balls_says_so(both):
@@ -109,9 +109,9 @@ def test_a_charge_is_no_other_size_of_balls():
     )
     found = {}
     for name, chosen in {"alone": runs, "both": runs + odd}.items():
-        table = fit_exponents(tabulate_descriptors(chosen, "gap_3ms"), tabulate_counting_rules(chosen), 0.95)
+        table = fit_exponents(tabulate_descriptors(chosen, "gap_0_03"), tabulate_counting_rules(chosen), 0.95)
         own = table[(table["quantity"] == "power_per_ball_W") & (table["variable"] == "d")].iloc[0]
-        collapse = tabulate_mill_collapse(tabulate_descriptors(chosen, "gap_3ms"), 0.95, 0.2).iloc[0]
+        collapse = tabulate_mill_collapse(tabulate_descriptors(chosen, "gap_0_03"), 0.95, 0.2).iloc[0]
         found[name] = [own["exponent"], collapse["d"], collapse["omega"]]
     assert found["both"] == pytest.approx(found["alone"], rel=1e-9)
 
@@ -119,7 +119,7 @@ def test_a_charge_is_no_other_size_of_balls():
 @pytest.mark.parametrize("speeds", [(600.0,), (600.0, 1200.0)])
 def test_a_mill_with_a_charge_alone_has_a_sheet(speeds):
     runs = [{**run, "wall_static_friction": 0.5} for run in charged(speeds, FILLS[2:5])]
-    table, mill = tabulate_descriptors(runs, "gap_3ms"), load_named(ROOT / "config/mills", "spex", MillConfig, "mill")
+    table, mill = tabulate_descriptors(runs, "gap_0_03"), load_named(ROOT / "config/mills", "spex", MillConfig, "mill")
     fingerprint, collapse = fitted(runs), tabulate_mill_collapse(table, 0.95, 0.2)
     assert (collapse["collapse"] == UNKNOWN).all() == (len(speeds) == 1)
     assert collapse["d"].isna().all()
@@ -217,11 +217,12 @@ def test_a_charge_of_another_mill_can_be_the_target(unlike, tmp_path):
     request = MatchConfig(**REQUEST, targets=[target], ball_diameters_mm=[5, 8, 10])
     table = match_targets(request, [mill])
     assert "charge" not in table and len(table)
-    assert target_descriptors(target, [mill]) == {
-        name: pytest.approx(value)
-        for name, value in described(unlike, "three", speed_hz=800 / 60, fill_ratio=0.1).items()
-        if name in TARGET_DESCRIPTORS
-    }
+    for chosen, names in DESCRIPTOR_SETS.items():
+        assert target_descriptors(target, [mill], chosen) == {
+            name: pytest.approx(value)
+            for name, value in described(unlike, "three", speed_hz=800 / 60, fill_ratio=0.1).items()
+            if name in names
+        }
 
 
 def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
@@ -232,13 +233,13 @@ def test_balls_of_which_nothing_is_known_are_refused_in_one_line(unlike):
         (fitted(summaries(error=0.002)), "three", "charge = three: the fingerprint of emax is of balls of one size"),
     ):
         request = MatchConfig(
-            **REQUEST, targets=[{"name": "a", "frequency_per_ball_hz": 400}], ball_diameters_mm=[choice]
+            **REQUEST, targets=[{"name": "a", "specific_frequency_hz": 400}], ball_diameters_mm=[choice]
         )
         with pytest.raises(ConfigError, match=words):
             match_targets(request, [mill])
     # What one of two mills knows is asked of that one.
     request = MatchConfig(
-        **REQUEST, targets=[{"name": "a", "frequency_per_ball_hz": 400}], ball_diameters_mm=[8, "three"]
+        **REQUEST, targets=[{"name": "a", "specific_frequency_hz": 400}], ball_diameters_mm=[8, "three"]
     )
     table = match_targets(request.model_copy(update={"ranked": 100}), [alone, fitted(summaries(error=0.002))])
     assert set(zip(table["charge"], table["ball_diameter_mm"].round(3), strict=True)) == {
@@ -262,7 +263,7 @@ def test_the_command_line_takes_charges_by_name(unlike, tmp_path, capsys):
 
 def test_a_match_of_mills_searches_the_simulated_charges(unlike):
     settings = {"mill": "emax", "like_mill": "spex", "like_speed_rpm": 800, "like_fill_ratio": 0.1}
-    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", unlike)
+    request = request_of(MatchMillsConfig(**settings, like_ball_diameter_mm="graded"), "other.json", unlike, "weighted")
     assert request.ball_diameters_mm == [5.0, 10.0, "three", "twice"]
     assert request.targets[0].like.ball_diameter_mm == "graded"
 

@@ -40,6 +40,8 @@ def results(tmp_path_factory) -> Path:
     content = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     settings = FingerprintConfig(**content["fingerprint"])
     runs = summaries() + summaries(contacts=("steel",), factor=1.4) + [summary(0.17)] + overrides()
+    for run in runs:
+        run["collisions"].append(run["collisions"][1] | {"name": settings.counting_rule, "by": "facet"})
     paths = []
     for index, run in enumerate(runs):
         paths.append(root / f"summary_{index}.json")
@@ -170,9 +172,9 @@ def test_a_run_without_tables_says_not_run(tmp_path, claims):
 
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_the_table_of_curves_has_the_layout_that_others_read(results, contact):
-    """fill_ratio, then value, lower and upper of Pn, Pt, f and ratio; every simulated fill ratio has a row."""
+    """fill_ratio, then value, lower and upper of each quantity; every simulated fill ratio has a row."""
     table = read_table(results / f"fingerprint/curves_{contact}.tsv")
-    quantities = ("Pn", "Pt", "f", "ratio")
+    quantities = ("Pn", "Pt", "f", "ratio", "En_star", "Et_star")
     assert list(table) == ["fill_ratio", *(f"{name}{end}" for name in quantities for end in ("", "_lower", "_upper"))]
     assert table["fill_ratio"].is_monotonic_increasing
     row = table[table["fill_ratio"] == 0.10].iloc[0]

@@ -28,7 +28,7 @@ def scattered(seed: int = 1, size: float = 0.05) -> pd.DataFrame:
         for diameter in (5.0, 10.0)
         for speed in (600.0, 1200.0)
     ]
-    return tabulate_descriptors(runs, "gap_3ms")
+    return tabulate_descriptors(runs, "gap_0_03")
 
 
 def test_the_average_of_a_mill_without_scatter_has_no_width(exact):
@@ -65,17 +65,20 @@ def test_the_universal_factor_collapses_sets_that_obey_it():
     both = tabulate_descriptors(
         summaries(fills=(0.06, 0.10), factor=1 / np.sqrt(1 - 0.117037))
         + summaries(contacts=("steel",), fills=(0.06, 0.10, 0.17), factor=1 / np.sqrt(1 - 0.551421)),
-        "gap_3ms",
+        "gap_0_03",
     )
     pooled = tabulate_collapse(both).query("scope == 'universal' and quantity != 'ratio'")
     assert set(pooled["fill_ratio"]) == {0.06, 0.10}
-    assert (pooled["spread_scaled"] > 0.15).all()
+    energies = pooled["quantity"].isin(["En_star", "Et_star"])
+    assert (pooled.loc[~energies, "spread_scaled"] > 0.15).all() and (
+        pooled.loc[energies, "spread_scaled"] < 1e-9
+    ).all()
     assert (pooled["spread_universal"] < 1e-5).all()
     np.testing.assert_allclose(universal_descriptors(both)["Pn"], true_curves(both["fill_ratio"])[0], rtol=1e-5)
 
 
 def exponents_of(runs: list[dict]) -> pd.DataFrame:
-    return fit_exponents(tabulate_descriptors(runs, "gap_3ms"), tabulate_counting_rules(runs), 0.95)
+    return fit_exponents(tabulate_descriptors(runs, "gap_0_03"), tabulate_counting_rules(runs), 0.95)
 
 
 def test_exponents_of_an_exact_mill_are_those_of_the_scaling():
@@ -99,11 +102,11 @@ def test_other_exponents_are_found_and_differ_from_the_supposed():
         for rule in run["collisions"]:
             rule["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
     table = exponents_of(runs)
-    table = table[table["counting_rule"] == "gap_3ms"].set_index(["quantity", "variable"])
+    table = table[table["counting_rule"] == "gap_0_03"].set_index(["quantity", "variable"])
     for quantity, variable, true, agrees in (
         ("normal_power_per_ball_W", "A", 1.5, "no"),
         ("tangential_power_per_ball_W", "rho", 1.2, "no"),
-        ("frequency_per_ball_hz", "omega", 0.7, "no"),
+        ("specific_frequency_hz", "omega", 0.7, "no"),
         ("normal_power_per_ball_W", "omega", 3.0, "yes"),
     ):
         row = table.loc[(quantity, variable)]
@@ -122,7 +125,7 @@ def test_the_interval_is_that_of_a_regression_with_a_constant_for_each_group():
     ]
     table = exponents_of(runs)
     found = table[(table["quantity"] == "normal_power_per_ball_W") & (table["variable"] == "omega")].iloc[0]
-    frame = tabulate_descriptors(runs, "gap_3ms")
+    frame = tabulate_descriptors(runs, "gap_0_03")
     design = pd.get_dummies(frame["fill_ratio"], dtype=float).assign(speed=np.log(frame["speed_hz"]))
     fit = sm.OLS(np.log(frame["normal_power_W"] / frame["balls"]).to_numpy(), design.to_numpy()).fit()
     assert found["exponent"] == pytest.approx(fit.params[-1], rel=1e-9)
@@ -151,7 +154,7 @@ def test_the_spread_of_a_sweep_over_amplitude_is_its_own():
     runs = summaries() + overrides()
     for run in runs:
         run["power_W"]["normal"] *= (run["amplitude_m"] / AMPLITUDE) ** -2
-    table = tabulate_collapse(tabulate_descriptors(runs, "gap_3ms"))
+    table = tabulate_collapse(tabulate_descriptors(runs, "gap_0_03"))
     spread = table[table["quantity"] == "Pn"].groupby("compared")["spread_scaled"].max()
     assert spread["speed and ball size"] < 1e-9 and spread["density"] < 1e-9
     assert spread["amplitude"] > 0.4

@@ -11,7 +11,7 @@ from millprint.fingerprint.condition import VARIABLES, Condition, descriptors_of
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.inputs import check_summary, read_summaries
-from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves
+from tests.unit.synthetic_mill import DENSITY, counted, descriptors, summaries, summary, true_curves, weighted
 
 
 def test_descriptors_give_back_the_curves():
@@ -26,21 +26,26 @@ def test_descriptors_give_back_the_curves():
 def known_run() -> dict:
     """Eight collisions of five balls in two seconds, 16 J normal and 4 J tangential; rho omega^2 A^2 d^3 is 1 J."""
     run = summary() | {"balls": 5, "density_kg_m3": 1000.0, "frequency_hz": 10.0, "amplitude_m": 0.1, "window_s": 2.0}
-    rule = counted("gap_3ms", 0.003, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
+    rule = counted("gap_0_03", 0.03, frequency=4.0, normal=8.0, tangential=2.0, balls=5) | {"count": 8}
     power = {"normal": 8.0, "tangential": 2.0, "rolling": 2.5, "wall": 12.5}
     error = {"normal": 0.8, "tangential": 0.4}
     return run | {
         "ball_diameter_m": 0.1, "collisions": [rule], "power_W": power, "power_standard_error_W": error,
         "restitution": 0.5, "static_friction": 0.0,
+        "weighted": {
+            "normal": weighted("normal", 4.0, 8.0, 5, 0.1),
+            "tangential": weighted("tangential", 4.0, 2.0, 5, 0.2),
+            "strong_frequency_hz": 0.32,
+        },
     }  # fmt: skip
 
 
 def test_known_collisions_have_a_known_answer():
-    row = tabulate_descriptors([known_run()], "gap_3ms").iloc[0]
+    row = tabulate_descriptors([known_run()], "gap_0_03").iloc[0]
     known = {
         "normal_energy_J": 2.0,  # 16 J over 8 collisions
         "tangential_energy_J": 0.5,
-        "frequency_per_ball_hz": 0.8,  # 4 collisions a second, shared by 5 balls
+        "specific_frequency_hz": 0.8,  # 4 collisions a second, shared by 5 balls
         "effective_restitution": 0.5,  # without friction, the restitution itself
         "drive_torque_Nm": 12.5 / (2 * np.pi * 10),  # 12.5 W at 10 revolutions a second
         "efficiency": 0.8,  # 10 of 12.5 W; the rest is rolling
@@ -58,6 +63,16 @@ def test_known_collisions_have_a_known_answer():
         "P_se": np.hypot(0.016, 0.008),
         "En_se": 2.0 * np.hypot(0.1, 1 / np.sqrt(8)),
         "Et_se": 0.5 * np.hypot(0.2, 1 / np.sqrt(8)),
+        "weighted_normal_frequency_hz": 0.2,  # 8 W over 5 balls and 8 J, four times the mean
+        "weighted_tangential_frequency_hz": 0.4,
+        "En_star": 8.0,
+        "Et_star": 1.0,
+        "fn_star": 0.02,
+        "ft_star": 0.04,
+        "f90": 0.032,
+        "En_star_se": 0.8,
+        "fn_star_se": 0.004,
+        "f90_se": 0.032 / np.sqrt(3.2),  # 3.2 strong collisions
     }
     assert row[list(known)].to_dict() == pytest.approx(known, rel=1e-12)
     assert {column.name for column in COMPUTED} <= set(known)
@@ -72,7 +87,7 @@ def test_scaled_descriptors_do_not_depend_on_size_or_speed_of_the_mill():
     # omega^2 A^2 d^3 is 1/4 * 4 * 8, and the frequency goes with the speed.
     assert many["normal_energy_J"] == pytest.approx(8 * few["normal_energy_J"], rel=1e-12)
     assert many["tangential_energy_J"] / many["normal_energy_J"] == pytest.approx(2 / 3, rel=1e-12)
-    assert many["frequency_per_ball_hz"] == pytest.approx(few["frequency_per_ball_hz"] / 2, rel=1e-12)
+    assert many["specific_frequency_hz"] == pytest.approx(few["specific_frequency_hz"] / 2, rel=1e-12)
     assert power_scale(large) == pytest.approx(4 * power_scale(small), rel=1e-12)
 
 
@@ -92,21 +107,23 @@ def test_every_column_is_named_once_and_explained():
 
 
 def test_energy_per_collision_is_power_over_frequency():
-    table = tabulate_descriptors([summary(0.10)], "gap_3ms")
+    table = tabulate_descriptors([summary(0.10)], "gap_0_03")
     normal, _, frequency = true_curves(0.10)
     scale = DENSITY * 10.0**2 * 0.017**2 * 0.01**3
     assert table["normal_energy_J"].item() == pytest.approx(normal / frequency * scale, rel=1e-12)
-    assert table["frequency_per_ball_hz"].item() == pytest.approx(frequency * 10.0, rel=1e-12)
-    assert table["collision_gap_s"].item() == 0.003
-    assert table["counting_rule"].item() == "gap_3ms"
+    assert table["specific_frequency_hz"].item() == pytest.approx(frequency * 10.0, rel=1e-12)
+    assert table["collision_gap_turns"].item() == 0.03
+    assert table["collisions_by"].item() == "surface"
+    assert table["collisions_of_a_ball_hz"].item() == pytest.approx(1.3 * frequency * 10.0, rel=1e-12)
+    assert table["counting_rule"].item() == "gap_0_03"
 
 
 def test_a_wider_gap_counts_fewer_collisions_of_more_energy():
     table = tabulate_counting_rules([summary(0.10)]).set_index("counting_rule")
-    assert list(table.index) == ["lifetimes", "gap_2ms", "gap_3ms"]
-    assert table.loc["lifetimes", "f"] == pytest.approx(2 * table.loc["gap_3ms", "f"])
-    assert table.loc["lifetimes", "normal_energy_J"] == pytest.approx(table.loc["gap_3ms", "normal_energy_J"] / 2)
-    assert table.loc["gap_3ms", "ball_ball_share"] == pytest.approx(0.3)
+    assert list(table.index) == ["lifetimes", "gap_0_02", "gap_0_03"]
+    assert table.loc["lifetimes", "f"] == pytest.approx(2 * table.loc["gap_0_03", "f"])
+    assert table.loc["lifetimes", "normal_energy_J"] == pytest.approx(table.loc["gap_0_03", "normal_energy_J"] / 2)
+    assert table.loc["gap_0_03", "ball_ball_share"] == pytest.approx(0.3)
 
 
 def test_a_threshold_that_nothing_reaches_has_no_energy_and_no_crash():
@@ -121,8 +138,8 @@ def test_a_threshold_that_nothing_reaches_has_no_energy_and_no_crash():
 
 def test_seeds_are_averaged_with_their_spread():
     runs = [summary(0.10, seed=seed, noise=noise) for seed, noise in enumerate((-0.03, 0.0, 0.03))]
-    single = tabulate_descriptors(runs[1:2], "gap_3ms").iloc[0]
-    mean = tabulate_descriptors(runs, "gap_3ms").iloc[0]
+    single = tabulate_descriptors(runs[1:2], "gap_0_03").iloc[0]
+    mean = tabulate_descriptors(runs, "gap_0_03").iloc[0]
     assert mean["seeds"] == 3
     assert mean["normal_power_W"] == pytest.approx(single["normal_power_W"], rel=1e-12)
     assert mean["normal_power_seed_sd_W"] == pytest.approx(0.03 * single["normal_power_W"], rel=1e-9)
@@ -133,8 +150,8 @@ def test_seeds_are_averaged_with_their_spread():
 
 
 def test_an_unrecorded_counting_rule_is_refused():
-    with pytest.raises(ConfigError, match=r"counting_rule = gap_5ms.*lifetimes, gap_2ms, gap_3ms"):
-        tabulate_descriptors([summary()], "gap_5ms")
+    with pytest.raises(ConfigError, match=r"counting_rule = gap_0_05.*lifetimes, gap_0_02, gap_0_03"):
+        tabulate_descriptors([summary()], "gap_0_05")
 
 
 @pytest.mark.parametrize(
@@ -166,7 +183,7 @@ def test_a_run_without_collisions_is_refused():
 
 def test_a_window_of_one_revolution_has_no_standard_error_and_is_accepted():
     short = check_summary(summary() | {"power_standard_error_W": {"normal": None, "tangential": None}}, "run.json")
-    row = tabulate_descriptors([short], "gap_3ms").iloc[0]
+    row = tabulate_descriptors([short], "gap_0_03").iloc[0]
     assert np.isnan(row["Pn_se"]) and row["Pn"] > 0
 
 

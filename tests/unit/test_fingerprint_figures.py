@@ -60,7 +60,7 @@ def test_master_curves_show_the_published_values(published):
 
 def test_exponents_are_shown_about_what_is_supposed():
     runs = summaries() + overrides()
-    table = fit_exponents(tabulate_descriptors(runs, "gap_3ms"), tabulate_counting_rules(runs), 0.95)
+    table = fit_exponents(tabulate_descriptors(runs, "gap_0_03"), tabulate_counting_rules(runs), 0.95)
     figure = chapter3.plot_exponents(table[table["contact"] == "calibrated"].dropna(subset="exponent"))
     assert len(figure.axes) == 4
     for axis in figure.axes:

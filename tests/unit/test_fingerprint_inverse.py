@@ -26,7 +26,7 @@ from tests.unit.synthetic_mill import AMPLITUDE, DENSITY, VOLUME, fingerprint, s
 
 CURVES = {name: float(PRINTED[f"3.curve.0.10.{name}"]) for name in ("Pn", "Pt", "f")}
 PRINTED_SPEED = float(PRINTED["3.inverse.speed"])
-TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "frequency_per_ball_hz": 400.0}
+TARGET = {"normal_energy_J": 2.21e-4, "tangential_energy_J": 5.00e-4, "specific_frequency_hz": 400.0}
 
 
 def at(diameter: float) -> Condition:
@@ -62,11 +62,11 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
     assert table.loc["both energies", "balls"] == 191
     assert abs(table.loc["both energies", "normal_energy_J_residual_percent"]) < 0.2
     # The frequency per ball is that of 600 rpm times 2 sqrt 2: not kept, against the text of Sec. 3.3.4.
-    assert table.loc["both energies", "frequency_per_ball_hz_residual_percent"] == pytest.approx(182.8, abs=0.5)
-    assert table.loc["frequency per ball", "speed_rpm"] == pytest.approx(600, rel=1e-12)
+    assert table.loc["both energies", "specific_frequency_hz_residual_percent"] == pytest.approx(182.8, abs=0.5)
+    assert table.loc["specific frequency", "speed_rpm"] == pytest.approx(600, rel=1e-12)
 
 
-@pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"])
+@pytest.mark.parametrize("kept", ["normal_energy_J", "tangential_energy_J", "specific_frequency_hz"])
 def test_a_single_descriptor_is_kept_exactly(kept):
     nearest = nearest_speed(TARGET, CURVES, at(0.007), {kept: 1.0})
     assert nearest.ball_diameter_m == 0.007
@@ -106,7 +106,7 @@ def test_no_common_fill_ratio_gives_an_empty_ranking(curves):
 def test_a_target_that_leaves_a_descriptor_open_is_met_in_the_others(curves):
     target = {name: TARGET[name] for name in ("normal_energy_J", "tangential_energy_J")}
     best = rank_conditions(target, [curves], allowed((480, 1500), (0.04, 0.40), (6,))).iloc[0]
-    assert best["distance"] < 1e-3 and np.isnan(best["frequency_per_ball_hz_residual_percent"])
+    assert best["distance"] < 1e-3 and np.isnan(best["specific_frequency_hz_residual_percent"])
     assert best["within_interval"] == "normal_energy_J, tangential_energy_J"
 
 
@@ -163,7 +163,7 @@ def test_a_yaml_file_asks_for_a_condition_of_another_mill(file, tmp_path):
 
 def test_the_powder_that_gives_the_target_is_chosen(curves):
     """Of two contact sets, the one that the target came from."""
-    strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_3ms"), VOLUME, 0.95)
+    strong = Fingerprint.fit(tabulate_descriptors(summaries(contacts=("steel",), factor=1.4), "gap_0_03"), VOLUME, 0.95)
     target = target_at(strong, speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.10)
     table = rank_conditions(target, [curves, strong], allowed((300, 1200), (0.04, 0.40), (10,)))
     assert table["contact"].iloc[0] == "steel"
@@ -171,21 +171,27 @@ def test_the_powder_that_gives_the_target_is_chosen(curves):
 
 def test_another_counting_rule_cannot_be_compared(curves, file, tmp_path):
     content = json.loads(Path(file).read_text())
-    content["about"]["collision_gap_s"] = 0.001
+    content["about"]["collision_gap_turns"] = 0.01
     other = tmp_path / "other.json"
     other.write_text(json.dumps(content))
     like = {"fingerprint": str(other), "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.15}
-    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}])
-    with pytest.raises(ConfigError, match=r"gap of 0\.001 s, those of emax/calibrated with 0\.003 s"):
+    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}], descriptors="per_collision")
+    with pytest.raises(
+        ConfigError, match=r"gap of 0\.01 turns, those of emax/calibrated by surface with .* 0\.03 turns"
+    ):
         match_targets(request, [curves])
+    # Weighted descriptors need no rule.
+    best = match_targets(request.model_copy(update={"descriptors": "weighted"}), [curves]).iloc[0]
+    assert best["speed_rpm"] == pytest.approx(700, rel=5e-3) and best["fill_ratio"] == pytest.approx(0.15, rel=5e-3)
+    assert "normal_energy_J" not in best and "weighted_normal_energy_J" in best
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"targets": [{"name": "none"}]}, "either one at least of normal_energy_J"),
+        ({"targets": [{"name": "none"}]}, "either one at least of weighted_normal_energy_J"),
         ({"targets": [{"name": "a", "normal_energy_J": 1e-4}], "weights": {"normal_energy_J": 0}}, "must be over 0"),
-        ({"targets": [{"name": "a", "frequency_per_ball_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
+        ({"targets": [{"name": "a", "specific_frequency_hz": 400}], "speeds_rpm": [900, 300]}, "must not exceed"),
     ],
 )
 def test_a_faulty_request_is_refused_in_one_line(change, message):
@@ -236,10 +242,11 @@ def test_the_command_line_shows_intervals_by_contact_parameters_and_what_two_mil
     analysed, file, tmp_path, capsys
 ):
     options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "2"]
-    match_conditions.main([analysed, "--like", file, "700", "10", "0.12", *options])
-    printed = capsys.readouterr().out
-    heads = printed.splitlines()[1]
-    assert all(f"{short} by contact %" in heads for short in ("En", "Et", "f")) and "by shape" not in heads
+    shorts = {"weighted": ("E*n", "E*t", "f*n", "f*t"), "per_collision": ("En", "Et", "f")}
+    for chosen, own in shorts.items():
+        match_conditions.main([analysed, "--like", file, "700", "10", "0.12", *options, "--descriptors", chosen])
+        heads = (printed := capsys.readouterr().out).splitlines()[1]
+        assert all(f"{short} by contact %" in heads for short in own) and "by shape" not in heads
     assert "both mills have the contact set calibrated" in printed
     match_conditions.main([file, "--like", analysed, "700", "10", "0.12", *options])
     printed = capsys.readouterr().out
@@ -268,7 +275,7 @@ def test_the_ratio_of_two_mills_has_the_interval_of_two_independent_ones():
 
 def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, analysed, tmp_path, capsys):
     like = {"fingerprint": analysed, "speed_rpm": 700, "ball_diameter_mm": 10, "fill_ratio": 0.12}
-    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}])
+    request = MatchConfig(**REQUEST, targets=[{"name": "other", "like": like}], descriptors="per_collision")
     own = Fingerprint.read(analysed)
     best = match_targets(request, [own]).iloc[0]
     of_target = own.predict(own.condition(speed_hz=700 / 60, ball_diameter_m=0.01, fill_ratio=0.12)).normal_energy_J
@@ -284,7 +291,7 @@ def test_a_match_with_another_mill_has_the_intervals_of_the_ratio(curves, file, 
     # One that was not analysed leaves the ratio's interval by contact parameters open; numbers as a target have none.
     assert not list(match_targets(request, [curves]).filter(like="ratio_by"))
     assert not list(match_targets(allowed((300, 1200), (0.04, 0.40), (10,)), [curves]).filter(like="_J_ratio"))
-    options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "1"]
+    options = ["--speeds", "300", "1200", "--balls", "10", "--ranked", "1", "--descriptors", "per_collision"]
     match_conditions.main([analysed, "--like", analysed, "700", "10", "0.12", *options])
     head = capsys.readouterr().out.splitlines()[1]
     assert all(f"{short} ratio" in head and f"{short} ratio by contact" in head for short in ("En", "Et", "f"))

@@ -42,7 +42,7 @@ def scattered(seed: int, size: float = 0.05) -> pd.DataFrame:
         for diameter in (5.0, 10.0)
         for speed in (600.0, 1200.0)
     ]
-    return tabulate_descriptors(runs, "gap_3ms")
+    return tabulate_descriptors(runs, "gap_0_03")
 
 
 def at(mill: Fingerprint, speed_hz: float, ball_diameter_m: float, fill_ratio: float, **other: float) -> Condition:
@@ -108,14 +108,14 @@ def test_predictions_return_the_simulated_conditions(exact, own):
         assert found.outside == ()
         assert found.balls == row.balls
         assert found.normal_energy_J.value == pytest.approx(row.normal_energy_J, rel=0.02)
-        assert found.frequency_per_ball_hz.value == pytest.approx(row.frequency_per_ball_hz, rel=0.02)
+        assert found.specific_frequency_hz.value == pytest.approx(row.specific_frequency_hz, rel=0.02)
         assert found.power_W.lower < row.normal_power_W + row.tangential_power_W < found.power_W.upper
 
 
 def test_energies_times_frequency_are_the_power(own):
     found = own.predict(at(own, 13.14, 0.01, 0.06))
     energies = found.normal_energy_J.value + found.tangential_energy_J.value
-    assert found.balls * found.frequency_per_ball_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
+    assert found.balls * found.specific_frequency_hz.value * energies == pytest.approx(found.power_W.value, rel=1e-9)
 
 
 def test_predictions_of_an_exact_mill_scale_as_the_equations_say(own):
@@ -134,8 +134,8 @@ def test_a_departure_from_the_scaling_is_learned():
     for run in runs:
         for counted in run["collisions"]:
             counted["frequency_hz"] *= (run["frequency_hz"] / 10.0) ** -0.3
-    model = Fingerprint.fit(tabulate_descriptors(runs, "gap_3ms"), VOLUME, 0.95)
-    found = model.predict(at(model, 1000.0 / 60.0, 0.01, 0.12)).frequency_per_ball_hz
+    model = Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    found = model.predict(at(model, 1000.0 / 60.0, 0.01, 0.12)).specific_frequency_hz
     true = true_curves(0.12)[2] * (1000.0 / 60.0) * (1000.0 / 600.0) ** -0.3
     assert found.value == pytest.approx(true, rel=0.01)
     assert found.lower < true < found.upper and found.upper / found.lower < 1.1
@@ -169,9 +169,9 @@ def test_amplitude_and_density_are_ranged_only_if_they_were_varied(exact):
     assert set(varied_components(exact)) == {"fill", "machine"}
     model = Fingerprint.fit(exact, VOLUME, 0.95)
     assert model.predict(at(model, 10.0, 0.01, 0.10, amplitude_m=0.02)).outside == ("amplitude_m",)
-    both = tabulate_descriptors(summaries() + overrides(), "gap_3ms")
+    both = tabulate_descriptors(summaries() + overrides(), "gap_0_03")
     assert set(varied_components(both)) == {"fill", "machine", "amplitude", "density"}
-    alone = tabulate_descriptors(summaries(diameters=(10.0,), speeds=(600.0,)), "gap_3ms")
+    alone = tabulate_descriptors(summaries(diameters=(10.0,), speeds=(600.0,)), "gap_0_03")
     assert varied_components(alone) == {"fill": ["fill_ratio"]}
 
 
@@ -199,7 +199,7 @@ def test_the_file_gives_the_same_object_back_and_is_no_pickle(own, tmp_path):
         (None, "no such fingerprint"),
         ("not json", "not a fingerprint"),
         ('{"about": {}}', "format = None: must be"),
-        ('{"format": "millprint fingerprint 1", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
+        ('{"format": "millprint fingerprint 2", "inputs": {}}', "not a whole fingerprint: KeyError 'about'"),
     ],
 )
 def test_another_file_is_refused_in_one_line(tmp_path, text, message):

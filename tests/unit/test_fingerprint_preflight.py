@@ -49,11 +49,11 @@ def test_amplitude_and_density_are_described_only_for_the_mill_of_the_run():
 
 
 def set_rule(content):
-    content["fingerprint"]["counting_rule"] = "gap_5ms"
+    content["fingerprint"]["counting_rule"] = "gap_0_05"
 
 
 def set_threshold(content):
-    content["fingerprint"]["counting_rule"] = "gap_3ms_over_1N"
+    content["fingerprint"]["counting_rule"] = "gap_0_03_over_1N"
 
 
 def set_further_rule(content):
@@ -89,8 +89,8 @@ def few_fills(content):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (set_rule, "fingerprint.counting_rule = gap_5ms: must be one of dem.counting_rules (lifetimes, gap_1ms,"),
-        (set_threshold, "fingerprint.counting_rule = gap_3ms_over_1N: has a threshold"),
+        (set_rule, "fingerprint.counting_rule = gap_0_05: must be one of dem.counting_rules (lifetimes, gap_0_01,"),
+        (set_threshold, "fingerprint.counting_rule = gap_0_03_over_1N: has a threshold"),
         (set_further_rule, "convergence.counting_rules = lifetime: must be one of dem.counting_rules"),
         (set_contact, "partition.contact = brass: must be one of contacts (calibrated, steel)"),
         (

@@ -81,7 +81,7 @@ def synthetic(factor=1.0):
 def test_our_values_are_means_over_conditions_and_revolutions():
     summaries = synthetic()
     table = computed_values(
-        VALUES, tabulate_descriptors(summaries, "gap_3ms"), tabulate_cycles(summaries), "emax", "calibrated"
+        VALUES, tabulate_descriptors(summaries, "gap_0_03"), tabulate_cycles(summaries), "emax", "calibrated"
     ).set_index("name")
     normal, tangential, frequency = true_curves(0.06)
     assert table.loc[["Pn_f0.06", "Pt_f0.06", "f_f0.06"], "ours"].tolist() == pytest.approx(
@@ -125,7 +125,7 @@ def quadratic(best):
         return pd.DataFrame(
             {
                 "name": ["Pn_f0.06", "Pt_f0.10"], "role": ["fitted", "held back"], "published": 1.0,
-                "ours": [ours, ours], "error_percent": 100 * (ours - 1), "counting_rule": "gap_3ms",
+                "ours": [ours, ours], "error_percent": 100 * (ours - 1), "counting_rule": "gap_0_03",
                 "standard_error_percent": 1.0,
             }
         )  # fmt: skip
@@ -174,7 +174,7 @@ def test_the_table_says_what_a_step_does():
     sensitivity = sensitivity_rows(jar, SETTINGS, quadratic(jar))
     assert len(sensitivity) == 2 * 2 * len(JAR_PARAMETERS)
     assert sensitivity["change_percent"].to_numpy() == pytest.approx(100 * np.expm1(0.01))
-    table = fit_table(parameter_rows(jar, 26.0, "gap_3ms"), quadratic(jar)(jar, None), sensitivity)
+    table = fit_table(parameter_rows(jar, 26.0, "gap_0_03"), quadratic(jar)(jar, None), sensitivity)
     assert list(table.columns) == FIT_COLUMNS
     assert table["record"].value_counts().to_dict() == {
         "sensitivity": len(sensitivity), "parameter": len(JAR_PARAMETERS) + 2, "value": 2
@@ -194,6 +194,6 @@ def test_a_mill_of_another_name_or_shape_has_nothing_to_fit():
 
 def test_faults_of_the_section_name_the_key():
     content = read_yaml(ROOT / "config/config.yaml")
-    content["fit"] |= {"counting_rules": ["gap_3ms_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
+    content["fit"] |= {"counting_rules": ["gap_0_03_over_1N"], "fitted": ["Pn_f0.07"], "contact": "calibrated"}
     faults = fit_faults(check_model(content, WorkflowConfig, "config.yaml"), {"emax": EMAX}, "config.yaml")
     assert [fault.split(":")[1].split(" =")[0].strip() for fault in faults] == ["fit.counting_rules", "fit.fitted"]

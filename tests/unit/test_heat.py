@@ -73,7 +73,9 @@ def write_run(folder: Path, seed: int = 0, histogram: bool = False) -> tuple[str
         "damping_J": [0.1, 0.1, 0.0, 0.0],
         "sliding_J": [0.1, 0.1, 0.3, 0.3],
         "rolling_J": [1.0, 0.0, 0.0, 3.0],
-        "complete": [1, 1, 1, 1],
+        "facet": [-1, -1, 0, 3],
+        "contact": [0, 1, 2, 3],
+        "ended": [1, 1, 1, 1],
     }
     corners = 0.02 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

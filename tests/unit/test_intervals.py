@@ -192,6 +192,8 @@ def summaries(counts=(1000, 1000)) -> list[dict]:
             "normal_J": energies.tolist(),
             "tangential_J": (2 * energies).tolist(),
             "wall_J": [],
+            "normal_square_J2": (3 * energies**2).tolist(),
+            "tangential_square_J2": (5 * energies).tolist(),
         }
         summary["collisions"] = [
             rule | {"count": count, "frequency_hz": float(count)} for rule in summary["collisions"]
@@ -219,6 +221,13 @@ def test_drawn_runs_keep_what_belongs_together():
         factor = np.mean(energies["normal_J"]) / np.mean(before["per_revolution"]["normal_J"])
         assert run["power_W"]["normal"] == pytest.approx(factor * before["power_W"]["normal"])
         assert factor != 1
+        squares = np.mean(energies["normal_square_J2"]) / np.mean(before["per_revolution"]["normal_square_J2"])
+        new, old = run["weighted"]["normal"], before["weighted"]["normal"]
+        assert new["energy_J"] == pytest.approx(old["energy_J"] * squares / factor)
+        # E* times f* is the power.
+        assert new["energy_J"] * new["specific_frequency_hz"] == pytest.approx(
+            factor * old["energy_J"] * old["specific_frequency_hz"]
+        )
         for rule, earlier in zip(run["collisions"], before["collisions"], strict=True):
             total = rule["mean_normal_J"] * rule["frequency_hz"]
             assert total == pytest.approx(factor * earlier["mean_normal_J"] * earlier["frequency_hz"])
@@ -299,7 +308,7 @@ def test_the_spread_stands_beside_the_first_training():
 
 def test_a_claim_on_the_curves_is_drawn_from_its_own_simulations(tmp_path):
     runs = synthetic_mill.summaries(contacts=("calibrated", "steel"), fills=(0.06, 0.10, 0.17))
-    settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_2ms", "further_rules": []}
+    settings = {"mill": "emax", "contacts": ["calibrated", "steel"], "counting_rule": "gap_0_02", "further_rules": []}
     tables = draw_tables(runs, [], 12, 7, **settings)
     assert len(tables) == 12 and not tables[0]["fingerprint/descriptors.tsv"].equals(
         tables[1]["fingerprint/descriptors.tsv"]

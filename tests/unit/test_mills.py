@@ -208,11 +208,11 @@ def test_a_fingerprint_of_several_seeds_is_that_of_their_mean(tmp_path, monkeypa
             [file.replace("summary.json", "run.h5") for file in files],
             output,
             mill("emax"),
-            counting_rule="gap_3ms",
+            counting_rule="gap_0_03",
             interval=settings.interval,
             smooth_points=settings.smooth_points,
             collapse_max=MillsConfig().collapse_max,
-            spectra_rules=["gap_3ms"],
+            spectra_rules=["gap_0_03"],
             spectra_settings=SpectraConfig(),
         )
         return read_table(output.means), Fingerprint.read(output.fingerprint)
@@ -272,7 +272,7 @@ def test_curves_that_obey_the_scaling_collapse_by_it_and_give_its_exponents():
     assert power["spread_thesis"] < 1e-9
     assert power["spread_before"] > 1
     assert (power["omega"], power["d"]) == pytest.approx((3, 3))
-    assert table.loc["frequency_per_ball_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
+    assert table.loc["specific_frequency_hz", ["omega", "d"]].tolist() == pytest.approx([1, 0], abs=1e-9)
     assert set(table["collapse"]) == {VERDICTS[0]}
 
 
@@ -284,7 +284,7 @@ def test_other_exponents_of_the_power_are_found_and_reported():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2).set_index("quantity")
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2).set_index("quantity")
     power = table.loc["power_per_ball_W"]
     assert (power["omega"], power["d"]) == pytest.approx((2, 4))
     assert power["spread_thesis"] > 0.3
@@ -302,7 +302,7 @@ def test_a_regime_that_changes_is_said_not_to_collapse():
         for size in (10.0, 5.0)
         for speed in (600.0, 1200.0)
     ]
-    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_3ms"), 0.95, 0.2)
+    table = tabulate_mill_collapse(tabulate_descriptors(runs, "gap_0_03"), 0.95, 0.2)
     (row,) = one_row_a_mill([table]).to_dict("records")
     assert row["power_collapse"] == VERDICTS[2]
     assert row["power_spread_own"] > 0.2
@@ -351,7 +351,7 @@ def test_a_sheet_tells_intervals_apart_and_is_else_as_before(analysed):
     plain, sheet = sheet_of(fingerprint()), sheet_of(analysed)
     assert sheet.iloc[: len(plain)][SHEET].astype(object).equals(plain.astype(object))
     described = sheet[sheet["section"] == "descriptors"]
-    factor = analysed.further["contact"].at(np.array([sheet_condition(analysed)[0].fill_ratio]))["En"]
+    factor = analysed.further["contact"].at(np.array([sheet_condition(analysed)[0].fill_ratio]))["En_star"]
     lower, upper = described[by_columns("contact")].iloc[0]
     assert (lower, upper) == pytest.approx(tuple(described["value"].iloc[0] * factor[:, 0]), rel=1e-12)
     assert described[by_columns("shape")].isna().all(axis=None)
@@ -390,11 +390,11 @@ def test_each_way_to_run_a_large_mill_keeps_its_quantity(settings):
     factor = 80 ** (1 / 3)
     table = tabulate_scale_up(fingerprint(), factor, plan, 2e-6, 40.0).set_index("way")
     near = {"rel": 0.25}  # beyond its data the fingerprint's curves drift a little
-    assert table.loc["energy", "normal_energy_ratio"] == pytest.approx(1, **near)
+    assert table.loc["energy", "weighted_normal_energy_ratio"] == pytest.approx(1, **near)
     assert table.loc["power", "specific_power_ratio"] == pytest.approx(1, **near)
-    assert table.loc["frequency", "frequency_per_ball_ratio"] == pytest.approx(1, **near)
+    assert table.loc["frequency", "weighted_normal_frequency_ratio"] == pytest.approx(1, **near)
     assert table.loc["similar", "froude"] == pytest.approx(1)
-    assert table.loc["similar", "normal_energy_ratio"] == pytest.approx(factor**4, **near)
+    assert table.loc["similar", "weighted_normal_energy_ratio"] == pytest.approx(factor**4, **near)
     assert table.loc["similar", "balls"] == pytest.approx(24, abs=1)
     assert table.loc["energy", "balls"] == pytest.approx(24 * 80, abs=60)
     assert table.loc["energy", "speed_rpm"] == pytest.approx(600 / factor)
@@ -414,9 +414,13 @@ def test_the_large_run_is_held_against_the_sheet(settings):
     foreseen = sheet.set_index("way").loc[RUN_WAY.name]
     assert foreseen["balls"] >= 10_000
     run = {"balls": int(foreseen["balls"]), "ns_per_ball_step": 80.0, "power_W": {"normal": 1.0, "tangential": 2.0}}
-    rule = {"mean_normal_J": 2 * foreseen["normal_energy_J"], "mean_tangential_J": 1e-3, "frequency_hz": 1e6}
+    run["weighted"] = {
+        name: {"energy_J": 3 * foreseen[f"weighted_{name}_energy_J"]} for name in ("normal", "tangential")
+    }
+    rule = {"mean_normal_J": 2 * foreseen["normal_energy_J"], "mean_tangential_J": 1e-3, "specific_frequency_hz": 1e2}
     compared = compare_run(sheet, run, rule).set_index("quantity")
     assert compared.loc["normal_energy_J", "ratio"] == pytest.approx(2)
+    assert compared.loc["weighted_normal_energy_J", "ratio"] == pytest.approx(3)
     assert compared.loc["ns_per_ball_step", "ratio"] == pytest.approx(2)
     assert compared.loc["power_W", "simulated"] == 3.0
 
@@ -449,7 +453,7 @@ def test_the_page_of_a_fingerprint_and_the_collapse_of_mills_show_their_tables()
     words = " ".join(text.get_text() for axis in page.axes for text in axis.texts)
     for part in (
         "normal energy of a collision",
-        "power per ball: of speed: 3",
+        "power per ball: of speed 3",
         "holds from",
         "fill ratio: 0.04 to 0.4",
     ):
@@ -462,7 +466,7 @@ def test_a_large_mill_is_drawn_by_what_each_way_keeps(settings):
     sheet = tabulate_scale_up(fingerprint(), 4.3, settings.scale_up, 2e-6, 40.0)
     figure = figures.plot_scale_up(sheet)
     assert len(figure.axes) == 3
-    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["normal_energy_ratio"])
+    np.testing.assert_allclose(figure.axes[0].lines[1].get_ydata(), sheet["weighted_normal_energy_ratio"])
 
 
 def test_features_are_numbered_through_all_bodies_as_the_simulation_does():

@@ -36,7 +36,7 @@ def printed_column(form: str) -> list[str]:
 
 TABLE_4_2 = {
     "speed_hz": printed_column("4.case.{case}.speed"),
-    "frequency_per_ball_hz": printed_column("4.case.{case}.f"),
+    "specific_frequency_hz": printed_column("4.case.{case}.f"),
     "power_as_printed_W": printed_column("4.case.{case}.P"),
     "normal_energy_J": printed_column("4.case.{case}.En"),
     "tangential_energy_J": printed_column("4.case.{case}.Et"),

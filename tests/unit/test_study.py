@@ -72,7 +72,7 @@ def made_study(spread=0.005, effects=(), seeds=6, drift=0.0, random=1):
 
 def concluded(study: StudyConfig = STUDY, sweep_seeds=1, **changes) -> dict:
     runs = made_study(**changes)
-    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
     return conclude("mine", check_study(table, halves, sweep_seeds, study), study)
 
@@ -124,7 +124,7 @@ def test_only_refinements_decide():
     """A coarser step that changes much says that the step cannot be doubled, not that it is too long."""
     runs = made_study()
     runs[("time_step", 2.0)] = [made_run(seed, 0.4) for seed in range(6)]
-    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
     checks = check_study(table, halves, 1, STUDY)
     assert conclude("mine", checks, STUDY)["verdict"] == GOOD
@@ -231,7 +231,7 @@ def test_the_script_writes_tables_figure_and_one_line(tmp_path):
     output = type("Output", (), {key: tmp_path / name for key, name in names.items()})
     output.svg, output.png = tmp_path / "study.svg", tmp_path / "study.png"
     found = study_settings.main(
-        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_3ms", study=STUDY
+        variants, str(tmp_path), output, mill="mine", sweep_seeds=1, counting_rule="gap_0_03", study=STUDY
     )
     assert (tmp_path / "verdict.txt").read_text() == found["line"] + "\n"
     written = yaml.safe_load((tmp_path / "verdict.json").read_text())
@@ -242,7 +242,7 @@ def test_the_script_writes_tables_figure_and_one_line(tmp_path):
 
 def test_a_mill_whose_walls_have_no_facets_says_so():
     runs = {variant: group for variant, group in made_study().items() if variant[0] != "facets"}
-    table = tabulate_study([study_row(*variant, 0.0, group, "gap_3ms") for variant, group in runs.items()])
+    table = tabulate_study([study_row(*variant, 0.0, group, "gap_0_03") for variant, group in runs.items()])
     halves = changes_of_halves([run for group in runs.values() for run in group])
     found = conclude("mine", check_study(table, halves, 1, STUDY), STUDY)
     assert found["verdict"] == GOOD and found["settings"]["facets"] == UNTESTED

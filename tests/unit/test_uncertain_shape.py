@@ -26,7 +26,7 @@ PUBLISHED = {"Pn_f0.10": 40.0, "Pt_f0.10": 80.0, "f_f0.10": 40.0}
 STEEP, MISFIT = 2.0, 0.1
 
 
-def searched(jars: int = 48, rule: str = "gap_2ms") -> pd.DataFrame:
+def searched(jars: int = 48, rule: str = "gap_0_02") -> pd.DataFrame:
     """A search in which Pn follows from the straight ratio, Pt from the height, f from nothing; places 0 to 1."""
     places = qmc.Sobol(len(JAR_PARAMETERS), seed=3).random(64)[:jars]
     low, high = (np.array([ends[end] for ends in RANGES.values()]) for end in ("low", "high"))
@@ -41,7 +41,7 @@ def searched(jars: int = 48, rule: str = "gap_2ms") -> pd.DataFrame:
 
 def found(**changes):
     given = {"search": searched(), "published": PUBLISHED, "settings": SETTINGS, "present": PRESENT}
-    return shape_factors(**{**given, **changes}, mill="emax", counting_rule="gap_2ms", probability=0.95)
+    return shape_factors(**{**given, **changes}, mill="emax", counting_rule="gap_0_02", probability=0.95)
 
 
 def test_what_was_fitted_is_sure_and_what_was_not_is_open():
@@ -62,7 +62,7 @@ def test_what_was_fitted_is_sure_and_what_was_not_is_open():
 
 
 def test_the_factors_are_a_file_that_a_fingerprint_takes():
-    about = {"mill": "emax", "contact": "calibrated", "counting_rule": "gap_2ms"}
+    about = {"mill": "emax", "contact": "calibrated", "counting_rule": "gap_0_02"}
     content = found().model_dump(mode="json")
     assert checked_factors(content, "shape", about, "shape.json").fill_range == (0.10, 0.10)
 
@@ -77,7 +77,7 @@ def test_weights_are_the_likelihood():
     ("changes", "message"),
     [
         ({"search": searched(20)}, "has 20 jars; a shape's interval needs 24"),
-        ({"search": searched(rule="gap_4ms")}, "has 0 jars with the rule gap_2ms"),
+        ({"search": searched(rule="gap_0_04")}, "has 0 jars with the rule gap_0_02"),
         ({"search": searched().drop(columns="Pn_f0.10_percent")}, "lacks Pn_f0.10"),
     ],
 )

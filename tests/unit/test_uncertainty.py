@@ -41,7 +41,7 @@ EMAX = load_named("config/mills", "emax", MillConfig, "mill")
 CONTACTS = {name: load_named("config/contacts", name, ContactConfig, "contact set") for name in ("calibrated", "steel")}
 CALIBRATED = CONTACTS["calibrated"]
 MILLS = MillsConfig(contact="calibrated")
-RULE = "gap_2ms"
+RULE = "gap_0_02"
 
 # Ishigami's function with a = 7, b = 0.1, and its indices in closed form (Sobol and Levitan 1999).
 A, B = 7.0, 0.1

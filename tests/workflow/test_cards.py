@@ -107,7 +107,7 @@ def test_a_card_is_read_back_and_matched(written, smoke_project):
     done = call(smoke_project, "match_conditions.py", "--from", folder / "out" / FILES.card, "--to", "emax",
                 "--out", folder / "ranked.tsv")  # fmt: skip
     assert done.returncode == 0, done.stdout
-    assert "En ratio" in done.stdout and "short: " in done.stdout.splitlines()[-1]
+    assert "E*n ratio" in done.stdout and "short: " in done.stdout.splitlines()[-1]
     assert (folder / "ranked.tsv").read_text().count("\n") > 1
 
 

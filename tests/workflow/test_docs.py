@@ -211,9 +211,10 @@ def test_the_numbers_of_the_first_hour_are_those_of_its_run(first_hour, smoke_pr
     folder = smoke_project / "results/first_hour/mills/planetary"
     sheet = pd.read_csv(folder / "fingerprint.tsv", sep="\t").drop_duplicates("quantity").set_index("quantity")["value"]
     told = {
-        "normal energy of a collision": (r"([\d.]+) mJ by compression", 1e-3),
-        "tangential energy of a collision": (r"([\d.]+) mJ by shear", 1e-3),
-        "collisions of one ball": (r"about\s+(\d+) collisions a second", 1),
+        "weighted normal energy E*n": (r"([\d.]+) mJ by compression", 1e-3),
+        "weighted tangential energy E*t": (r"([\d.]+) mJ by shear", 1e-3),
+        "weighted normal frequency f*n": (r"about (\d+) collisions a second", 1),
+        "weighted tangential frequency f*t": (r"about (\d+) of the second", 1),
         "normal power": (r"([\d.]+) W by compression", 1),
         "tangential power": (r"([\d.]+) W by shear", 1),
         "power per ball: of speed": (r"speed to the power of ([\d.]+)", 1),
@@ -227,7 +228,7 @@ def test_the_match_of_the_first_hour_has_the_columns_that_the_page_explains(firs
     *_, printed = first_hour.values()
     explained = re.findall(r"^\| (`.*?) \|", FIRST_HOUR, re.MULTILINE)
     columns = [column for cell in explained for column in re.findall(r"`([^`]+)`", cell)]
-    assert len(columns) == 12 and all(column in printed for column in columns), printed
+    assert len(columns) == 14 and all(column in printed for column in columns), printed
     rows = [line for line in printed.splitlines() if re.match(r"\s*\d+\s+mixer\b", line)]
     assert rows, printed
 

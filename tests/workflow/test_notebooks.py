@@ -68,6 +68,6 @@ def test_the_second_compares_and_says_what_to_set(executed):
     folder, found = executed
     shown = texts(found["two_mills"])
     assert "ratio_lower" in shown and "power of all balls" in shown
-    assert "Hz with" in shown and "frequency_per_ball_hz:" in shown
+    assert "Hz with" in shown and "weighted_normal_frequency_hz:" in shown
     assert pictures(found["two_mills"]) == 1
     assert (folder / "fingerprint_spex/fingerprint.json").is_file()

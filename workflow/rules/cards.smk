@@ -35,7 +35,7 @@ rule write_card:
         mill=lambda wildcards: dumped(MILLS[CARD_EXPERIMENTS[wildcards.card].mill]),
         contact=lambda wildcards: CONTACTS[contact_of_card(wildcards.card)].model_dump(mode="json"),
         settings={
-            "counting_rule": CONFIG.fingerprint.counting_rule,
+            "counting_rule": CONFIG.mills.rule,
             "interval": CONFIG.fingerprint.interval,
             "dose": CONFIG.dose.model_dump(mode="json"),
         },
@@ -59,6 +59,7 @@ rule match_cards:
         f"{LOGS}/cards/match.log",
     localrule: True
     params:
+        descriptors=CONFIG.fingerprint.descriptors,
         library=library("match_cards.py"),
     message:
         "Matching {CONFIG.cards.match} to the milling cards"

@@ -1,8 +1,11 @@
 """Shared by the rules of what a chemist reads off a mill: folder, counting rules, and the records of simulations."""
 
 DOSE = f"{RESULTS}/dose"
-# The rule of the descriptors first; the figures show it.
-SPECTRA_RULES = list(dict.fromkeys([CONFIG.fingerprint.counting_rule, *CONFIG.dose.spectra.counting_rules]))
+
+
+def spectra_rules(own: str) -> list[str]:
+    """The counting rules of spectra: that of the descriptors first, which the figures show."""
+    return list(dict.fromkeys([own, *CONFIG.dose.spectra.counting_rules]))
 
 
 def records_of(summaries) -> list[str]:

@@ -10,7 +10,8 @@ from millprint.records import digest
 EXPLORED_WITH = {
     "name": CONFIG.name,
     "spectra": CONFIG.dose.spectra.model_dump(mode="json"),
-    "rule": CONFIG.fingerprint.counting_rule,
+    "rule": CONFIG.mills.rule,
+    "descriptors": CONFIG.fingerprint.descriptors,
     "heat": CONFIG.dose.heat.model_dump(mode="json"),
 }
 # What a page takes from each mill, by the names of `millprint.explorer.simulated`.

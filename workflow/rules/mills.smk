@@ -115,11 +115,11 @@ rule describe_mill:
         f"{BENCHMARKS}/describe_mill/{{mill}}.tsv"
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        counting_rule=CONFIG.fingerprint.counting_rule,
+        counting_rule=CONFIG.mills.rule,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
         collapse_max=CONFIG.mills.collapse_max,
-        spectra_rules=SPECTRA_RULES,
+        spectra_rules=spectra_rules(CONFIG.mills.rule),
         spectra=CONFIG.dose.spectra.model_dump(mode="json"),
         library=library("describe_mill.py"),
     message:
@@ -211,7 +211,7 @@ rule draw_spectra:
     localrule: True
     params:
         title=lambda wildcards: mill_named(wildcards.mill).title,
-        rules=SPECTRA_RULES,
+        rules=spectra_rules(CONFIG.mills.rule),
         library=library("draw_spectra.py"),
     message:
         "Drawing the energy spectra of mill {wildcards.mill}"
@@ -326,6 +326,7 @@ if CONFIG.mills.match is not None:
         localrule: True
         params:
             settings=CONFIG.mills.match.model_dump(mode="json"),
+            descriptors=CONFIG.fingerprint.descriptors,
             library=library("match_mills.py"),
         message:
             "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"

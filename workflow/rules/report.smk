@@ -154,6 +154,7 @@ rule build_explorer:
     params:
         about={
             **EXPLORED_WITH,
+            "own_rule": CONFIG.fingerprint.counting_rule,
             "mill": dumped(MILLS[CONFIG.mill]),
             "request": CONFIG.fingerprint.inverse.model_dump(mode="json"),
             "prediction": CONFIG.yields.prediction.model_dump(mode="json"),

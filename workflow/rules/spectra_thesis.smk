@@ -14,7 +14,7 @@ rule tabulate_spectra:
         f"{BENCHMARKS}/tabulate_spectra/tabulate_spectra.tsv"
     params:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
-        rules=SPECTRA_RULES,
+        rules=spectra_rules(CONFIG.fingerprint.counting_rule),
         settings=CONFIG.dose.spectra.model_dump(mode="json"),
         library=library("tabulate_spectra.py"),
     message:

@@ -25,7 +25,7 @@ rule study_settings:
         folder=f"{RESULTS}/dem",
         variants=lambda wildcards: study_plan(wildcards.mill),
         sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
-        counting_rule=CONFIG.fingerprint.counting_rule,
+        counting_rule=CONFIG.mills.rule,
         study=CONFIG.convergence.study.model_dump(mode="json"),
         library=library("study_settings.py"),
     message:

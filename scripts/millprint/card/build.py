@@ -26,6 +26,7 @@ from millprint.card.parts import dose_part, heat_part, spectra_part, wear_part
 from millprint.card.software import software
 from millprint.config.card import Experiment
 from millprint.config.contact import PAIR_COEFFICIENTS, ContactConfig
+from millprint.config.counting import recorded_count
 from millprint.config.heat import JarSection
 from millprint.config.mill import MillConfig
 from millprint.fingerprint.inputs import check_summary
@@ -42,6 +43,7 @@ def build_card(
     for summary, path in zip(runs.summaries, runs.paths, strict=True):
         check_summary(summary, str(Path(path).with_name("summary.json")))
     first = runs.summaries[0]
+    rule = recorded_count(first, settings.counting_rule)
     descriptors, missing, motion = describe_runs(runs, settings, known.fingerprint)
     balls = _balls(experiment, first)
     powder = _powder(experiment, balls)
@@ -77,9 +79,8 @@ def build_card(
         contact_set=_contact_set(contact),
         fingerprint=CardFingerprint(
             counting_rule=settings.counting_rule,
-            collision_gap_s=next(
-                rule["gap_s"] for rule in first["collisions"] if rule["name"] == settings.counting_rule
-            ),
+            collisions_by=rule["by"],
+            collision_gap_turns=rule["gap_turns"],
             probability=settings.interval,
             descriptors=descriptors,
             seeds=[summary["case"]["seed"] for summary in runs.summaries],

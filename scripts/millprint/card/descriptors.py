@@ -8,21 +8,23 @@ from millprint.card.inputs import CardSettings, Runs
 from millprint.card.model import Descriptors, Ends, Quantity
 from millprint.card.scatter import read_window, spread
 from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.seeds import MOTIONS
 
 SHARE = "tangential_share"
+# Has no curve, so that no factors are known of it.
+BALL_COLLISIONS = "collisions_of_a_ball_hz"
 # The curve of a fingerprint whose factors are those of a descriptor; the share rises with the ratio Pt / Pn.
 CURVE_OF = {
-    "normal_energy_J": "En",
-    "tangential_energy_J": "Et",
-    "frequency_per_ball_hz": "f",
+    **SCALED_BY,
     "normal_power_W": "Pn",
     "tangential_power_W": "Pt",
     "power_W": "P",
 }
-UNITS = {name: name.rpartition("_")[2] for name in CURVE_OF} | {"frequency_per_ball_hz": "1/s", SHARE: "-"}
+COLUMN_UNITS = {"J": "J", "W": "W", "hz": "1/s"}
+UNITS = {name: COLUMN_UNITS[name.rpartition("_")[2]] for name in (*CURVE_OF, BALL_COLLISIONS)} | {SHARE: "-"}
 
 
 def describe_runs(
@@ -49,11 +51,14 @@ def describe_runs(
     for name, own in value.items():
         further = {}
         for origin, ends in factors.items():
+            if name == BALL_COLLISIONS:
+                continue
             if name in CURVE_OF:
                 low, high = own * ends[CURVE_OF[name]][:, 0]
             else:
                 low, high = (1 / (1 + (1 / own - 1) / end) for end in ends["ratio"][:, 0])
-            further[origin] = Ends(lower=float(low), upper=float(high))
+            if math.isfinite(low):
+                further[origin] = Ends(lower=float(low), upper=float(high))
         halves = widths.get(name)
         scatter, mean = [_around(own, half, name) for half in halves] if halves else (None, None)
         found[name] = Quantity(value=own, unit=UNITS[name], scatter=scatter, mean=mean, **further)

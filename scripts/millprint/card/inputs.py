@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from millprint.config.card import Experiment
-from millprint.config.counting import RuleName
+from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.dose import DoseConfig
 from millprint.config.section import Fraction, Section
 from millprint.errors import ConfigError
@@ -22,7 +22,7 @@ DENSITY_TOLERANCE = 0.03
 class CardSettings(Section):
     """What a card takes from the configuration of a run; the defaults are those of any run."""
 
-    counting_rule: RuleName = "gap_2ms"
+    counting_rule: RuleName = DEFAULT_RULE
     """name of the rule that says what is one collision"""
     interval: Fraction = 0.95
     """probability of the bands of a new simulation and of the mean [-]"""

@@ -90,7 +90,7 @@ def latex_table(card: MillingCard) -> str:
     for title, text in settings_of(card):
         lines.append(rf"{escape(title)} & \multicolumn{{5}}{{p{{0.62\linewidth}}}}{{{escape(text)}}} \\")
     lines += [r"\midrule", r"quantity & value & unit & new simulation & mean & contact parameters \\", r"\midrule"]
-    lines += [rf"{_row(TITLES[name], own)} \\" for name, own in vars(card.fingerprint.descriptors).items()]
+    lines += [rf"{_row(TITLES[name], own)} \\" for name, own in card.fingerprint.descriptors.known.items()]
     if card.dose:
         lines.append(r"\midrule")
         lines += [rf"{_row(TITLES[name], own)} \\" for name, own in vars(card.dose).items()]

@@ -7,15 +7,16 @@ import pandas as pd
 
 from millprint.card.model import MillingCard, Quantity
 from millprint.config.checks import MILL_FOLDER
-from millprint.config.fingerprint import TARGET_DESCRIPTORS
+from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS
 from millprint.config.mixture import ONE_SIZE, balls_in_words
 from millprint.config.sources import WORKING_FOLDER, Sources
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import FURTHER, Band, Interval
-from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, check_same_gap, nearest
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.comparison import ALL_SIMULATED, Wanted, nearest
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import SHARED_CONTACT
+from millprint.fingerprint.search import SHARED_CONTACT, check_same_count
 
 # Settings come near a card if its descriptors are met to this on average (root mean square of logarithms).
 NEAR = 0.25
@@ -56,10 +57,11 @@ def match_card(card: MillingCard, fingerprint: Fingerprint, wanted: Wanted = ALL
 
     powder_mass_g: at the card's ball-to-powder ratio; rate_W_g: power over it; rate_ratio: over that of the card;
     milling_h: time for the card's dose. Empty where the card tells of no powder or programme.
-    Raises ConfigError, in one line, for collisions that are counted by another gap, and as `rank_conditions`.
+    Raises ConfigError, in one line, as `check_same_count` and `rank_conditions`.
     """
-    check_same_gap(f"card {card.name}", card.fingerprint.collision_gap_s, fingerprint)
-    bands = {name: band_of(getattr(card.fingerprint.descriptors, name)) for name in TARGET_DESCRIPTORS}
+    check_same_count(f"card {card.name}", vars(card.fingerprint), fingerprint, wanted.descriptors)
+    names = DESCRIPTOR_SETS[wanted.descriptors]
+    bands = {name: band_of(getattr(card.fingerprint.descriptors, name)) for name in names}
     table = nearest(bands, card.fingerprint.probability, fingerprint, wanted)
     table.insert(0, "target", card.name)
     return _with_dose(table, card)
@@ -84,13 +86,6 @@ def is_near(row: pd.Series, near: float = NEAR) -> bool:
     return bool(np.expm1(row["distance"]) <= near and row["inside"] == "yes")
 
 
-WORDS = {
-    "normal_energy_J": "normal energy of a collision",
-    "tangential_energy_J": "tangential energy of a collision",
-    "frequency_per_ball_hz": "collisions of a ball",
-}
-
-
 def setting_in_words(row: pd.Series) -> str:
     """A setting: "10 mm balls, fill 0.12, 420 rpm"."""
     balls = balls_in_words(row["ball_diameter_mm"], row.get(CHARGE, ONE_SIZE))
@@ -100,8 +95,10 @@ def setting_in_words(row: pd.Series) -> str:
 def lost_in_words(row: pd.Series) -> str:
     """What a setting changes against the card: each descriptor in per cent, with the factors that intervals allow."""
     parts = []
-    for name, words in WORDS.items():
-        text = f"{words} {row[f'{name}_residual_percent']:+.0f} %"
+    for name in TARGET_DESCRIPTORS:
+        if f"{name}_residual_percent" not in row:
+            continue
+        text = f"{DESCRIPTORS[name].title} {row[f'{name}_residual_percent']:+.0f} %"
         if f"{name}_ratio_lower" in row:
             text += f" (ratio {row[f'{name}_ratio_lower']:.2f} to {row[f'{name}_ratio_upper']:.2f})"
         parts.append(text)

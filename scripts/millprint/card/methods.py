@@ -54,18 +54,21 @@ def simulation_sentences(card: MillingCard) -> list[str]:
     runs = len(found.seeds)
     simulated = f"{runs} simulation{'s' if runs > 1 else ''} of {plain(found.revolutions)} turns in all" if runs else ""
     own = found.descriptors
-    words = {name: in_words(quantity, quantity.scatter) for name, quantity in vars(own).items()}
+    words = {name: in_words(quantity, quantity.scatter) for name, quantity in own.known.items()}
     interval = f"in brackets, the band in which a new simulation falls with {100 * found.probability:g} %"
     sentences = [
         f"The motion of the balls was computed by the discrete element method with a Hertz-Mindlin contact "
         f"(restitution {contact.restitution:g}, static friction {contact.static_friction:g}, rolling friction "
         f"{contact.rolling_friction:g}, Young's modulus {contact.young_modulus_gpa:g} GPa; contact set "
         f"'{contact.name}') in {software.name} {software.version}{f', {simulated}' if simulated else ''}.",
-        f"Contacts of a pair that followed each other within {1e3 * found.collision_gap_s:g} ms counted as one "
-        f"collision.",
-        f"A collision dissipated on average {words['normal_energy_J']} along the line of centres and "
-        f"{words['tangential_energy_J']} along the surface; each ball had "
-        f"{words['frequency_per_ball_hz'].replace(' 1/s', '')} collisions a second; all balls dissipated "
+        f"The energy-weighted mean energy of a collision (sum of squares over sum) was "
+        f"{words['weighted_normal_energy_J']} along the line of centres and "
+        f"{words['weighted_tangential_energy_J']} along the surface; the power of a ball over it is "
+        f"{words['weighted_normal_frequency_hz']} and {words['weighted_tangential_frequency_hz']}.",
+        f"Where contacts of a pair (two balls, or a ball and a {found.collisions_by} of the wall) that followed each "
+        f"other within {found.collision_gap_turns:g} turns count as one collision, a collision dissipated on average "
+        f"{words['normal_energy_J']} along the line of centres and {words['tangential_energy_J']} along the surface, "
+        f"and all collisions over the balls were {words['specific_frequency_hz']}; all balls dissipated "
         f"{words['power_W']}, of which a share of "
         f"{words['tangential_share']} was tangential ({interval}).",
     ]  # fmt: skip

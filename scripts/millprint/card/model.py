@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 FORMAT = "millprint milling card"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Amount = Annotated[float, Field(ge=0)]
@@ -158,14 +158,26 @@ class ContactSet(Record):
 
 
 class Descriptors(Record):
-    """What a collision is like, how often, and the power of all balls."""
+    """What collisions are like, how often, and the power of all balls. Weighted ones need no counting rule."""
 
+    weighted_normal_energy_J: Quantity
+    """energy-weighted mean normal energy E*n = sum e^2 / sum e of all contacts [J]"""
+    weighted_tangential_energy_J: Quantity
+    """energy-weighted mean tangential energy E*t, likewise [J]"""
+    weighted_normal_frequency_hz: Quantity
+    """normal power of a ball over E*n [1/s]"""
+    weighted_tangential_frequency_hz: Quantity
+    """tangential power of a ball over E*t [1/s]"""
+    strong_frequency_hz: Quantity | None = None
+    """the strongest contacts that hold 90 % of the normal energy, over the balls [1/s]"""
+    collisions_of_a_ball_hz: Quantity | None = None
+    """collisions that a ball takes part in [1/s]"""
     normal_energy_J: Quantity
     """mean normal energy of a collision [J]"""
     tangential_energy_J: Quantity
     """mean tangential energy of a collision [J]"""
-    frequency_per_ball_hz: Quantity
-    """collisions of one ball [1/s]"""
+    specific_frequency_hz: Quantity
+    """specific collision frequency: all collisions over the balls [1/s]"""
     normal_power_W: Quantity
     """normal dissipation of all balls [W]"""
     tangential_power_W: Quantity
@@ -175,14 +187,21 @@ class Descriptors(Record):
     tangential_share: Quantity
     """tangential over all dissipation [-]"""
 
+    @property
+    def known(self) -> dict[str, Quantity]:
+        """Those that are given, by name."""
+        return {name: own for name, own in vars(self).items() if own is not None}
+
 
 class CardFingerprint(Record):
     """The mechanical fingerprint of the experiment."""
 
     counting_rule: str
     """name of the rule that says what is one collision"""
-    collision_gap_s: Amount
-    """contacts of a pair that follow each other within this time are one collision [s]"""
+    collisions_by: Literal["surface", "facet"]
+    """what a ball touches of a wall: a surface, or a facet of it"""
+    collision_gap_turns: Amount
+    """contacts of a pair that follow each other within it are one collision [turns of the mill]"""
     probability: Annotated[float, Field(gt=0, lt=1)]
     """of the bands of a new simulation and of the mean [-]"""
     descriptors: Descriptors
@@ -369,7 +388,7 @@ class MillingCard(Record):
 
     format: Literal["millprint milling card"]
     """what the file is"""
-    schema_version: Literal[1]
+    schema_version: Literal[2]
     """version of this schema"""
     name: str
     """short name of the experiment"""

@@ -78,7 +78,7 @@ def _scaled(quantity: Quantity, value: float, unit: str) -> Quantity:
 
 def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme: Programme) -> Dose:
     """Energy and hits of a gram of powder; the intervals are those of powers and frequency."""
-    frequency = balls.number * descriptors.frequency_per_ball_hz.value
+    frequency = balls.number * descriptors.specific_frequency_hz.value
     given = (descriptors.normal_energy_J.value, descriptors.tangential_energy_J.value, frequency)
     columns = [pd.Series([value]) for value in (*given, programme.milling_h, powder.mass_g)]
     found = doses(*columns).iloc[0]
@@ -87,7 +87,7 @@ def dose_part(descriptors: Descriptors, balls: Balls, powder: Powder, programme:
         normal_kJ_g=_scaled(descriptors.normal_power_W, float(found[NORMAL]), "kJ/g"),
         tangential_kJ_g=_scaled(descriptors.tangential_power_W, float(found[TANGENTIAL]), "kJ/g"),
         total_kJ_g=_scaled(descriptors.power_W, float(found[TOTAL]), "kJ/g"),
-        hits_per_g=_scaled(descriptors.frequency_per_ball_hz, float(found[HITS]), "1/g"),
+        hits_per_g=_scaled(descriptors.specific_frequency_hz, float(found[HITS]), "1/g"),
         rate_W_g=_scaled(descriptors.power_W, rate, "W/g"),
     )
 

@@ -14,24 +14,32 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
-from millprint.dem.collisions import merge_contacts
+from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
 from millprint.fingerprint.redraw import block_length
 from millprint.fingerprint.seeds import variance_of_run
 from millprint.quantiles import student_quantile
 
-# Energies and number of collisions in each revolution.
-NORMAL, TANGENTIAL, COUNT = range(3)
-# Descriptors that the number of collisions is part of.
-COUNTED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+# What is known of each revolution: energies [J] and sums of squares of the energies of contacts [J2] by channel, and
+# the numbers of collisions, of those that balls take part in, and of strong contacts.
+TOTALS = ("normal", "tangential", "normal_square", "tangential_square", "count", "taken_part", "strong")
+NORMAL, TANGENTIAL, NORMAL_SQUARE, TANGENTIAL_SQUARE, COUNT, TAKEN_PART, STRONG = range(len(TOTALS))
+# Descriptors that a number of collisions is part of, and that number.
+COUNTED = {
+    "normal_energy_J": COUNT,
+    "tangential_energy_J": COUNT,
+    "specific_frequency_hz": COUNT,
+    "collisions_of_a_ball_hz": TAKEN_PART,
+    "strong_frequency_hz": STRONG,
+}
 
 
 @dataclass(frozen=True)
 class Window:
     """What one simulation recorded in each whole revolution.
 
-    totals: normal energy [J], tangential energy [J] and number of collisions (n, 3); revolution_s: time of one [s];
-    counted: whether the numbers are counts of each revolution, and not equal shares of the whole.
+    totals: TOTALS of each (n, 7); revolution_s: time of one [s]; counted: whether the numbers are counts of each
+    revolution, and not equal shares of the whole.
     """
 
     totals: np.ndarray
@@ -43,32 +51,48 @@ class Window:
 def read_window(summary: dict, run_path: str, rule_name: str) -> Window:
     """The revolutions of a run. A run that holds no single contacts has equal shares of its collisions in each."""
     revolutions = summary["per_revolution"]
-    energies = [np.asarray(revolutions.get(f"{name}_J", []), dtype=float) for name in ("normal", "tangential")]
+    keys = ("normal_J", "tangential_J", "normal_square_J2", "tangential_square_J2")
+    energies = [np.asarray(revolutions.get(key, []), dtype=float) for key in keys]
     number, turn_s = len(energies[0]), 1 / summary["frequency_hz"]
     rule = recorded_count(summary, rule_name)
     contacts = read_contacts(run_path)
     if contacts is None:
-        counts = np.full(number, rule["frequency_hz"] * turn_s)
+        of_balls = [rule["collisions_of_a_ball_hz"], summary["weighted"]["strong_frequency_hz"]]
+        rates = [rule["frequency_hz"], *(summary["balls"] * rate for rate in of_balls)]
+        counts = [np.full(number, rate * turn_s) for rate in rates]
     else:
-        own = CountingRule(**{name: rule[name] for name in CountingRule.model_fields})
-        counts = _counts(merge_contacts(contacts.table, own.gap_s), own, contacts.begin_s, turn_s, number)
-    return Window(np.column_stack([*energies, counts]), turn_s, summary["balls"], contacts is not None)
+        own = CountingRule.of_count(rule)
+        merged = contacts.merged(own, summary["frequency_hz"])
+        kept = merged[kept_by(own, merged)]
+        ordered = contacts.ordered("surface")
+        lasting = turns_of(ordered, contacts.begin_s, summary["frequency_hz"])
+        hard = ordered.iloc[strongest(ordered["normal_J"].to_numpy(), lasting)]
+        chosen = [kept, kept[kept["second"] >= 0], hard]
+        alone, both, strong = (_per_turn(each, contacts.begin_s, turn_s, number) for each in chosen)
+        counts = [alone, alone + both, strong]
+    return Window(np.column_stack([*energies, *counts]), turn_s, summary["balls"], contacts is not None)
 
 
-def _counts(merged: pd.DataFrame, rule: CountingRule, begin_s: float, turn_s: float, number: int) -> np.ndarray:
+def _per_turn(collisions: pd.DataFrame, begin_s: float, turn_s: float, number: int) -> np.ndarray:
     """Collisions that begin in each of `number` revolutions."""
-    kept = (merged["peak_force_N"] >= rule.peak_force_min_N) & (merged["duration_s"] >= rule.duration_min_s)
-    place = np.floor((merged["start_s"][kept].to_numpy() - begin_s) / turn_s).astype(int)
+    place = np.floor((collisions["start_s"].to_numpy() - begin_s) / turn_s).astype(int)
     return np.bincount(place[(place >= 0) & (place < number)], minlength=number).astype(float)
 
 
 def descriptors_of_totals(totals: np.ndarray, time_s: np.ndarray | float, balls: int) -> dict[str, np.ndarray]:
-    """Descriptors of sums of energies [J] and collisions (..., 3) over a time [s], as fingerprint sheets name them."""
+    """Descriptors of sums of TOTALS (..., 7) over a time [s], as fingerprint sheets name them."""
     normal, tangential, count = (totals[..., place] for place in (NORMAL, TANGENTIAL, COUNT))
+    normal_mean, tangential_mean = totals[..., NORMAL_SQUARE] / normal, totals[..., TANGENTIAL_SQUARE] / tangential
     return {
+        "weighted_normal_energy_J": normal_mean,
+        "weighted_tangential_energy_J": tangential_mean,
+        "weighted_normal_frequency_hz": normal / normal_mean / time_s / balls,
+        "weighted_tangential_frequency_hz": tangential / tangential_mean / time_s / balls,
+        "strong_frequency_hz": totals[..., STRONG] / time_s / balls,
+        "collisions_of_a_ball_hz": totals[..., TAKEN_PART] / time_s / balls,
         "normal_energy_J": normal / count,
         "tangential_energy_J": tangential / count,
-        "frequency_per_ball_hz": count / time_s / balls,
+        "specific_frequency_hz": count / time_s / balls,
         "normal_power_W": normal / time_s,
         "tangential_power_W": tangential / time_s,
         "power_W": (normal + tangential) / time_s,
@@ -87,7 +111,7 @@ def jackknife(window: Window) -> tuple[dict[str, float], int]:
     groups = number // length
     if groups < 2:
         return {}, 0
-    blocks = window.totals[: groups * length].reshape(groups, length, 3).sum(axis=1)
+    blocks = window.totals[: groups * length].reshape(groups, length, len(TOTALS)).sum(axis=1)
     left = blocks.sum(axis=0) - blocks
     found = descriptors_of_totals(left, (groups - 1) * length * window.revolution_s, window.balls)
     # A block without a collision, or without dissipation of a kind, tells nothing of its logarithm.
@@ -95,8 +119,8 @@ def jackknife(window: Window) -> tuple[dict[str, float], int]:
         name: float((groups - 1) * np.log(values).var()) for name, values in found.items() if (values > 0).all()
     }
     if not window.counted:
-        for name in COUNTED:
-            variances[name] = variances.get(name, 0.0) + 1 / window.totals[:, COUNT].sum()
+        for name, place in COUNTED.items():
+            variances[name] = variances.get(name, 0.0) + 1 / window.totals[:, place].sum()
     return variances, groups - 1
 
 

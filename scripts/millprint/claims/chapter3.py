@@ -152,7 +152,7 @@ def spread_of_revolutions(evidence: Evidence, diameter: str, speed: str, letter:
 @claim("3.reference.{letter}", "3.reference.En 3.reference.Et 3.reference.f", energy_cause)
 def reference_case(evidence: Evidence, letter: str) -> Finding:
     """The reference case of Sec. 3.3.4: 10 mm, 600 rpm, fill 0.10."""
-    column = {"En": "normal_energy_J", "Et": "tangential_energy_J", "f": "frequency_per_ball_hz"}[letter]
+    column = {"En": "normal_energy_J", "Et": "tangential_energy_J", "f": "specific_frequency_hz"}[letter]
     row = evidence.row(
         "fingerprint/descriptors.tsv",
         column,
@@ -161,7 +161,7 @@ def reference_case(evidence: Evidence, letter: str) -> Finding:
     )
     return Finding(
         float(row[column]),
-        f"{int(row['seeds'])} seed(s); re-contacts within {1e3 * row['collision_gap_s']:g} ms are one collision",
+        f"{int(row['seeds'])} seed(s); re-contacts within {row['collision_gap_turns']:g} turns are one collision",
     )
 
 
@@ -175,8 +175,8 @@ def speed_of_smaller_balls(evidence: Evidence) -> Finding:
     note = "" if ours.empty else f"; our curves give {ours['speed_rpm'].iloc[0]:.0f} rpm"
     return Finding(
         float(row["speed_rpm"]),
-        "speed that keeps the printed normal energy on the published curves; the frequency per ball is then "
-        f"{row['frequency_per_ball_hz']:.0f} 1/s ({row['frequency_per_ball_hz_residual_percent']:+.0f} %), not kept as "
+        "speed that keeps the printed normal energy on the published curves; the specific frequency is then "
+        f"{row['specific_frequency_hz']:.0f} 1/s ({row['specific_frequency_hz_residual_percent']:+.0f} %), not kept as "
         f"Sec. 3.3.4 says{note}",
     )
 

@@ -136,7 +136,7 @@ def trend_of_the_frequency(evidence: Evidence, contact: str) -> Finding:
 def collapse(evidence: Evidence) -> Finding:
     """Fig. 3.12: the spread over the mean at each fill ratio, before and after the normalisation."""
     absent = "no fill ratio of the sweep has two calibrated conditions"
-    where = f"scope == '{CONTACT}' and compared == '{MACHINE}' and quantity != 'ratio'"
+    where = f"scope == '{CONTACT}' and compared == '{MACHINE}' and quantity in ('Pn', 'Pt', 'f')"
     own = evidence.rows("fingerprint/collapse.tsv", "spread_scaled", where, absent)
     if evidence.table(f"fingerprint/fingerprint_{CONTACT}.json")["about"].iloc[0].get("mill") != MILL:
         raise NotRun(absent)
@@ -164,7 +164,7 @@ def _exponents(evidence: Evidence) -> str:
 def universal_collapse(evidence: Evidence) -> Finding:
     """Fig. 3.14: both contact sets collapse if the factor narrows the median spread of each quantity."""
     absent = "the sweep has no fill ratio with both contact sets"
-    columns, where = "spread_scaled, spread_universal", "scope == 'universal' and quantity != 'ratio'"
+    columns, where = "spread_scaled, spread_universal", "scope == 'universal' and quantity in ('Pn', 'Pt', 'f')"
     pooled = evidence.rows("fingerprint/collapse.tsv", columns, where, absent)
     median = 100 * pooled.groupby("quantity")[["spread_scaled", "spread_universal"]].median()
     holds = bool((median["spread_universal"] < median["spread_scaled"]).all())

@@ -7,7 +7,7 @@ from millprint.claims.evidence import Evidence, Finding, claim, in_words
 # Quantity in a claim's id -> column of Table 4.2 and the factor to the claim's unit.
 TABLE_4_2 = {
     "speed": ("speed_hz", 1.0),
-    "f": ("frequency_per_ball_hz", 1.0),
+    "f": ("specific_frequency_hz", 1.0),
     "P": ("power_as_printed_W", 1.0),
     "En": ("normal_energy_J", 1e4),
     "Et": ("tangential_energy_J", 1e4),

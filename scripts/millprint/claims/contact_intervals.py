@@ -20,7 +20,7 @@ CASE = re.compile(r"4\.case\.(?P<case>reference|speed\.\w+)\.(?P<quantity>f|P|En
 CHANNELS = {"n": "Pn", "t": "Pt"}
 # Quantity of Table 4.2: column of partition/table_4_2.tsv, and the unit that it is printed in.
 COLUMNS = {
-    "f": ("frequency_per_ball_hz", 1.0),
+    "f": ("specific_frequency_hz", 1.0),
     "P": ("power_W", 1.0),
     "En": ("normal_energy_J", 1e-4),
     "Et": ("tangential_energy_J", 1e-4),

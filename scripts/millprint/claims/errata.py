@@ -99,11 +99,11 @@ def frequency_of_smaller_balls(evidence: Evidence) -> Iterator[Row]:
     where = "target == 'thesis_reference' and kept == 'normal energy' and curves == 'published'"
     for _, row in evidence.table(INVERSE, f"{where} and fill_ratio == 0.10 and ball_diameter_mm == 5").iterrows():
         kept = [row[f"{name}_energy_J_residual_percent"] for name in ("normal", "tangential")]
-        frequency, off = row["frequency_per_ball_hz"], row["frequency_per_ball_hz_residual_percent"]
+        frequency, off = row["specific_frequency_hz"], row["specific_frequency_hz_residual_percent"]
         yield (
             f"all three descriptors are the same with 5 mm balls at {row['speed_rpm']:.0f} rpm",
             "Eq. 3.29",
-            f"collisions of a ball rise by {off:.0f} % to {frequency:.0f} 1/s",
+            f"the specific collision frequency rises by {off:.0f} % to {frequency:.0f} 1/s",
             f"energies go with omega^2 d^3 and are kept (normal {kept[0]:+.1f} %, tangential {kept[1]:+.1f} %), the "
             f"specific frequency goes with omega (Eq. 3.29): {frequency / (1 + off / 100):.0f} 1/s times "
             f"{1 + off / 100:.2f}",

@@ -1,14 +1,23 @@
 """Settings of the fingerprint stage, and of the convergence study that its time step rests on."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from millprint.config.counting import RuleName
+from millprint.config.counting import DEFAULT_RULE, RuleName
 from millprint.config.mixture import BallChoice
 from millprint.config.section import Count, Fraction, Name, NonNegative, Positive, ProjectFile, Section
 
-TARGET_DESCRIPTORS = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+DescriptorSet = Literal["weighted", "per_collision"]
+# The descriptors by which conditions are compared: energy-weighted ones, which need no counting rule, or the thesis's.
+DESCRIPTOR_SETS: dict[DescriptorSet, tuple[str, ...]] = {
+    "weighted": (
+        *("weighted_normal_energy_J", "weighted_tangential_energy_J"),
+        *("weighted_normal_frequency_hz", "weighted_tangential_frequency_hz"),
+    ),
+    "per_collision": ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz"),
+}
+TARGET_DESCRIPTORS = tuple(name for names in DESCRIPTOR_SETS.values() for name in names)
 
 Range = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Factors = Annotated[list[Annotated[float, Field(ge=0.01, le=100)]], Field(min_length=1, max_length=8)]
@@ -32,12 +41,20 @@ class TargetConfig(Section):
 
     name: Name
     """name of the target"""
+    weighted_normal_energy_J: Positive | None = None
+    """energy-weighted mean normal energy E*_n [J]"""
+    weighted_tangential_energy_J: Positive | None = None
+    """energy-weighted mean tangential energy E*_t [J]"""
+    weighted_normal_frequency_hz: Positive | None = None
+    """normal power of a ball over E*_n [1/s]"""
+    weighted_tangential_frequency_hz: Positive | None = None
+    """tangential power of a ball over E*_t [1/s]"""
     normal_energy_J: Positive | None = None
     """mean normal energy per collision [J]"""
     tangential_energy_J: Positive | None = None
     """mean tangential energy per collision [J]"""
-    frequency_per_ball_hz: Positive | None = None
-    """collisions per ball and second [1/s]"""
+    specific_frequency_hz: Positive | None = None
+    """specific collision frequency: all collisions over the balls [1/s]"""
     like: LikeConfig | None = None
     """a condition of another mill, instead of numbers"""
 
@@ -54,14 +71,22 @@ class TargetConfig(Section):
 
 
 class WeightsConfig(Section):
-    """Weights of the descriptors when conditions are ranked."""
+    """Weights of the descriptors when conditions are ranked; those that a target does not have do not matter."""
 
+    weighted_normal_energy_J: NonNegative = 1.0
+    """weight of E*_n [-]"""
+    weighted_tangential_energy_J: NonNegative = 1.0
+    """weight of E*_t [-]"""
+    weighted_normal_frequency_hz: NonNegative = 1.0
+    """weight of f*_n [-]"""
+    weighted_tangential_frequency_hz: NonNegative = 1.0
+    """weight of f*_t [-]"""
     normal_energy_J: NonNegative = 1.0
     """weight of the normal energy [-]"""
     tangential_energy_J: NonNegative = 1.0
     """weight of the tangential energy [-]"""
-    frequency_per_ball_hz: NonNegative = 1.0
-    """weight of the frequency per ball [-]"""
+    specific_frequency_hz: NonNegative = 1.0
+    """weight of the specific collision frequency [-]"""
 
 
 class MatchConfig(Section):
@@ -77,6 +102,8 @@ class MatchConfig(Section):
     """ball diameters that the user has [mm], and names of charges of several sizes that were simulated"""
     densities_kg_m3: list[Positive] = []
     """densities of the balls, if not as simulated [kg/m3]"""
+    descriptors: DescriptorSet = "weighted"
+    """descriptors that a condition of another mill is met in; numbers name their own"""
     weights: WeightsConfig = WeightsConfig()
     """weights of the descriptors in the ranking"""
     ranked: Count = 10
@@ -95,7 +122,7 @@ class MatchConfig(Section):
     @model_validator(mode="after")
     def _something_weighs(self) -> "MatchConfig":
         for target in self.targets:
-            counted = target.given or TARGET_DESCRIPTORS
+            counted = target.given or DESCRIPTOR_SETS[self.descriptors]
             if not any(getattr(self.weights, name) for name in counted):
                 raise ValueError(f"weights: at least one of target {target.name} must be over 0 ({', '.join(counted)})")
         return self
@@ -128,8 +155,12 @@ class MapsConfig(Section):
 class FingerprintConfig(Section):
     """Settings of the fingerprint stage. The last three serve the chapters of the thesis alone."""
 
-    counting_rule: RuleName = "gap_2ms"
+    counting_rule: RuleName = DEFAULT_RULE
     """name of the rule of dem.counting_rules that counts"""
+    descriptors: DescriptorSet = "weighted"
+    """descriptors by which mills are matched: `weighted`, energy-weighted ones, which need no counting rule, or
+    `per_collision`, those of the thesis; tables, pages and cards have both
+    """
     interval: Fraction = 0.95
     """probability of every band and confidence interval [-]"""
     smooth_points: int = Field(default=200, ge=20, le=100_000)

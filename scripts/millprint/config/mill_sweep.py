@@ -4,6 +4,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import AfterValidator, Field, model_validator
 
+from millprint.config.counting import RuleName
 from millprint.config.fingerprint import Range
 from millprint.config.mixture import BallChoice, BallSize, check_charges
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Section, Seed
@@ -132,6 +133,8 @@ class MillsConfig(Section):
     """mills of the target `mills`"""
     contact: Name | None = None
     """contact set of their balls: a file in config/contacts; the first of `contacts` if left out"""
+    counting_rule: RuleName | None = None
+    """name of the rule of dem.counting_rules that counts; `fingerprint.counting_rule` if left out"""
     precision: PrecisionName = "quick"
     """how exactly the sweeps are simulated: `quick` takes steps of 1.375 times `rayleigh_fraction` and records half
     the time of `standard`; `fine` records twice that time, with three times as many seeds
@@ -164,6 +167,13 @@ class MillsConfig(Section):
         if self.contact is None:
             raise ValueError("mills.contact: is left out, and there are no `contacts` to take the first of")
         return self.contact
+
+    @property
+    def rule(self) -> str:
+        """The counting rule. Raises ValueError for a section without one that is no part of a whole."""
+        if self.counting_rule is None:
+            raise ValueError("mills.counting_rule: is left out, and there is no `fingerprint.counting_rule` to take")
+        return self.counting_rule
 
     @property
     def named(self) -> list[str]:

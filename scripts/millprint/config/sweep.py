@@ -60,6 +60,11 @@ class DemConfig(Section):
     results
     """
 
+    @property
+    def counts_by_facet(self) -> bool:
+        """Whether a counting rule counts by facet, so that a contact has a row for each facet that it is on."""
+        return any(rule.by == "facet" for rule in self.counting_rules)
+
 
 class SweepConfig(Section):
     """A block of cases: every combination of its lists."""

@@ -86,7 +86,7 @@ class WorkflowConfig(Section):
     calibration: CalibrationConfig | None = None
     """virtual calibration (Sec. 3.2.2); for the chapters of the thesis"""
     fingerprint: FingerprintConfig = FingerprintConfig()
-    # As if it were given, so that its contact set is filled in.
+    # As if it were given, so that its contact set and its counting rule are filled in.
     mills: MillsConfig = Field(default=MillsConfig(), validate_default=True)
     """fingerprints of any mills, a match, a large mill"""
     validation: ValidationConfig = ValidationConfig()
@@ -111,11 +111,14 @@ class WorkflowConfig(Section):
 
     @field_validator("mills")
     @classmethod
-    def _balls_of_the_run(cls, mills: MillsConfig, info: ValidationInfo) -> MillsConfig:
-        contacts = info.data.get("contacts")
-        if mills.contact is not None or not contacts:
-            return mills
-        return mills.model_copy(update={"contact": contacts[0]})
+    def _balls_and_rule_of_the_run(cls, mills: MillsConfig, info: ValidationInfo) -> MillsConfig:
+        contacts, fingerprint = info.data.get("contacts"), info.data.get("fingerprint")
+        update = {}
+        if mills.contact is None and contacts:
+            update["contact"] = contacts[0]
+        if mills.counting_rule is None and fingerprint:
+            update["counting_rule"] = fingerprint.counting_rule
+        return mills.model_copy(update=update)
 
     @model_validator(mode="after")
     def _nothing_twice_and_nothing_overwritten(self) -> "WorkflowConfig":

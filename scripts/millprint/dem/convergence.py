@@ -12,7 +12,7 @@ SERIES = ["mill", "contact", "ball_diameter_mm", "fill_ratio", "speed_rpm"]
 VARIED = {"time_step_s": False, "young_modulus_gpa": True}
 
 # The descriptors of a collision that decide about a step.
-DESCRIPTORS = ["normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz"]
+DESCRIPTORS = ["normal_energy_J", "tangential_energy_J", "specific_frequency_hz"]
 POWERS = ["normal_power_W", "tangential_power_W", "rolling_power_W", "wall_power_W", "power_W"]
 
 
@@ -25,7 +25,7 @@ def column_of(quantity: str, what: str) -> str:
 def counted_by(summary: dict, rule: str) -> dict[str, float]:
     """DESCRIPTORS of a run under the counting rule of that name."""
     count = recorded_count(summary, rule)
-    values = (count["mean_normal_J"], count["mean_tangential_J"], count["frequency_per_ball_hz"])
+    values = (count["mean_normal_J"], count["mean_tangential_J"], count["specific_frequency_hz"])
     return dict(zip(DESCRIPTORS, values, strict=True))
 
 

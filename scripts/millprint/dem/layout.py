@@ -202,6 +202,14 @@ class CounterColumns(NamedTuple):
     aside: int  # contacts that are set aside while the lists are rebuilt; -1 where none are
 
 
+class RowEnds(NamedTuple):
+    """How a row of the table of collisions ended."""
+
+    cut: int  # the window did before it
+    parted: int  # the bodies came apart
+    passed: int  # the contact went on on another facet, in a row of its own
+
+
 class Statuses(NamedTuple):
     """Status of a run. With full lists of candidates it may go on once they are longer; all others end it."""
 
@@ -229,6 +237,7 @@ RATE = number_columns(RateColumns)
 LOAD = number_columns(LoadColumns)
 CELL = number_columns(CellColumns)
 SHARE = number_columns(ShareColumns)
+ENDED = number_columns(RowEnds)
 COUNTER = number_columns(CounterColumns)
 STATUS = number_columns(Statuses)
 

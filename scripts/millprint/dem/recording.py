@@ -14,6 +14,7 @@ from millprint.dem.lanes import get_of, put_of
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,
+    ENDED,
     GRID,
     HEIGHT,
     LANE,
@@ -26,7 +27,7 @@ from millprint.dem.layout import (
     TOTAL,
     TOTAL_WIDTH,
 )
-from millprint.dem.touching import CUT, book_works, listed, write_collision
+from millprint.dem.touching import book_works, listed, write_collision
 from millprint.kernel import inlined, inner, kernel
 from millprint.mill.pose import POSE
 from millprint.mill.vectors import row, subtract
@@ -49,7 +50,7 @@ class Table(NamedTuple):
     # that it passes; (0,) where it gets one row
     facet: np.ndarray
     contact: np.ndarray  # (rows,) number of the contact
-    ended: np.ndarray  # (rows,) touching.CUT, PARTED or PASSED
+    ended: np.ndarray  # (rows,) layout.RowEnds
     value: np.ndarray  # (rows, width) layout.CollisionColumns
 
 
@@ -237,7 +238,7 @@ def end_window(candidates, contacts, walls, time, counters, table):
     """Append every contact that is still open to the table of collisions; nothing else is changed."""
     for k in range(listed(candidates)):
         if candidates.lane[k] >= 0:
-            write_collision(contacts, walls, candidates.lane[k], time, CUT, counters, table)
+            write_collision(contacts, walls, candidates.lane[k], time, ENDED.cut, counters, table)
 
 
 @dataclass
@@ -267,7 +268,8 @@ class Recording:
     def table(self) -> Table:
         """All pieces of the table of collisions as one."""
         pieces = self.contacts or [make_table(0)]
-        return Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+        table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+        return table._replace(contact=np.arange(len(table.first)))
 
     def drain(self, table: Table, recorder: Recorder, counters: np.ndarray) -> None:
         """Copy the rows that the buffers hold to the ends of the lists, and set the counters of rows to 0.

@@ -179,7 +179,7 @@ class Simulation:
         time to time, and that a run which was stopped goes on from; enough: tells of a window that is over whether it
         is long enough; it is made longer by its own length until it is, up to case.window_max_s.
         """
-        recorder, table = self._recorder(), make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size))
+        recorder, table = self._recorder(), self._table()
         recording = Recording(
             edges=grid_edges(self.vessel.bounds[:, :2], recorder), occupancy=recorder.occupancy, height=recorder.height
         )
@@ -236,6 +236,10 @@ class Simulation:
             self.vessel.bounds[:, :2], self.dem.occupancy_cell_m, self.count, len(self.bodies), self.discard_steps,
             (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
         )  # fmt: skip
+
+    def _table(self) -> Table:
+        """The buffer for contacts."""
+        return make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size), self.dem.counts_by_facet)
 
     def _advance(self, last_step: int, recorder: Recorder, table: Table, recording: Recording, bar: tqdm) -> None:
         """Call the kernel in chunks up to and including `last_step`."""

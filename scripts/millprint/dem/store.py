@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from millprint.columns import span_of
-from millprint.dem.collisions import histograms
+from millprint.dem.collisions import by_surface, histograms
 from millprint.dem.layout import OCCUPANCY, SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.recording import Recording
 from millprint.dem.simulation import Simulation
@@ -135,7 +135,7 @@ def write_run(
         group.attrs["rows"] = len(table)
         group.attrs["is_histogram"] = len(table) > simulation.dem.collision_rows_max
         if group.attrs["is_histogram"]:
-            for name, (edges, counts) in histograms(table).items():
+            for name, (edges, counts) in histograms(by_surface(table)).items():
                 put(group, f"{name}_histogram_edges", edges)
                 put(group, f"{name}_histogram_counts", counts)
         else:

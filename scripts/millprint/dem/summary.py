@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.contact import PAIR_COEFFICIENTS
-from millprint.dem.collisions import collision_statistics
+from millprint.dem.collisions import CHANNELS, by_surface, collision_statistics, squares_per_turn, weighted_statistics
 from millprint.dem.ledger import check_closure, ledger_summary
 from millprint.dem.simulation import Simulation
 from millprint.dem.turns import mean_of_turns, relative_error
@@ -19,6 +19,21 @@ def per_revolution(series: pd.DataFrame, samples: int) -> dict[str, list[float]]
     tangential = series["tangential_damping_J"] + series["sliding_J"]
     columns = {"normal_J": series["normal_damping_J"], "tangential_J": tangential, "wall_J": series["wall_work_J"]}
     return {name: np.diff(column.to_numpy()[::samples]).tolist() for name, column in columns.items()}
+
+
+def weighted_errors(energies: list[float], squares: np.ndarray) -> dict[str, float | None]:
+    """Relative standard errors [-] of an energy-weighted mean E* and of its rate f* = P / E*.
+
+    energies: of each turn [J]; squares: sums of squares of the contacts that begin in each turn (turns,) [J2]. E* goes
+    with squares / energy and f* with energy^2 / squares: errors of ratios, to first order. None for fewer than two
+    turns.
+    """
+    energy = np.asarray(energies, dtype=float)
+    if len(energy) < 2 or not energy.mean() or not squares.mean():
+        return {"energy": None, "frequency": None}
+    of_energy, of_squares = energy / energy.mean(), squares / squares.mean()
+    residuals = {"energy": of_squares - of_energy, "frequency": 2 * of_energy - of_squares}
+    return {name: float(values.std(ddof=1) / math.sqrt(len(values))) for name, values in residuals.items()}
 
 
 def finite(value: float) -> float | None:
@@ -45,6 +60,7 @@ def largest_overlap(table: pd.DataFrame, radius_m: np.ndarray) -> float:
 def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame, height_m: float) -> dict:
     """The summary of a run; raises SimulationError where the energy balance does not close.
 
+    table: rows as `collision_table` gives them.
     wall_clock_s and processor_s are those of the kernel; ns_per_ball_step is processor time, which jobs beside this
     one disturb less.
     """
@@ -56,6 +72,19 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
     steps = simulation.settle_steps + simulation.discard_steps + simulation.window_steps + 1
     means = {name: mean_of_turns(revolutions.get(f"{name}_J", [])) for name in ("normal", "tangential")}
     errors = {name: known and known.error * frequency for name, known in means.items()}
+    contacts = by_surface(table)
+    turns = len(revolutions.get("normal_J", []))
+    squares = squares_per_turn(contacts, simulation.begin_s, frequency, turns) if turns else {}
+    power = {
+        "normal": ledger["normal_damping"] / window,
+        "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
+        "rolling": ledger["rolling"] / window,
+        "wall": ledger["wall_work"] / window,
+    }
+    weighted = weighted_statistics(contacts, power, simulation.begin_s, window, simulation.count, frequency)
+    for name in CHANNELS:
+        own = squares.get(name, np.empty(0))
+        weighted[name]["relative_error"] = weighted_errors(revolutions.get(f"{name}_J", []), own)
     return {
         "case": json.loads(case.model_dump_json()),
         "mill": case.mill,
@@ -82,19 +111,15 @@ def summarise(simulation: Simulation, series: pd.DataFrame, table: pd.DataFrame,
         "revolutions": window * frequency,
         "ledger_J": ledger,
         "closure": check_closure(series, case.closure_max or dem.closure_max),
-        "power_W": {
-            "normal": ledger["normal_damping"] / window,
-            "tangential": (ledger["tangential_damping"] + ledger["sliding"]) / window,
-            "rolling": ledger["rolling"] / window,
-            "wall": ledger["wall_work"] / window,
-        },
+        "power_W": power,
         "power_standard_error_W": errors,
-        "power_relative_error": {
-            name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in ("normal", "tangential")
-        },
-        "per_revolution": revolutions,
-        "collisions": collision_statistics(table, dem.counting_rules, simulation.begin_s, window, simulation.count),
-        "median_contact_duration_s": float(table["duration_s"].median()) if len(table) else None,
+        "power_relative_error": {name: finite(relative_error(revolutions.get(f"{name}_J", []))) for name in CHANNELS},
+        "per_revolution": revolutions | {f"{name}_square_J2": own.tolist() for name, own in squares.items()},
+        "collisions": collision_statistics(
+            table, dem.counting_rules, simulation.begin_s, window, simulation.count, frequency
+        ),
+        "weighted": weighted,
+        "median_contact_duration_s": float(contacts["duration_s"].median()) if len(contacts) else None,
         "mean_ball_height_m": height_m,
         "max_overlap_fraction": largest_overlap(table, simulation.balls.radius[simulation.balls.species]),
         "wall_clock_s": simulation.wall_clock_s,

@@ -13,6 +13,7 @@ from millprint.dem.lanes import get_of, get_vector, put_of, put_vector
 from millprint.dem.layout import (
     COLLISION,
     COUNTER,
+    ENDED,
     HISTORY_WIDTH,
     LANE,
     LANE_HISTORY,
@@ -43,9 +44,6 @@ FAR = 1e300
 
 # Two features of a patch that meet in a vertex are one wall where their directions differ by less.
 COS_SMOOTH_TURN = math.cos(SMOOTH_TURN)
-
-# In the table of collisions: the window ended first, the bodies came apart, or the contact went on on another facet.
-CUT, PARTED, PASSED = 0, 1, 2
 
 # The trigger of a candidate that is open, and of a pair that is open and not among the near ones (dem.near).
 OPEN, UNLISTED = -1.0, -2.0
@@ -116,7 +114,7 @@ def book_works(contacts, lane, totals):
 
 @inlined()
 def write_collision(contacts, walls, lane, time, ended, counters, table):
-    """Append a contact to the table of collisions, if that has rows; ended: CUT, PARTED or PASSED."""
+    """Append a contact to the table of collisions, if that has rows; ended: of layout.RowEnds."""
     if table.value.shape[0] == 0:
         return
     at = counters[COUNTER.records]
@@ -172,7 +170,7 @@ def close_contact(balls, candidates, contacts, laws, walls, lane, time, totals, 
     """End a contact: book its works, record it, free its lane."""
     check_overlap(contacts, lane, counters)
     book_works(contacts, lane, totals)
-    write_collision(contacts, walls, lane, time, PARTED, counters, table)
+    write_collision(contacts, walls, lane, time, ENDED.parted, counters, table)
     k, j, a = contacts.slot[lane], contacts.partner[lane], balls.species[contacts.ball[lane]]
     reach = laws.pair[a, balls.species[max(j, 0)], LAW.reach] if j >= 0 else laws.wall[SURFACE.rough, a, LAW.reach]
     if candidates.trigger[k] == UNLISTED:
@@ -268,7 +266,7 @@ def pass_on(balls, candidates, contacts, laws, walls, old, k, normal, time, tota
     if table.facet.size > 0:
         check_overlap(contacts, lane, counters)
         book_works(contacts, lane, totals)
-        write_collision(contacts, walls, lane, time, PASSED, counters, table)
+        write_collision(contacts, walls, lane, time, ENDED.passed, counters, table)
         for work in LANE.history.works:
             put_of(contacts, lane, work, 0.0)
         put_of(contacts, lane, LANE.history.peak_force, 0.0)

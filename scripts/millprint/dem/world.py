@@ -9,7 +9,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem import state
 from millprint.dem.advance import advance
-from millprint.dem.collisions import collision_table
+from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.layout import COUNTER, RATE, SAMPLE, STATUS, TOTAL_WIDTH
 from millprint.dem.ledger import ledger_series
 from millprint.dem.recording import Recorder, Table, make_recorder, make_table
@@ -81,7 +81,7 @@ class World:
     @property
     def contacts(self) -> pd.DataFrame:
         """The contacts that ended in the last run (collisions.COLLISION_NAMES)."""
-        return collision_table(self.collisions)
+        return by_surface(collision_table(self.collisions))
 
     def run(self, seconds: float, sample_every: int = 0) -> pd.DataFrame | None:
         """Advance by a time [s]; returns the ledger if samples are asked for. Raises SimulationError."""

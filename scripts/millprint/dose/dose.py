@@ -62,7 +62,7 @@ def regime_doses(
     """
     joined = measured[[CASE, "bpr", "molar_ratio", TIME, YIELD]].merge(cases, on=CASE, suffixes=("", "_designed"))
     powder = powder_of_ball(joined["bpr"], ball_diameter_m, density_kg_m3)
-    columns = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz")
+    columns = ("normal_energy_J", "tangential_energy_J", "specific_frequency_hz")
     normal, tangential, frequency = (joined[name] for name in columns)
     found = doses(normal, tangential, frequency, joined[TIME], powder)
     return pd.concat([joined[[CASE, "bpr", "molar_ratio", TIME]], found, joined[[YIELD]]], axis=1)
@@ -90,7 +90,7 @@ def own_doses(path: str | Path, fingerprints: Mapping[str, "Fingerprint"]) -> pd
             {
                 "normal_J": found.normal_energy_J.value,
                 "tangential_J": found.tangential_energy_J.value,
-                "frequency_hz": found.balls * found.frequency_per_ball_hz.value,
+                "frequency_hz": found.balls * found.specific_frequency_hz.value,
                 "power_W": found.power_W.value,
                 "outside": ", ".join(found.outside),
             }

@@ -19,6 +19,7 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.heat import FlashSection
+from millprint.dem.collisions import SLIDING, by_surface, read_rows
 from millprint.files import read_json
 from millprint.hdf5 import open_hdf5
 
@@ -93,23 +94,16 @@ def read_impacts(run_path: str | Path, summary: dict, settings: FlashSection) ->
     as s^(2/5) and the duration falls as s^(-2/5) (Johnson 1985, Eqs 11.23, 11.24), while the dissipated energies stay.
     """
     with open_hdf5(run_path) as file:
-        group = file["collisions"]
-        if group.attrs["is_histogram"]:
-            return None
-        names = (
-            "first",
-            "second",
-            "duration_s",
-            "approach_speed_m_s",
-            "peak_force_N",
-            "normal_J",
-            "damping_J",
-            "sliding_J",
-        )
-        column = {name: group[name][:].astype(float) for name in names}
-        whole = group["complete"][:].astype(bool) & (group["start_s"][:] >= group.attrs["begin_s"])
+        begin_s = file["collisions"].attrs["begin_s"]
+        names = ("start_s", "duration_s", "approach_speed_m_s", "peak_force_N", "normal_J", "damping_J", SLIDING)
+        rows = read_rows(file["collisions"], names)
         radii = file["balls/radius_m"][:]
-    first, second = column["first"].astype(int), column["second"].astype(int)
+    if rows is None:
+        return None
+    contacts = by_surface(rows)
+    column = {name: contacts[name].to_numpy() for name in contacts}
+    whole = (column["complete"] > 0) & (column["start_s"] >= begin_s)
+    first, second = column["first"], column["second"]
     at_wall = second < 0
     one, other = radii[first], np.where(at_wall, np.inf, radii[np.maximum(second, 0)])
     curvature = 1 / (1 / one + 1 / other)

@@ -13,7 +13,7 @@ which is no dissipation: the ledger has it apart, and so has the table.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +21,23 @@ import pandas as pd
 
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.config.dose import SpectraConfig
-from millprint.dem.collisions import merge_contacts, sort_by_pair
+from millprint.dem.collisions import (
+    CHANNELS,
+    CONTACTS_BY,
+    SLIDING,
+    by_surface,
+    energies_of,
+    kept_by,
+    merge_contacts,
+    read_rows,
+    sort_by_pair,
+)
 from millprint.errors import ConfigError, MillprintError
 from millprint.files import read_table
 from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
 from millprint.hdf5 import open_hdf5
 from millprint.progress import progress
 
-CHANNELS = ("normal", "tangential")
 PAIRS = ("ball_ball", "ball_wall")
 BOTH = "both"
 # Largest difference between a spectrum's integral and the ledger, over the power of the ledger.
@@ -49,36 +58,47 @@ TABLE_ONLY = "run.h5 holds histograms and no contacts; raise dem.collision_rows_
 
 @dataclass(frozen=True)
 class Contacts:
-    """The contacts of a run, ordered by pair and start, and what the ledger says of them.
+    """The contacts of a run, and what the ledger says of them.
 
-    table: as of `sort_by_pair`; open_J: energy of each of CHANNELS in contacts that were open at an edge of the window
-    [J]; stored_J: what tangential springs stored over the window [J].
+    rows: as of `dem.collisions.collision_table`, without what is not needed; open_J: energy of each of CHANNELS in
+    contacts that were open at an edge of the window [J]; stored_J: what tangential springs stored over the window [J].
     """
 
-    table: pd.DataFrame
+    rows: pd.DataFrame
     begin_s: float
     window_s: float
     open_J: dict[str, float]
     stored_J: float
+    _ordered: dict[str, pd.DataFrame] = field(default_factory=dict)
+
+    def ordered(self, by: str) -> pd.DataFrame:
+        """The contacts by a key of CONTACTS_BY, as of `sort_by_pair`; made once."""
+        if by not in self._ordered:
+            self._ordered[by] = sort_by_pair(CONTACTS_BY[by](self.rows))
+        return self._ordered[by]
+
+    def merged(self, rule: CountingRule, frequency_hz: float) -> pd.DataFrame:
+        """The collisions by the pairs and the gap of a rule, without its thresholds, as of `merge_contacts`.
+
+        frequency_hz: turns of the mill.
+        """
+        return merge_contacts(self.ordered(rule.by), rule.gap_s(frequency_hz))
 
 
 def read_contacts(path: str | Path) -> Contacts | None:
     """The contacts of a run.h5; None where it holds their histograms only. Raises ConfigError for a damaged file."""
     with open_hdf5(path) as file:
         group = file["collisions"]
-        if group.attrs["is_histogram"]:
+        rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
+        if rows is None:
             return None
-        names = ("first", "second", "start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", "sliding_J")
-        # In double precision: sums of millions of numbers in single precision would lose digits.
-        table = pd.DataFrame({name: group[name][:].astype(float) for name in names})
-        complete = group["complete"][:] > 0
         begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
         spring = file["ledger/elastic_tangential_J"]
         stored = float(spring[-1] - spring[0])
-    is_open = ~complete | (table["start_s"].to_numpy() < begin_s)
-    energies = {"normal": table["normal_J"], "tangential": table["damping_J"] + table["sliding_J"]}
-    open_J = {channel: float(energy.to_numpy()[is_open].sum()) for channel, energy in energies.items()}
-    return Contacts(sort_by_pair(table), begin_s, window_s, open_J, stored)
+    contacts = by_surface(rows)
+    is_open = (contacts["complete"].to_numpy() == 0) | (contacts["start_s"].to_numpy() < begin_s)
+    open_J = {channel: float(energy[is_open].sum()) for channel, energy in energies_of(contacts).items()}
+    return Contacts(rows, begin_s, window_s, open_J, stored)
 
 
 def read_spectra(path: str | Path) -> pd.DataFrame:
@@ -113,11 +133,10 @@ class Collisions:
         return np.ones_like(self.between_balls) if pair == BOTH else self.between_balls == (pair == PAIRS[0])
 
 
-def collisions_by(contacts: Contacts, rule: CountingRule) -> Collisions:
+def collisions_by(contacts: Contacts, rule: CountingRule, frequency_hz: float) -> Collisions:
     """The collisions of a run by a counting rule; what counts is what `dem.collisions.count_collisions` counts."""
-    merged = merge_contacts(contacts.table, rule.gap_s)
-    peak, duration = merged["peak_force_N"].to_numpy(), merged["duration_s"].to_numpy()
-    kept = (peak >= rule.peak_force_min_N) & (duration >= rule.duration_min_s)
+    merged = contacts.merged(rule, frequency_hz)
+    kept = kept_by(rule, merged)
     energy = {channel: merged[f"{channel}_J"].to_numpy() for channel in CHANNELS}
     return Collisions(
         energy={channel: values[kept] for channel, values in energy.items()},
@@ -189,8 +208,8 @@ def _condition_tables(
     """Bins and rows of one condition by one rule; its seeds count alike, as in the descriptors."""
     parts = []
     for _, summary, contacts in runs:
-        rule = recorded_count(summary, rule_name)
-        parts.append(collisions_by(contacts, CountingRule(**{name: rule[name] for name in CountingRule.model_fields})))
+        rule = CountingRule.of_count(recorded_count(summary, rule_name))
+        parts.append(collisions_by(contacts, rule, summary["frequency_hz"]))
     bins: list[pd.DataFrame] = []
     rows: list[dict] = []
     seeds = len(runs)

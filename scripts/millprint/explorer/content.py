@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
 from millprint.config.mill import MillConfig
 from millprint.config.mixture import ONE_SIZE
 from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
@@ -50,16 +50,16 @@ class Machine(NamedTuple):
         return cls(mill.name, mill.title, mill_in_words(mill), acceleration, mill.speed_unit)
 
 
-def explorer_content(name: str, mills: Sequence[dict]) -> dict:
+def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSet = "weighted") -> dict:
     """Everything that the page computes from; mills: `mill_content` of each, the first is shown first.
 
-    name: of the run.
+    name: of the run; descriptors: with which a search begins.
     """
     return {
         "name": name,
         "version": version("millprint"),
         "variables": list(VARIABLES),
-        "descriptors": list(TARGET_DESCRIPTORS),
+        "descriptors": list(DESCRIPTOR_SETS[descriptors]),
         "mills": list(mills),
     }
 

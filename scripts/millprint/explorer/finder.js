@@ -17,7 +17,7 @@ class Finder {
     }
     byId("take").addEventListener("click", () => {
       const found = this.explorer.answer(this.explorer.state);
-      this.target = Object.fromEntries(Object.keys(DESCRIPTORS).map((name) => [name, found[name].value]));
+      this.target = Object.fromEntries(this.explorer.content.descriptors.map((name) => [name, found[name].value]));
       this.given = true;
       this.renderFields();
     });
@@ -68,14 +68,22 @@ class Finder {
     button.disabled = false;
     if (mill !== this.explorer.mill) return;
     said.textContent = rows.length ? `${rows.length} conditions, the nearest first.` : "No fill ratio that can be set was simulated.";
+    const [row] = table.tHead.rows;
+    row.querySelectorAll(".target").forEach((cell) => cell.remove());
+    const titles = this.shown(target).map((name) => element("th", { scope: "col", class: "target" }, DESCRIPTORS[name].label));
+    byId("found-speed").after(...titles);
     byId("found-speed").textContent = withUnit("speed", this.explorer.units.of("speed").unit);
     table.tBodies[0].replaceChildren(...rows.map((row) => this.row(row, target)));
     table.hidden = rows.length === 0;
   }
 
+  /** The descriptors that a target names, in their order. */
+  shown(target) {
+    return Object.keys(DESCRIPTORS).filter((name) => name in target);
+  }
+
   row({ fingerprint, condition, prediction }, target) {
-    const missed = Object.keys(DESCRIPTORS).map((name) => {
-      if (!(name in target)) return element("td", {}, "open");
+    const missed = this.shown(target).map((name) => {
       const { value, lower, upper } = prediction[name];
       const percent = 100 * (value / target[name] - 1);
       const text = `${percent < 0 ? "−" : "+"}${Math.abs(percent).toFixed(1)} %`;

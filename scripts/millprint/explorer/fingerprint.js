@@ -1,6 +1,18 @@
 /* The fingerprint of one mill and contact set, as millprint.fingerprint.model computes it. */
 
-const BASIC = ["Pn", "Pt", "f"];
+// The scaled quantities from which `complete` calculates all others.
+const BASIC = ["Pn", "Pt", "f", "En_star", "Et_star", "f90"];
+// Descriptor of a condition -> the scaled quantity that it is made of; the end of a name is the unit.
+const SCALED_BY = {
+  weighted_normal_energy_J: "En_star",
+  weighted_tangential_energy_J: "Et_star",
+  weighted_normal_frequency_hz: "fn_star",
+  weighted_tangential_frequency_hz: "ft_star",
+  strong_frequency_hz: "f90",
+  normal_energy_J: "En",
+  tangential_energy_J: "Et",
+  specific_frequency_hz: "f",
+};
 // The charge of balls of one size.
 const ONE_SIZE = "";
 
@@ -95,8 +107,9 @@ class Factors {
     return this.fills[0] * (1 - 1e-9) <= fill && fill <= this.fills.at(-1) * (1 + 1e-9);
   }
 
-  /** The interval of a quantity's value at a fill ratio that is known. */
+  /** The interval of a quantity's value at a fill ratio that is known; null for a quantity without factors. */
   interval(name, value, fill) {
+    if (!(name in this.factors)) return null;
     const place = Math.min(Math.max(Math.log(fill), this.logs[0]), this.logs.at(-1));
     const above = Math.max(1, this.logs.findIndex((log) => log >= place));
     const between = (factors) => {
@@ -109,9 +122,17 @@ class Factors {
   }
 }
 
-/** Every quantity from Pn, Pt and f. */
-function complete({ Pn, Pt, f }) {
-  return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f };
+/** Every quantity from those of BASIC. */
+function complete({ Pn, Pt, f, En_star, Et_star, f90 }) {
+  const weighted = { En_star, Et_star, fn_star: Pn / En_star, ft_star: Pt / Et_star, f90 };
+  return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f, ...weighted };
+}
+
+/** What `of` gives for the scaled quantity of each descriptor and its scale in a condition. */
+function descriptorsOf(condition, of) {
+  const energy = energyScale(condition);
+  const scaleOf = (name) => (name.endsWith("_J") ? energy : condition.speed_hz);
+  return Object.fromEntries(Object.entries(SCALED_BY).map(([name, quantity]) => [name, of(quantity, scaleOf(name))]));
 }
 
 class Fingerprint {
@@ -250,13 +271,10 @@ class Fingerprint {
     const condition = this.whole(given);
     const scaled = this.scaled(condition);
     const balls = this.balls(condition);
-    const energy = energyScale(condition);
-    const power = balls * energy * condition.speed_hz;
+    const power = balls * energyScale(condition) * condition.speed_hz;
     return {
       balls,
-      normal_energy_J: times(scaled.En, energy),
-      tangential_energy_J: times(scaled.Et, energy),
-      frequency_per_ball_hz: times(scaled.f, condition.speed_hz),
+      ...descriptorsOf(condition, (quantity, scale) => times(scaled[quantity], scale)),
       normal_power_W: times(scaled.Pn, power),
       tangential_power_W: times(scaled.Pt, power),
       power_W: times(scaled.P, power),
@@ -265,15 +283,10 @@ class Fingerprint {
     };
   }
 
-  /** The three descriptors without bands. */
+  /** The descriptors without bands. */
   descriptors(condition) {
     const scaled = this.means(condition);
-    const energy = energyScale(condition);
-    return {
-      normal_energy_J: scaled.En * energy,
-      tangential_energy_J: scaled.Et * energy,
-      frequency_per_ball_hz: scaled.f * condition.speed_hz,
-    };
+    return descriptorsOf(condition, (quantity, scale) => scaled[quantity] * scale);
   }
 }
 

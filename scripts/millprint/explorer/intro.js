@@ -47,8 +47,10 @@ class Intro {
       `The page carries the fitted models of the run and computes in the browser what the library (millprint ${content.version}) computes: ` +
         `${contacts.length} fingerprint${contacts.length > 1 ? "s" : ""} of mill ${about.mill} (${contacts.join(", ")}) from ${count} ` +
         `simulated conditions${runs}. It fetches nothing and works from a folder.`,
-      `Energies and frequencies go by the counting rule ${about.counting_rule}: re-contacts of a pair within ` +
-        `${short(1e3 * about.collision_gap_s)} ms are one collision. The jar holds ${short(1e6 * about.volume_m3)} mL, its amplitude is ` +
+      "Weighted energies and frequencies need no counting rule: E* is the sum of squares of the energies of all contacts over their sum, " +
+        "and f* the power of a ball over E*.",
+      `Energies of a collision and the specific collision frequency go by the counting rule ${about.counting_rule}: re-contacts of a ball with the ` +
+        `same ball or ${about.collisions_by} of the wall within ${short(about.collision_gap_turns)} turns are one collision. The jar holds ${short(1e6 * about.volume_m3)} mL, its amplitude is ` +
         `${short(1e3 * about.amplitude_m)} mm.`,
       ...(about.charges ? ["A charge of several ball sizes has one diameter in the scaling, d30, that of its ball of mean volume."] : []),
       ...(mill.yieldModel

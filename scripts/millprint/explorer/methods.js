@@ -24,9 +24,11 @@ function methodsText(explorer, found) {
     `Contact set ${about.contact}: coefficient of restitution ${short(about.restitution)}, of static friction ${short(about.static_friction)}${wallWords(about)}.`,
     `The numbers are predictions of a model that was fitted to ${fingerprint.conditions} simulated conditions (fill ratios from ${fromTo(...about.ranges.fill_ratio)}, ` +
       `speeds of ${fromTo(...[low, high].map((speed) => Number(speed.toPrecision(4))))} ${unit}, balls of ${fromTo(...about.ranges.ball_diameter_m.map((size) => Number((1e3 * size).toPrecision(4))))} mm); in brackets is the band in which ${interval} % of new simulations are expected.`,
-    `Contacts of a pair that follow each other within ${short(1e3 * about.collision_gap_s)} ms count as one collision.`,
+    `The energy-weighted mean energy of a collision (sum of squares over sum) is ${band("weighted_normal_energy_J")} along the line of centres and ` +
+      `${band("weighted_tangential_energy_J")} along the surface; the power of a ball over it is ${band("weighted_normal_frequency_hz")} and ${band("weighted_tangential_frequency_hz")}.`,
+    `Contacts of a pair (two balls, or a ball and a ${about.collisions_by} of the wall) that follow each other within ${short(about.collision_gap_turns)} turns count as one collision.`,
     `A collision dissipates on average ${band("normal_energy_J")} along the line of centres and ${band("tangential_energy_J")} along the surface; ` +
-      `collisions of one ball: ${band("frequency_per_ball_hz")}.`,
+      `all collisions over the balls: ${band("specific_frequency_hz")}.`,
     `All balls dissipate ${band("power_W")}, of which ${band("tangential_share")} by shear.`,
     ...mill.further.map((origin) => furtherWords(explorer, found, origin)),
     `With ${digits(found.powder_g)} g of powder (ball-to-powder mass ratio ${short(Number(state.bpr.toPrecision(3)))}) for ${short(state.time_h)} h, the specific energy is at most ${units.text("dose", found.dose_J_kg.value)}.`,

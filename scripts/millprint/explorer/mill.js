@@ -80,7 +80,7 @@ class Mill {
       ...Object.fromEntries(Object.keys(POWDER).map((name) => [name, state[name]])),
       normal_energy_uJ: 1e6 * prediction.normal_energy_J.value,
       tangential_energy_uJ: 1e6 * prediction.tangential_energy_J.value,
-      specific_frequency_hz: prediction.frequency_per_ball_hz.value,
+      specific_frequency_hz: prediction.specific_frequency_hz.value,
     };
     return { ...found, yield_percent: this.yieldModel.predict(conditions) };
   }
@@ -115,6 +115,6 @@ function doses(prediction, state, powder_g) {
     dose_J_kg: times(prediction.power_W, perMass),
     normal_dose_J_kg: times(prediction.normal_power_W, perMass),
     tangential_dose_J_kg: times(prediction.tangential_power_W, perMass),
-    hits_per_g: times(prediction.frequency_per_ball_hz, (prediction.balls * time_s) / powder_g),
+    hits_per_g: times(prediction.specific_frequency_hz, (prediction.balls * time_s) / powder_g),
   };
 }

@@ -10,7 +10,7 @@ const NAMES = {
   amplitude_m: "Amplitude",
   normal_energy_uJ: "normal energy [µJ]",
   tangential_energy_uJ: "tangential energy [µJ]",
-  specific_frequency_hz: "collisions of a ball [1/s]",
+  specific_frequency_hz: "specific collision frequency [1/s]",
   tangential_share: "tangential share [-]",
   bpr: "ball-to-powder ratio",
   molar_ratio: "MgH₂ to borate",
@@ -18,12 +18,17 @@ const NAMES = {
 };
 /* Results with the kind of their unit, or with unit and factor from SI. */
 const DESCRIPTORS = {
+  weighted_normal_energy_J: { label: "Weighted normal energy E*n", kind: "energy" },
+  weighted_tangential_energy_J: { label: "Weighted tangential energy E*t", kind: "energy" },
+  weighted_normal_frequency_hz: { label: "Weighted normal frequency f*n", kind: "frequency" },
+  weighted_tangential_frequency_hz: { label: "Weighted tangential frequency f*t", kind: "frequency" },
   normal_energy_J: { label: "Normal energy of a collision", kind: "energy" },
   tangential_energy_J: { label: "Tangential energy of a collision", kind: "energy" },
-  frequency_per_ball_hz: { label: "Collisions of one ball", kind: "frequency" },
+  specific_frequency_hz: { label: "Specific collision frequency", kind: "frequency" },
 };
 const RESULTS = {
   ...DESCRIPTORS,
+  strong_frequency_hz: { label: "Strong collisions f90", kind: "frequency" },
   normal_power_W: { label: "Normal power, all balls", unit: "W", factor: 1 },
   tangential_power_W: { label: "Tangential power, all balls", unit: "W", factor: 1 },
   power_W: { label: "Dissipated power, all balls", unit: "W", factor: 1 },
@@ -61,7 +66,7 @@ class Results {
       const band = inUnit(found[name], scale);
       const others = mill.further.map((origin) => {
         const interval = band.further[origin];
-        const words = interval ? between(interval) : fingerprint.missing(origin, state.fill_ratio);
+        const words = interval ? between(interval) : fingerprint.missing(origin, state.fill_ratio) || "not known";
         return `${mill.content.origins[origin].title}: ${words}`;
       });
       const below = [`${mill.content.origins.scatter.title}: ${between(band)}`, ...others];
@@ -96,7 +101,7 @@ class Results {
     const { units } = this.explorer;
     const { value, outside = [] } = found.yield_percent ?? {};
     return [
-      ...Object.entries(DESCRIPTORS).map(([name, { kind }]) => units.text(kind, found[name].value)),
+      ...this.explorer.content.descriptors.map((name) => units.text(DESCRIPTORS[name].kind, found[name].value)),
       `${digits(found.power_W.value)} W`,
       ...(found.yield_percent ? [`yield ${digits(value, 2)} %${outside.length ? " ?" : ""}`] : []),
     ].join(" · ");
@@ -144,8 +149,16 @@ class Results {
     const [energy, frequency] = ["energy", "frequency"].map((kind) => units.of(kind));
     const both = (keys, scale) => [line(keys[0], "normal", NORMAL, scale), line(keys[1], "tangential", TANGENTIAL, scale)];
     const charts = [
+      {
+        title: `Weighted energy E* [${energy.unit}]`,
+        lines: both(["weighted_normal_energy_J", "weighted_tangential_energy_J"], energy.to(1)),
+      },
+      {
+        title: `Weighted frequency f* [${frequency.unit}]`,
+        lines: both(["weighted_normal_frequency_hz", "weighted_tangential_frequency_hz"], frequency.to(1)),
+      },
       { title: `Energy of a collision [${energy.unit}]`, lines: both(["normal_energy_J", "tangential_energy_J"], energy.to(1)) },
-      { title: `Collisions of one ball [${frequency.unit}]`, lines: [line("frequency_per_ball_hz", "collisions", INK, frequency.to(1))] },
+      { title: `Specific collision frequency [${frequency.unit}]`, lines: [line("specific_frequency_hz", "collisions", INK, frequency.to(1))] },
       { title: "Dissipated power [W]", lines: both(["normal_power_W", "tangential_power_W"], 1) },
       { title: "Tangential share [%]", lines: [line("tangential_share", "share", INK, 100)], top: 100 },
       ...(found.yield_percent ? [{ title: "Yield [%]", lines: [line("yield_percent", "yield", INK, 1)], top: 100 }] : []),

@@ -3,6 +3,7 @@
 from typing import TypedDict
 
 from millprint.config.dose import SpectraConfig
+from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.config.mill import MillConfig
 from millprint.explorer.content import Machine, mill_content
@@ -12,11 +13,12 @@ from millprint.fingerprint.search import simulated_request
 
 
 class Settings(TypedDict):
-    """What the tables of a run were made with: bins, the counting rule to show, and the heat balance."""
+    """What the tables of a run were made with: bins, the rule to show, the heat balance, and the descriptors."""
 
     spectra: SpectraConfig
     rule: str
     heat: HeatConfig
+    descriptors: DescriptorSet
 
 
 def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> dict:
@@ -25,7 +27,7 @@ def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> 
     mill: its section as plain values; files: fingerprint and, where they were made, spectra with summary, and
     temperatures with limits.
     """
-    request = simulated_request(Fingerprint.read(files["fingerprint"]))
+    request = simulated_request(Fingerprint.read(files["fingerprint"]), settings["descriptors"])
     return mill_content(
         Machine.of_mill(MillConfig(**mill)),
         [files["fingerprint"]],

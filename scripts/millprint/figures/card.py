@@ -45,7 +45,7 @@ def _settings(card: MillingCard) -> list[str]:
 def _draw_table(axis: Axes, card: MillingCard) -> None:
     """Descriptors and doses with a column for each origin of intervals."""
     axis.axis("off")
-    rows = list(vars(card.fingerprint.descriptors).items()) + (list(vars(card.dose).items()) if card.dose else [])
+    rows = list(card.fingerprint.descriptors.known.items()) + (list(vars(card.dose).items()) if card.dose else [])
     columns = ["scatter", "mean", *FURTHER]
     cells = [
         [TITLES[name], in_words(own), *(_cell(own, getattr(own, origin)) for origin in columns)] for name, own in rows

@@ -17,7 +17,7 @@ ENERGY_PANELS = {
     "normal_energy_J": True,
     "tangential_energy_J": True,
     "collision_frequency_hz": True,
-    "frequency_per_ball_hz": False,
+    "specific_frequency_hz": False,
 }
 # Zones that a panel of the master curves shows.
 ZONES = {
@@ -34,7 +34,7 @@ EXPONENT_LABELS = {
 QUANTITY_LABELS = {
     "normal_power_per_ball_W": "normal power",
     "tangential_power_per_ball_W": "tangential power",
-    "frequency_per_ball_hz": "frequency",
+    "specific_frequency_hz": "frequency",
     "normal_energy_J": "normal energy",
     "tangential_energy_J": "tangential energy",
 }

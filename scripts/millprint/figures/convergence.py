@@ -15,9 +15,9 @@ from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, MARKERS, PAGE_WIDT
 DEVIATIONS = {
     "normal_energy": "normal energy\nper collision [%]",
     "tangential_energy": "tangential energy\nper collision [%]",
-    "frequency_per_ball": "collisions of\none ball [%]",
+    "specific_frequency": "specific collision\nfrequency [%]",
 }
-SHORT = {"normal_energy": "normal energy", "tangential_energy": "tangential energy", "frequency_per_ball": "frequency"}
+SHORT = {"normal_energy": "normal energy", "tangential_energy": "tangential energy", "specific_frequency": "frequency"}
 MICROSECONDS = 1e6
 
 

@@ -19,7 +19,7 @@ from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
 from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.curves import PANELS
+from millprint.fingerprint.curves import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
 from millprint.fingerprint.seeds import MOTIONS
@@ -27,6 +27,11 @@ from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].
 SHEET_IN = (8.27, 11.69)
+# Quantities whose exponents and spread are on the page; the table of the sheet has more.
+SCALED_ON_PAGE = (
+    *("power per ball", "weighted normal energy", "weighted tangential energy"),
+    *("weighted normal frequency", "weighted tangential frequency", "specific frequency"),
+)
 LINE = 84  # letters of a line in one of the two columns of text
 # Lines of the ends of an interval in a figure, an origin of FURTHER each.
 FURTHER_LINES = ("--", ":")
@@ -79,12 +84,16 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
         )
     left += [*([""] if len(described) else []), *_precision_lines(sheet[sheet["section"] == "precision"])]
     right.append("exponents (interval; of the thesis)")
-    for row in sheet[sheet["section"] == "exponents"].itertuples():
-        supposed = row.text.removeprefix("the thesis has ")
-        interval = f"{_number(row.lower)} to {_number(row.upper)}"
-        right.append(f"  {row.quantity}: {_number(row.value)} ({interval}; {supposed})")
-    right += ["", "spread of power per ball, before: after the thesis's scaling: after its own"]
-    for title in ("power per ball", "frequency per ball"):
+    exponents = sheet[sheet["section"] == "exponents"]
+    for title in SCALED_ON_PAGE:
+        words = []
+        for row in exponents[exponents["quantity"].str.startswith(f"{title}:")].itertuples():
+            variable, supposed = row.quantity.removeprefix(f"{title}: "), row.text.removeprefix("the thesis has ")
+            interval = f"{_number(row.lower)} to {_number(row.upper)}"
+            words.append(f"{variable} {_number(row.value)} ({interval}; {supposed})")
+        right.append(f"  {title}: {', '.join(words)}")
+    right += ["", "spread, before: after the thesis's scaling: after its own"]
+    for title in SCALED_ON_PAGE:
         rows = sheet[(sheet["section"] == "collapse") & sheet["quantity"].str.startswith(f"{title}:")]
         values = " : ".join(_number(value) for value in rows["value"])
         right.append(f"  {title} {values}; {rows['text'].iloc[-1]}")
@@ -136,14 +145,14 @@ def _draw_intervals(axis: Axes, sheet: pd.DataFrame) -> None:
     ]
     table = axis.table(
         cells, colLabels=["at this condition", "value", *columns], colWidths=[0.25, 0.11, 0.16, 0.16, 0.16, 0.16],
-        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.45, 1, 0.55),
+        cellLoc="left", edges="horizontal", bbox=Bbox.from_bounds(0, 0.34, 1, 0.66),
     )  # fmt: skip
     table.auto_set_font_size(False)
     table.set_fontsize(6.5)
     said = sheet[sheet["section"] == "intervals"]
     lines = [f"{row.quantity}: {row.text}" for row in said.itertuples()]
     lines.append("the intervals are not added up: each is that of its own origin, all else as simulated")
-    axis.text(0, 0.36, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+    axis.text(0, 0.28, "\n".join(lines), va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
 
 
 def _draw_spectra(part: SubFigure, sheet: pd.DataFrame, spectra: pd.DataFrame, read_off: pd.DataFrame) -> None:
@@ -176,7 +185,7 @@ def plot_sheet(
     """
     figure = plt.figure(figsize=SHEET_IN)
     figure.suptitle(f"Mechanical fingerprint: {picture.title}", fontsize=12)
-    heights = [0.8, 0.95, 0.52, 0.62, 1.3] if _has_intervals(sheet) else [0.85, 1.0, 0.68, 1.35]
+    heights = [0.7, 1.08, 0.78, 0.55, 1.08] if _has_intervals(sheet) else [0.8, 1.15, 0.66, 1.3]
     top, middle, *between, energies, bottom = figure.subfigures(
         len(heights), 1, squeeze=False, height_ratios=heights
     ).flat
@@ -192,7 +201,7 @@ def plot_sheet(
         axis.text(0, 1, column, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
-    for axis, quantity in zip(axes.flat, PANELS, strict=True):
+    for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
         _draw_conditions(axis, quantity, descriptors, curves)
     legend_below(bottom, axes.flat[:1], 4, fontsize=7)
     return figure

@@ -30,8 +30,8 @@ def plot_collapse(collapse: pd.DataFrame, largest: float) -> Figure:
 def plot_scale_up(sheet: pd.DataFrame) -> Figure:
     """Ratios of the large mill over the small one, for each way to run it: what is kept and what changes."""
     quantities = {
-        "normal_energy_ratio": "normal energy\nof a collision",
-        "frequency_per_ball_ratio": "collisions\nof one ball",
+        "weighted_normal_energy_ratio": "weighted normal\nenergy E*n",
+        "weighted_normal_frequency_ratio": "weighted normal\nfrequency f*n",
         "specific_power_ratio": "power over mass\nof balls",
     }
     figure, axes = plt.subplots(len(quantities), 1, figsize=(COLUMN_WIDTH_IN, 4.4), sharex=True)

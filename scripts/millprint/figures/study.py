@@ -9,8 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from millprint.dem.convergence import column_of
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.mill_sheet import DESCRIBED
-from millprint.fingerprint.study import POWERS
+from millprint.fingerprint.study import DESCRIBED, POWERS
 
 AXES = {
     "time_step": "time step over that of the sweep [-]",

@@ -10,6 +10,9 @@ from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import CURVES
 
 FILL_LABEL = "fill ratio [-]"
+# A panel for each of CURVES.
+COLUMNS = 4
+ROWS = len(CURVES) // COLUMNS
 
 
 def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
@@ -17,10 +20,10 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
 
     indices: as of `uncertainty.indices.sobol_indices`, with fill_ratio and quantity.
     """
-    figure, axes = plt.subplots(2, 4, figsize=(PAGE_WIDTH_IN, 4.2), sharey=True, sharex=True)
+    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 2.0 * ROWS), sharey=True, sharex=True)
     fills, names = np.unique(indices["fill_ratio"]), list(PARAMETERS)
     places, width = np.arange(len(names)), 0.8 / len(fills)
-    for axis, quantity in zip(axes.flat, CURVES, strict=False):
+    for axis, quantity in zip(axes.flat, CURVES, strict=True):
         table = indices[indices["quantity"] == quantity]
         for number, fill in enumerate(fills):
             rows = table[table["fill_ratio"] == fill].set_index("parameter").loc[names]
@@ -34,12 +37,9 @@ def plot_indices(indices: pd.DataFrame, title: str) -> Figure:
         axis.tick_params(labelsize=6)
         axis.set_ylim(0, 1.1)
         axis.text(0.98, 0.97, DESCRIPTORS[quantity].title, transform=axis.transAxes, ha="right", va="top", fontsize=7)
-    axes.flat[-1].set_axis_off()
-    # Nothing stands below it.
-    axes[0, -1].tick_params(labelbottom=True)
     for axis in axes[:, 0]:
         axis.set_ylabel("Sobol index [-]")
-    letter_panels(list(axes.flat)[: len(CURVES)])
+    letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=min(6, len(fills)), fontsize=7)
     figure.suptitle(f"{title}: first-order (full) and total (pale) indices", fontsize=8)
     return figure
@@ -50,8 +50,8 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
 
     intervals, sets: as `uncertainty.intervals.measure` returns them.
     """
-    figure, axes = plt.subplots(2, 4, figsize=(PAGE_WIDTH_IN, 3.8), sharex=True)
-    for axis, quantity in zip(axes.flat, CURVES, strict=False):
+    figure, axes = plt.subplots(ROWS, COLUMNS, figsize=(PAGE_WIDTH_IN, 1.9 * ROWS), sharex=True)
+    for axis, quantity in zip(axes.flat, CURVES, strict=True):
         table = intervals[intervals["quantity"] == quantity]
         fills, value = table["fill_ratio"], table["value"].to_numpy()
         axis.fill_between(fills, table["lower"], table["upper"], alpha=0.25, label="by contact parameters")
@@ -63,8 +63,7 @@ def plot_intervals(intervals: pd.DataFrame, sets: pd.DataFrame, title: str) -> F
             axis.plot(rows["fill_ratio"], rows["factor"].to_numpy() * value, label=f"set {name}", **look)
         axis.set(xlabel=FILL_LABEL, ylabel=DESCRIPTORS[quantity].label, ylim=(0, None))
         axis.yaxis.label.set_fontsize(7)
-    axes.flat[-1].set_axis_off()
-    letter_panels(list(axes.flat)[: len(CURVES)])
+    letter_panels(axes.flat)
     legend_below(figure, axes.flat, columns=4, fontsize=7)
     figure.suptitle(f"{title}: intervals by contact parameters alone", fontsize=8)
     return figure

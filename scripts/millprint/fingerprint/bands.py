@@ -12,7 +12,8 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.config.section import Positive
 from millprint.errors import ConfigError
 from millprint.files import read_json
-from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.condition import COUNTED
+from millprint.fingerprint.curves import CURVES, WEIGHTED
 
 
 class Origin(NamedTuple):
@@ -132,6 +133,10 @@ def interval_columns(name: str, origin: str) -> list[str]:
     return [f"{name}_by_{origin}_{end}" for end in ENDS]
 
 
+# The quantities of CURVES that every file of factors must have.
+POWERS = tuple(name for name in CURVES if name not in (*COUNTED, *WEIGHTED))
+
+
 class _Part(BaseModel):
     """A part of a file of factors: what is not named here is left out."""
 
@@ -170,7 +175,7 @@ class Factors(_Part):
     fill_ratios: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
     """rising [-]"""
     factors: dict[str, Ends]
-    """of every quantity of CURVES [-]"""
+    """of POWERS and further quantities of CURVES [-]; of one that is left out nothing is known"""
     counting_rule: str | None = None
     """rule by which collisions were counted; None: the file does not say"""
     probability: Annotated[float, Field(gt=0, lt=1)]
@@ -186,10 +191,12 @@ class Factors(_Part):
     def _every_quantity_at_every_fill_ratio(self) -> "Factors":
         if list(self.fill_ratios) != sorted(set(self.fill_ratios)):
             raise ValueError(f"fill_ratios = {self.fill_ratios}: must rise")
-        for name in CURVES:
+        for name in POWERS:
             if name not in self.factors:
                 raise ValueError(f"factors.{name}: this key is missing")
-            ends = self.factors[name]
+        for name, ends in self.factors.items():
+            if name not in CURVES:
+                raise ValueError(f"factors.{name}: is none of {', '.join(CURVES)}")
             for end in ENDS:
                 if len(getattr(ends, end)) != len(self.fill_ratios):
                     raise ValueError(f"factors.{name}.{end}: must have a number for each of fill_ratios")
@@ -220,12 +227,15 @@ class Factors(_Part):
         return self.model_copy(update={"factors": moved, "sampled": None})
 
     def at(self, fill_ratios: np.ndarray) -> dict[str, np.ndarray]:
-        """Factors (2, m), lower and upper, of each quantity at fill ratios (m,); NaN where they are not known."""
+        """Factors (2, m), lower and upper, of each of CURVES at fill ratios (m,); NaN where they are not known."""
         fills = np.asarray(fill_ratios, dtype=float)
         low, high = self.fill_range
         known = (low * (1 - 1e-9) <= fills) & (fills <= high * (1 + 1e-9))
         found = {}
         for name in CURVES:
+            if name not in self.factors:
+                found[name] = np.full((2, fills.size), np.nan)
+                continue
             ends = [np.log(getattr(self.factors[name], end)) for end in ENDS]
             logs = [np.interp(np.log(fills), np.log(self.fill_ratios), own) for own in ends]
             found[name] = np.where(known, np.exp(logs), np.nan)
@@ -250,17 +260,21 @@ FILES: dict[str, type[Factors]] = {"contact": ContactFactors, "shape": ShapeFact
 def checked_factors(content: object, origin: str, about: dict, source: str) -> Factors:
     """The factors of an origin of FURTHER, of the mill and contact set that a fingerprint is `about`.
 
-    Raises ConfigError, in one line, for another format, mill, contact set or counting rule, and for a part that lacks.
+    Of another counting rule, those of COUNTED are left out. Raises ConfigError, in one line, for another format, mill
+    or contact set, and for a part that lacks.
     """
     try:
         factors = check_model(content, FILES[origin], source)
     except ConfigError as error:
         raise ConfigError(str(error).splitlines()[0]) from None
-    for key in ("mill", "contact", "counting_rule"):
+    for key in ("mill", "contact"):
         given = getattr(factors, key)
-        if given is not None and given != about[key]:
+        if given != about[key]:
             raise ConfigError(f"{source}: {key} = {given!r}: the fingerprint is of {about[key]!r}")
-    return factors
+    if factors.counting_rule in (None, about["counting_rule"]):
+        return factors
+    kept = {name: ends for name, ends in factors.factors.items() if name not in COUNTED}
+    return factors.model_copy(update={"factors": kept})
 
 
 def read_factors(path: str, origin: str, about: dict) -> Factors:

@@ -39,7 +39,7 @@ WAYS = (
     RUN_WAY,
     Way("power", "power of a ball, balls as they are", -2 / 3),
     Way("acceleration", "acceleration of the wall, balls as they are", -0.5),
-    Way("frequency", "collisions of a ball, balls as they are", 0.0),
+    Way("frequency", "collisions of a ball in a second, balls as they are", 0.0),
 )
 
 

@@ -3,11 +3,19 @@
 import numpy as np
 import pandas as pd
 
-from millprint.fingerprint.curves import at_shared_fills, universal_descriptors
+from millprint.fingerprint.condition import SCALED_BY
+from millprint.fingerprint.curves import WEIGHTED, at_shared_fills, universal_descriptors
 from millprint.fingerprint.descriptors import NOTHING, as_built
+from millprint.fingerprint.exponents import with_power_per_ball
 
 # Scaled quantity -> the column that it scales; none for the ratio, which has no unit.
-DIMENSIONAL = {"Pn": "normal_power_W", "Pt": "tangential_power_W", "f": "collision_frequency_hz", "ratio": None}
+DIMENSIONAL = {
+    "Pn": "normal_power_per_ball_W",
+    "Pt": "tangential_power_per_ball_W",
+    "f": "specific_frequency_hz",
+    "ratio": None,
+    **{quantity: name for name, quantity in SCALED_BY.items() if quantity in WEIGHTED},
+}
 COLLAPSE_COLUMNS = [
     *("scope", "compared", "quantity", "fill_ratio", "conditions"),
     *("spread_dimensional", "spread_scaled", "spread_universal"),
@@ -21,11 +29,9 @@ def _spread(values: np.ndarray) -> float:
 
 
 def _rows(descriptors: pd.DataFrame, scope: str, compared: str = MACHINE) -> list[tuple]:
-    universal = universal_descriptors(descriptors)
+    universal, descriptors = universal_descriptors(descriptors), with_power_per_ball(descriptors)
     # As arrays: the claims are computed from hundreds of such tables, for their intervals.
-    before = {
-        name: (descriptors[column] / descriptors["balls"]).to_numpy() for name, column in DIMENSIONAL.items() if column
-    }
+    before = {name: descriptors[column].to_numpy() for name, column in DIMENSIONAL.items() if column}
     after = {name: (descriptors[name].to_numpy(), universal[name].to_numpy()) for name in DIMENSIONAL}
     rows = []
     for fill, at in sorted(descriptors.groupby("fill_ratio").indices.items()):
@@ -47,10 +53,10 @@ def _with_reference(runs: pd.DataFrame, varied: str) -> pd.DataFrame:
 def tabulate_collapse(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Standard deviation over mean at each fill ratio with two or more conditions, for each contact set and for all.
 
-    spread_dimensional: of power [W] or frequency [1/s] of one ball, before any scaling; spread_scaled: after Eqs 3.28
-    and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or `universal` for all together,
-    which is left out unless there are at least two. `compared` says what differs between the conditions: speed and
-    ball size, or what a sweep varied besides (amplitude, density).
+    spread_dimensional: of power [W] or frequency [1/s] over the balls, or of an energy [J], before any scaling;
+    spread_scaled: after Eqs 3.28 and 3.29; spread_universal: after Eqs 3.31 and 3.32. `scope` is a contact set, or
+    `universal` for all together, which is left out unless there are at least two. `compared` says what differs between
+    the conditions: speed and ball size, or what a sweep varied besides (amplitude, density).
     """
     rows = []
     contacts = sorted(descriptors["contact"].unique())

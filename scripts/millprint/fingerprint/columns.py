@@ -82,15 +82,27 @@ MEASURED = (
              key="wall_static_friction"),
     Measured("speed_hz", "1/s", "speed", "omega, what the mill is set to", key="frequency_hz"),
     Measured("window_s", "s", "window", "recorded time of a run", key="window_s"),
-    Measured("collision_gap_s", "s", "gap", "gap of the counting rule", key="rule.gap_s"),
+    Measured("collision_gap_turns", "-", "gap", "gap of the counting rule, in turns of the mill", key="rule.gap_turns"),
     Measured("collision_frequency_hz", "1/s", "collision frequency", "collisions of all balls a second",
              key="rule.frequency_hz"),
+    Measured("collisions_of_a_ball_hz", "1/s", "collisions of a ball",
+             "those that a ball takes part in: one between two balls counts for both",
+             key="rule.collisions_of_a_ball_hz"),
     Measured("collisions", "-", "collisions", "counted collisions, the sum over the seeds", key="rule.count"),
     Measured("normal_power_W", "W", "normal power", "normal dissipation of all balls", key="power_W.normal"),
     Measured("tangential_power_W", "W", "tangential power", "tangential dissipation of all balls",
              key="power_W.tangential"),
     Measured("rolling_power_W", "W", "rolling power", "rolling dissipation of all balls", key="power_W.rolling"),
     Measured("wall_power_W", "W", "power of the walls", "work of the walls over the window", key="power_W.wall"),
+    Measured("weighted_normal_energy_J", "J", "weighted normal energy E*n",
+             "sum e^2 / sum e of the normal energies e of all contacts, of one for each turn that it lasts",
+             axis="weighted\nnormal energy", key="weighted.normal.energy_J"),
+    Measured("weighted_tangential_energy_J", "J", "weighted tangential energy E*t",
+             "sum e^2 / sum e of the tangential energies e of all contacts, likewise",
+             axis="weighted\ntangential energy", key="weighted.tangential.energy_J"),
+    Measured("strong_frequency_hz", "1/s", "strong collisions f90",
+             "the strongest contacts that hold 90 % of the normal energy, over the balls",
+             key="weighted.strong_frequency_hz"),
     Measured("mean_ball_height_m", "m", "mean height of the balls", "height of their centres over the body's origin",
              key="mean_ball_height_m"),
     Measured("median_contact_duration_s", "s", "median duration of a contact",
@@ -99,6 +111,11 @@ MEASURED = (
              key="closure"),
 )
 # fmt: on
+
+
+def relative_error_of(column: str) -> str:
+    """The column of the relative standard error of a weighted energy or frequency, from the spread between turns."""
+    return f"{column.rpartition('_')[0]}_relative_se"
 
 
 def _specific(table: pd.DataFrame, channel: str) -> pd.Series:
@@ -124,6 +141,23 @@ def _counting_error(table: pd.DataFrame) -> pd.Series:
     return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)
 
 
+def _scaled(name: str, column: str, title: str, meaning: str) -> Computed:
+    """A weighted energy or frequency over its scale, with the relative error of its column."""
+    energy = column.endswith("_J")
+
+    def values(table: pd.DataFrame) -> pd.Series:
+        return table[column] / (energy_scale(Condition.of_table(table)) if energy else table["speed_hz"])
+
+    return Computed(
+        name,
+        "-",
+        title,
+        meaning,
+        values=values,
+        standard_error=lambda table: table[name] * table[relative_error_of(column)],
+    )
+
+
 # fmt: off
 COMPUTED = (
     Computed("normal_energy_J", "J", "normal energy of a collision", "normal power over collision frequency (Eq. 3.20)",
@@ -132,7 +166,14 @@ COMPUTED = (
     Computed("tangential_energy_J", "J", "tangential energy of a collision",
              "tangential power over collision frequency (Eq. 3.21)", axis="tangential energy\nper collision",
              values=lambda table: table["tangential_power_W"] / table["collision_frequency_hz"]),
-    Computed("frequency_per_ball_hz", "1/s", "collisions of one ball", "collision frequency over the number of balls",
+    Computed("weighted_normal_frequency_hz", "1/s", "weighted normal frequency f*n",
+             "normal power of a ball over E*n: so many collisions of E*n dissipate it",
+             values=lambda table: table["normal_power_W"] / table["balls"] / table["weighted_normal_energy_J"]),
+    Computed("weighted_tangential_frequency_hz", "1/s", "weighted tangential frequency f*t",
+             "tangential power of a ball over E*t: so many collisions of E*t dissipate it",
+             values=lambda table: table["tangential_power_W"] / table["balls"] / table["weighted_tangential_energy_J"]),
+    Computed("specific_frequency_hz", "1/s", "specific collision frequency",
+             "all collisions over the number of balls, one between two balls counted once",
              values=lambda table: table["collision_frequency_hz"] / table["balls"]),
     Computed("effective_restitution", "-", "effective restitution",
              "eps = e - 3/2 mu exp(-3 mu) of ball on ball (Eq. 3.30)",
@@ -152,7 +193,7 @@ COMPUTED = (
     Computed("Pt", "-", "specific tangential power", "tangential power over n rho omega^3 A^2 d^3 (Eq. 3.28)",
              values=lambda table: _specific(table, "tangential"),
              standard_error=lambda table: table["Pt"] * _tangential_error(table)),
-    Computed("f", "-", "specific collision frequency", "collision frequency over n omega (Eq. 3.29)",
+    Computed("f", "-", "specific collision frequency per turn", "collision frequency over n omega (Eq. 3.29)",
              values=lambda table: specific_frequency(
                  table["collision_frequency_hz"], table["balls"], table["speed_hz"]),
              standard_error=lambda table: table["f"] * _counting_error(table)),
@@ -169,6 +210,14 @@ COMPUTED = (
              "tangential energy of a collision over rho omega^2 A^2 d^3, Pt / f",
              values=lambda table: table["tangential_energy_J"] / energy_scale(Condition.of_table(table)),
              standard_error=lambda table: table["Et"] * np.hypot(_tangential_error(table), _counting_error(table))),
+    _scaled("En_star", "weighted_normal_energy_J", "scaled E*n", "E*n over rho omega^2 A^2 d^3"),
+    _scaled("Et_star", "weighted_tangential_energy_J", "scaled E*t", "E*t over rho omega^2 A^2 d^3"),
+    _scaled("fn_star", "weighted_normal_frequency_hz", "scaled f*n", "f*n over omega, Pn / En_star"),
+    _scaled("ft_star", "weighted_tangential_frequency_hz", "scaled f*t", "f*t over omega, Pt / Et_star"),
+    Computed("f90", "-", "scaled f90", "strong collisions over omega",
+             values=lambda table: table["strong_frequency_hz"] / table["speed_hz"],
+             standard_error=lambda table: table["f90"] / np.sqrt(
+                 table["strong_frequency_hz"] * table["balls"] * table["window_s"] * table["seeds"])),
 )
 # fmt: on
 

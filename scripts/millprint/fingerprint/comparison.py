@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, MatchConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, TARGET_DESCRIPTORS, DescriptorSet, MatchConfig
 from millprint.config.load import check_model
 from millprint.config.mixture import ONE_SIZE
 from millprint.errors import ConfigError
@@ -14,7 +14,7 @@ from millprint.fingerprint.bands import ENDS, Band, ratio_of
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.model import Fingerprint
-from millprint.fingerprint.search import rank_conditions, with_ratios
+from millprint.fingerprint.search import check_same_count, counts_alike, rank_conditions, with_ratios
 
 # What `compare` compares, with the titles of quantities that are no columns of a table of descriptors.
 TITLES = {
@@ -34,6 +34,7 @@ class Wanted:
     balls: list[float | str] | None = None
     densities_kg_m3: list[float] | None = None
     ranked: int = 10
+    descriptors: DescriptorSet = "weighted"
 
     def request(self, fingerprint: Fingerprint, target: Mapping[str, float]) -> MatchConfig:
         """The request for the conditions nearest to a target's descriptors; raises ConfigError for invalid ones."""
@@ -45,6 +46,7 @@ class Wanted:
             "ball_diameters_mm": self.balls or fingerprint.choices(),
             "densities_kg_m3": self.densities_kg_m3 or [],
             "ranked": self.ranked,
+            "descriptors": self.descriptors,
         }
         return check_model(content, MatchConfig, "match")
 
@@ -52,25 +54,12 @@ class Wanted:
 ALL_SIMULATED = Wanted()
 
 
-def check_same_gap(what: str, gap_s: float, fingerprint: Fingerprint) -> None:
-    """Raise ConfigError if a fingerprint counts collisions by another gap [s] than `what` does.
-
-    Energies per collision and frequencies can be compared under one rule only.
-    """
-    about = fingerprint.about
-    if not math.isclose(gap_s, about["collision_gap_s"], rel_tol=1e-6, abs_tol=1e-12):
-        raise ConfigError(
-            f"{what}: collisions are counted with a gap of {gap_s:g} s, those of {about['mill']}/"
-            f"{about['contact']} with {about['collision_gap_s']:g} s; use one rule for both"
-        )
-
-
 def nearest(bands: Mapping[str, Band], probability: float, fingerprint: Fingerprint, wanted: Wanted) -> pd.DataFrame:
-    """The conditions of a mill nearest to TARGET_DESCRIPTORS with their bands, as `rank_conditions`.
+    """The conditions of a mill nearest to descriptors with their bands, as `rank_conditions`.
 
     With the ratios of `with_ratios`, if all intervals are of one probability.
     """
-    values = {name: bands[name].value for name in TARGET_DESCRIPTORS}
+    values = {name: band.value for name, band in bands.items()}
     table = rank_conditions(values, [fingerprint], wanted.request(fingerprint, values))
     alike = math.isclose(probability, fingerprint.about["probability"])
     return with_ratios(table, dict(bands)) if alike else table
@@ -87,19 +76,21 @@ def match(
     balls: list[float | str] | None = None,
     densities_kg_m3: list[float] | None = None,
     ranked: int = 10,
+    descriptors: DescriptorSet = "weighted",
 ) -> pd.DataFrame:
     """What to set on the `other` mill to get the collisions of a condition of `one`, nearest first.
 
     speeds_rpm, fill_ratios: from and to; balls: diameters [mm] or names of charges; densities_kg_m3: of the balls. All
     that was simulated if left out. charge: that of `condition`, if its balls have several sizes.
-    A row for each local minimum of the distance, the root mean square of log(found / wanted) over the energies of a
-    collision and the collisions of a ball; columns as of `rank_conditions`, with the ratio of each descriptor to the
-    wanted one and its interval. Raises ConfigError for collisions that are counted by different gaps.
+    descriptors: `weighted`, which need no counting rule, or `per_collision`, those of the thesis.
+    A row for each local minimum of the distance, the root mean square of log(found / wanted) over these descriptors;
+    columns as of `rank_conditions`, with the ratio of each descriptor to the wanted one and its interval. Raises
+    ConfigError for descriptors per collision that are counted by different rules.
     """
-    check_same_gap(one.about["mill"], one.about["collision_gap_s"], other)
+    check_same_count(one.about["mill"], one.about, other, descriptors)
     prediction = one.predict(condition, charge=charge)
-    bands = {name: getattr(prediction, name) for name in TARGET_DESCRIPTORS}
-    wanted = Wanted(speeds_rpm, fill_ratios, balls, densities_kg_m3, ranked)
+    bands = {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[descriptors]}
+    wanted = Wanted(speeds_rpm, fill_ratios, balls, densities_kg_m3, ranked, descriptors)
     return nearest(bands, one.about["probability"], other, wanted)
 
 
@@ -109,10 +100,9 @@ def compare(
     """Descriptors of a condition of each of two mills, and their ratio other / one, each with its interval.
 
     A row for each quantity of TITLES, with title and unit; columns `one`, `other` and `ratio`, each with `_lower` and
-    `_upper`, from the bands of a new simulation (`ratio_of`). Raises ConfigError for collisions that are counted by
-    different gaps, and for intervals of different probabilities.
+    `_upper`, from the bands of a new simulation (`ratio_of`). Descriptors per collision are left out where the two
+    count by different rules. Raises ConfigError for intervals of different probabilities.
     """
-    check_same_gap(one.about["mill"], one.about["collision_gap_s"], other)
     chances = one.about["probability"], other.about["probability"]
     if not math.isclose(*chances):
         raise ConfigError(
@@ -121,7 +111,10 @@ def compare(
         )
     of_one, of_other = one.predict(condition), other.predict(other_condition)
     rows = []
+    left_out = () if counts_alike(one.about, other.about) else DESCRIPTOR_SETS["per_collision"]
     for name, title in TITLES.items():
+        if name in left_out:
+            continue
         first, second = getattr(of_one, name), getattr(of_other, name)
         row = {"quantity": name, "title": title, "unit": DESCRIPTORS[name].unit if name in DESCRIPTORS else "W"}
         for column, band in {"one": first, "other": second, "ratio": ratio_of(second, first)}.items():

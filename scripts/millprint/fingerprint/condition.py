@@ -79,12 +79,22 @@ def universal_factor(effective: Quantity) -> Quantity:
 
 # The scaled quantities from which all others are calculated: specific powers (Eq. 3.28) and frequency (Eq. 3.29).
 BASIC = ("Pn", "Pt", "f")
+# Those that need no counting rule, over the same scales: weighted energies, and the rate of strong collisions.
+WEIGHTED_BASIC = ("En_star", "Et_star", "f90")
+# What depends on the counting rule.
+COUNTED = ("f", "En", "Et")
 
 
 def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Every scaled quantity [-] from those of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f."""
+    """Every scaled quantity [-] from those of BASIC: ratio = Pt / Pn, P = Pn + Pt, En = Pn / f, Et = Pt / f.
+
+    With those of WEIGHTED_BASIC also fn_star = Pn / En_star and ft_star = Pt / Et_star.
+    """
     normal, tangential, frequency = (np.asarray(basic[name]) for name in BASIC)
-    return {
+    weighted = {name: np.asarray(basic[name]) for name in WEIGHTED_BASIC if name in basic}
+    if weighted:
+        weighted |= {"fn_star": normal / weighted["En_star"], "ft_star": tangential / weighted["Et_star"]}
+    return weighted | {
         "Pn": normal,
         "Pt": tangential,
         "f": frequency,
@@ -95,14 +105,28 @@ def scaled_quantities(basic: Mapping[str, Any]) -> dict[str, np.ndarray]:
     }
 
 
-def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
-    """Energies per collision [J] and collisions of one ball [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29.
+# Descriptor of a condition -> the scaled quantity that it is made of; the end of a name is the unit.
+SCALED_BY = {
+    "weighted_normal_energy_J": "En_star",
+    "weighted_tangential_energy_J": "Et_star",
+    "weighted_normal_frequency_hz": "fn_star",
+    "weighted_tangential_frequency_hz": "ft_star",
+    "strong_frequency_hz": "f90",
+    "normal_energy_J": "En",
+    "tangential_energy_J": "Et",
+    "specific_frequency_hz": "f",
+}
 
-    scaled: En, Et and f of the condition [-]; whatever can be multiplied by a number, as an array or a `Band` can.
+
+def descriptors_of(condition: Condition, scaled: Mapping[str, Any]) -> dict[str, Any]:
+    """Energies [J] and frequencies over the balls [1/s] of a condition, by Eqs 3.22, 3.28 and 3.29: those of SCALED_BY
+    whose scaled quantity is known.
+
+    scaled: quantities of the condition [-]; whatever can be multiplied by a number, as an array or a `Band` can.
     """
-    energy = energy_scale(condition)
+    scales = {"J": energy_scale(condition), "hz": condition.speed_hz}
     return {
-        "normal_energy_J": scaled["En"] * energy,
-        "tangential_energy_J": scaled["Et"] * energy,
-        "frequency_per_ball_hz": scaled["f"] * condition.speed_hz,
+        name: scaled[quantity] * scales[name.rpartition("_")[2]]
+        for name, quantity in SCALED_BY.items()
+        if quantity in scaled
     }

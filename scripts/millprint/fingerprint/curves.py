@@ -4,12 +4,19 @@ import numpy as np
 import pandas as pd
 
 from millprint.errors import ConfigError
-from millprint.fingerprint.condition import universal_factor
+from millprint.fingerprint.condition import COUNTED, SCALED_BY, universal_factor
 
 # Scaled quantities with a master curve: the four panels of thesis Fig. 3.12, then those for predictions.
 PANELS = ("Pn", "Pt", "f", "ratio")
-CURVES = (*PANELS, "P", "En", "Et")
-CURVE_COLUMNS = ["fill_ratio", *(f"{name}{end}" for name in PANELS for end in ("", "_lower", "_upper"))]
+# The panels of a mill's sheet.
+SHEET_PANELS = ("Pn", "Pt", "En_star", "Et_star")
+# Those of the energy-weighted descriptors.
+WEIGHTED = tuple(name for name in SCALED_BY.values() if name not in COUNTED)
+CURVES = (*PANELS, "P", "En", "Et", *WEIGHTED)
+CURVE_COLUMNS = [
+    "fill_ratio",
+    *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
+]
 FEWEST_FILLS = 3  # that a master curve needs
 
 
@@ -61,7 +68,8 @@ def universal_descriptors(descriptors: pd.DataFrame) -> pd.DataFrame:
     """Descriptors with powers and frequency times (1 - eps)^(1/2) (Eqs 3.31, 3.32); energies and ratio stay."""
     scaled = descriptors.copy()
     factor = universal_factor(scaled["effective_restitution"])
-    for quantity in ("Pn", "Pt", "P", "f"):
+    rates = [quantity for name, quantity in SCALED_BY.items() if name.endswith("_hz")]
+    for quantity in ("Pn", "Pt", "P", *rates):
         scaled[quantity] *= factor
         scaled[f"{quantity}_se"] *= factor
     return scaled

@@ -8,7 +8,7 @@ import pandas as pd
 from millprint.config.mixture import ONE_SIZE
 from millprint.dem.turns import mean_of_turns, repeats
 from millprint.files import read_table
-from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
 from millprint.fingerprint.condition import specific_frequency
 from millprint.fingerprint.inputs import counted
 from millprint.fingerprint.seeds import Run, motion_of, variance_of_run
@@ -24,12 +24,14 @@ CHANNELS = ("normal", "tangential")
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
-DESCRIPTOR_TEXT = [*CONDITION_TEXT, "counting_rule", "motion"]
+OF_RULE = ["counting_rule", "collisions_by"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, "motion"]
 DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
 
 # Column of a table: key of a summary's count. In the order of a sorted table.
 RULE_COLUMNS = {
-    "collision_gap_s": "gap_s",
+    "collisions_by": "by",
+    "collision_gap_turns": "gap_turns",
     "collision_peak_force_min_N": "peak_force_min_N",
     "collision_duration_min_s": "duration_min_s",
     "counting_rule": "name",
@@ -68,8 +70,12 @@ def run_row(summary: dict, rule_name: str) -> dict:
     return {
         **condition_of(summary),
         "counting_rule": rule["name"],
+        "collisions_by": rule["by"],
         **{column.name: column.of_run(summary, rule) for column in MEASURED},
         **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
+        **{
+            column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED
+        },
     }
 
 
@@ -90,6 +96,18 @@ def _turns_row(summary: dict, collisions: float) -> dict:
     return row | {"independent_turns": min(independent), "repeating_runs": int(locked)}
 
 
+# Column of a relative variance, then of a relative standard error, with the channel and the kind in a summary.
+WEIGHTED = [
+    (relative_error_of(f"weighted_{channel}_{kind}_"), channel, kind)
+    for channel in ("normal", "tangential")
+    for kind in ("energy", "frequency")
+]
+
+
+def _squared(error: float | None) -> float:
+    return np.nan if error is None else error**2
+
+
 def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     """Mean of every measured column over the seeds of a condition, with the errors of powers and their spread.
 
@@ -99,7 +117,8 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
     groups = runs.groupby(CONDITION, sort=True)
     mean = groups.mean(numeric_only=True)
     mean.insert(0, "seeds", groups.size())
-    mean.insert(1, "counting_rule", groups["counting_rule"].first())
+    for place, name in enumerate(OF_RULE, start=1):
+        mean.insert(place, name, groups[name].first())
     mean["collisions"] = groups["collisions"].sum()
     mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
     differ = pd.Series(False, index=mean.index)
@@ -110,6 +129,8 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
         mean = mean.drop(columns=[f"{name}_variance_W2", f"{name}_freedom"])
         differ |= np.array([own.differ for own in known])
+    for name, _, _ in WEIGHTED:
+        mean[name] = np.sqrt(mean[name] / mean["seeds"])
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
     turns = zip(groups["independent_turns"].sum(), groups["repeating_runs"].sum(), differ, strict=True)
@@ -157,7 +178,8 @@ def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
                     **{column: rule[key] for column, key in RULE_COLUMNS.items()},
                     "speed_hz": summary["frequency_hz"],
                     "ball_diameter_m": summary["ball_diameter_m"],
-                    "frequency_per_ball_hz": frequency / summary["balls"],
+                    "specific_frequency_hz": rule["specific_frequency_hz"],
+                    "collisions_of_a_ball_hz": rule["collisions_of_a_ball_hz"],
                     "collision_frequency_hz": frequency,
                     "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
                     "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.cycles import CHANNELS
 from millprint.fingerprint.descriptors import CHARGE, as_built
 
@@ -18,9 +19,7 @@ SUPPOSED = {
     "normal_power_per_ball_W": POWER,
     "tangential_power_per_ball_W": POWER,
     "power_per_ball_W": POWER,
-    "frequency_per_ball_hz": FREQUENCY,
-    "normal_energy_J": ENERGY,
-    "tangential_energy_J": ENERGY,
+    **{name: ENERGY if name.endswith("_J") else FREQUENCY for name in SCALED_BY},
 }
 # Eqs 3.31 and 3.32: a scaled power or frequency times (1 - eps)^(1/2) is that of any contact set.
 FACTOR = "1 - eps"
@@ -95,9 +94,9 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     """Exponents of rho, omega, A and d with confidence intervals, for each contact set and quantity.
 
     Runs are compared that differ in one variable alone: at one fill ratio, of one mill and charge, with the other three
-    kept. The frequency is also given by every counting rule without thresholds, because a gap in seconds is no part of
-    the scaling. Last, over all contact sets, the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose
-    -1/2), of runs that differ in the contact set alone.
+    kept. The specific frequency is also given by every counting rule without thresholds. Last, over all contact sets,
+    the exponent of 1 - eps in the scaled quantities (Eqs 3.31, 3.32 suppose -1/2), of runs that differ in the contact
+    set alone.
     """
     table = with_power_per_ball(descriptors)
     rule = table["counting_rule"].iloc[0]
@@ -108,7 +107,7 @@ def fit_exponents(descriptors: pd.DataFrame, counting_rules: pd.DataFrame, proba
     whole = (counting_rules["collision_peak_force_min_N"] == 0) & (counting_rules["collision_duration_min_s"] == 0)
     others = counting_rules[whole & (counting_rules["counting_rule"] != rule)]
     for (_, name), runs in others.groupby(["contact", "counting_rule"], sort=True):
-        rows += _exponents(runs, "frequency_per_ball_hz", FREQUENCY, probability, name)
+        rows += _exponents(runs, "specific_frequency_hz", FREQUENCY, probability, name)
     built = as_built(descriptors)
     built = built.assign(**{FACTOR: 1.0 - built["effective_restitution"]})
     for quantity, exponent in UNIVERSAL.items():

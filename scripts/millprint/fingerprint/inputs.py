@@ -5,6 +5,8 @@ Each reader refuses, in one line, a file that lacks what is needed.
 
 import json
 from collections.abc import Iterable
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,7 @@ from millprint.fingerprint.columns import MEASURED
 # Coefficients of walls, stored where they are not those of ball on ball.
 WALL = {"wall_restitution": "restitution", "wall_static_friction": "static_friction"}
 # The format of a fingerprint file, and the usual name of such files.
-FORMAT = "millprint fingerprint 1"
+FORMAT = "millprint fingerprint 2"
 WHERE = "one is written as fingerprint_CONTACT.json"
 # Numbers that a summary must have: group.key, or a key of its own.
 ERRORS = ("power_standard_error_W.normal", "power_standard_error_W.tangential")
@@ -37,8 +39,8 @@ def check_summary(summary: dict, source: str) -> dict:
         if key not in summary:
             raise ConfigError(f"{source}: {key}: this key is missing; rerun the simulation that wrote the summary")
     for key in SUMMARY_NUMBERS:
-        group, _, name = key.rpartition(".")
-        value = summary[group].get(name) if group else summary[name]
+        *groups, name = key.split(".")
+        value = reduce(getitem, groups, summary).get(name)
         if value is None and key in OPTIONAL_NUMBERS:
             continue
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):

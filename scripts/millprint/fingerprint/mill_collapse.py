@@ -4,17 +4,19 @@ import numpy as np
 import pandas as pd
 from statsmodels.regression.linear_model import OLS
 
+from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import CHARGE, as_built
 from millprint.fingerprint.exponents import SUPPOSED, with_power_per_ball
 
-# Quantities of one ball or collision -> short name in the table of all mills; empty if not in it.
+# Quantities over the balls, or of a collision -> short name in the table of all mills; empty if not in it.
 COLLAPSED = {
     "power_per_ball_W": "power",
     "normal_power_per_ball_W": "normal",
     "tangential_power_per_ball_W": "tangential",
-    "frequency_per_ball_hz": "frequency",
-    "normal_energy_J": "",
-    "tangential_energy_J": "",
+    **dict.fromkeys(SCALED_BY, ""),
+    "weighted_normal_energy_J": "weighted_energy",
+    "weighted_normal_frequency_hz": "weighted_frequency",
+    "specific_frequency_hz": "frequency",
 }
 VARIED = {"omega": "speed_hz", "d": "ball_diameter_m"}
 UNKNOWN = "unknown: no fill ratio has two speeds or two sizes"
@@ -97,7 +99,7 @@ def tabulate_mill_collapse(descriptors: pd.DataFrame, probability: float, larges
 
 
 def one_row_a_mill(tables: list[pd.DataFrame]) -> pd.DataFrame:
-    """The collapse of several mills, a row each; columns `power_*`, `normal_*`, `tangential_*` and `frequency_*`."""
+    """The collapse of several mills, a row each; columns NAME_* for the names in COLLAPSED."""
     kept = [f"spread_{name}" for name in ("before", "thesis", "own")]
     kept += [f"{name}{end}" for name in VARIED for end in ("", "_lower", "_upper")]
     rows = []

@@ -8,7 +8,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
-from millprint.fingerprint.condition import Condition
+from millprint.fingerprint.condition import SCALED_BY, Condition
 from millprint.fingerprint.descriptors import as_built
 from millprint.fingerprint.inputs import WALL
 from millprint.fingerprint.seeds import MOTIONS
@@ -33,10 +33,16 @@ class Row(NamedTuple):
 
 
 SHEET = list(Row._fields)
-DESCRIBED = ("normal_energy_J", "tangential_energy_J", "frequency_per_ball_hz", "normal_power_W", "tangential_power_W")
+DESCRIBED = (*SCALED_BY, "normal_power_W", "tangential_power_W")
 # The section `precision`: what a condition was given, and the intervals of some quantities of CURVES.
 RECORDED, SIMULATED = "recorded time of a simulation", "simulations of a condition"
-STATED = {"Pn": "normal power", "Pt": "tangential power", "f": "collisions"}
+STATED = {
+    "Pn": "normal power",
+    "Pt": "tangential power",
+    "En_star": "weighted normal energy",
+    "Et_star": "weighted tangential energy",
+    "f": "collisions",
+}
 WIDTH = "half of the band of a new simulation: the median, and from where it is known best to where it is known least"
 MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {

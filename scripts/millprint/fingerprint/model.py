@@ -25,9 +25,17 @@ from millprint.fingerprint.bands import (
     read_factors,
     share_of,
 )
-from millprint.fingerprint.condition import BASIC, VARIABLES, Condition, descriptors_of, power_scale, scaled_quantities
+from millprint.fingerprint.condition import (
+    BASIC,
+    VARIABLES,
+    WEIGHTED_BASIC,
+    Condition,
+    descriptors_of,
+    power_scale,
+    scaled_quantities,
+)
 from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
-from millprint.fingerprint.descriptors import CHARGE, as_built
+from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
 from millprint.fingerprint.processes import (
     Predictor,
@@ -40,9 +48,11 @@ from millprint.fingerprint.processes import (
 )
 
 # Properties of the runs that a fingerprint stores.
-SHARED = ("restitution", "static_friction", "collision_gap_s", "density_kg_m3", "amplitude_m")
+SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
 NO_CHARGES: Mapping[str, BallMixture] = {}
 SETTING = ["ball_diameter_m", "speed_hz"]
+# The quantities from which `scaled_quantities` calculates all others.
+KNOWN = (*BASIC, *WEIGHTED_BASIC)
 
 
 @dataclass(frozen=True)
@@ -53,9 +63,14 @@ class Prediction:
     """
 
     balls: int
+    weighted_normal_energy_J: Band
+    weighted_tangential_energy_J: Band
+    weighted_normal_frequency_hz: Band
+    weighted_tangential_frequency_hz: Band
+    strong_frequency_hz: Band
     normal_energy_J: Band
     tangential_energy_J: Band
-    frequency_per_ball_hz: Band
+    specific_frequency_hz: Band
     normal_power_W: Band
     tangential_power_W: Band
     power_W: Band
@@ -85,7 +100,7 @@ def describe(
         for name, charge in charges.items()
     }
     return {
-        **{name: first[name] for name in ("mill", "contact", "counting_rule")},
+        **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
         **{name: float(first[name]) for name in SHARED},
         "volume_m3": float(volume_m3),
         "probability": float(probability),
@@ -276,9 +291,9 @@ class Fingerprint:
         return logarithms(condition.table().assign(**{CHARGE: charge}), self.kinds)
 
     def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
-        """Energies per collision [J] and collisions of one ball [1/s] (m,) of the conditions, without bands."""
+        """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
         inputs = self._inputs(condition, charge)
-        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in BASIC}
+        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN}
         return descriptors_of(condition, scaled_quantities(basic))
 
     def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
@@ -340,8 +355,11 @@ class Fingerprint:
         factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
         found = {}
         for name, band in scaled.items():
+            # What was counted by another rule is not known.
             intervals: dict[str, Any] = {
-                origin: Interval(*(band.value * ends[name][:, 0]).tolist()) for origin, ends in factors.items()
+                origin: Interval(*(band.value * ends[name][:, 0]).tolist())
+                for origin, ends in factors.items()
+                if np.isfinite(ends[name]).all()
             }
             found[name] = replace(band, **intervals)
         return found
@@ -414,7 +432,7 @@ def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
 
     told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
     """
-    values = scaled_quantities({name: np.exp(told[name].logs) for name in BASIC})
+    values = scaled_quantities({name: np.exp(told[name].logs) for name in KNOWN})
     table: dict[str, np.ndarray] = {}
     for name in CURVES:
         new, mean = (np.exp(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))

@@ -32,15 +32,17 @@ def _rule_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
     recorded = [rule.name for rule in config.dem.counting_rules]
     chosen = {
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
+        "mills.counting_rule": [config.mills.rule],
         "convergence.counting_rules": config.convergence.counting_rules,
         "dose.spectra.counting_rules": config.dose.spectra.counting_rules,
     }
     yield from _unknown(chosen, recorded, "dem.counting_rules", source)
-    for rule in config.dem.counting_rules:
-        if rule.name == config.fingerprint.counting_rule and rule.has_threshold:
+    thresholds = {rule.name for rule in config.dem.counting_rules if rule.has_threshold}
+    for key in ("fingerprint.counting_rule", "mills.counting_rule"):
+        for name in thresholds.intersection(chosen[key]):
             yield (
-                f"{source}: fingerprint.counting_rule = {rule.name}: has a threshold, so that energy per collision "
-                "times frequency would not be the power; choose a rule with gap_s alone"
+                f"{source}: {key} = {name}: has a threshold, so that energy per collision times frequency would not be "
+                "the power; choose a rule with gap_turns alone"
             )
 
 

@@ -21,6 +21,8 @@ from millprint.fingerprint.descriptors import as_built, tabulate_descriptors
 from millprint.progress import progress
 
 CHANNELS = ("normal", "tangential")
+# What is known of each revolution: energies, and sums of squares of the energies of contacts.
+OF_TURN = [*(f"{name}_J" for name in CHANNELS), *(f"{name}_square_J2" for name in CHANNELS)]
 
 
 def block_length(revolutions: int) -> int:
@@ -74,7 +76,7 @@ def redraw(summaries: list[dict], rng: np.random.Generator) -> list[dict]:
     groups = same_conditions(summaries)
     spread, drawn = dispersions(groups), {}
     for runs in groups:
-        series = [np.column_stack([run["per_revolution"].get(f"{name}_J", []) for name in CHANNELS]) for run in runs]
+        series = [np.column_stack([run["per_revolution"].get(key, []) for key in OF_TURN]) for run in runs]
         for run, own in zip(runs, series, strict=True):
             enough = min(len(values) for values in series) >= 2
             drawn[id(run)] = _with(run, own, draw_blocks(series, len(own), rng) if enough else own, spread, rng)
@@ -94,20 +96,27 @@ def draw_tables(
 
 
 def _with(run: dict, own: np.ndarray, energies: np.ndarray, spread: dict[str, float], rng: np.random.Generator) -> dict:
-    """A run with these energies of its revolutions (n, channels) [J] in place of its own."""
-    factor = energies.mean(axis=0) / own.mean(axis=0) if len(own) else np.ones(len(CHANNELS))
+    """A run with these values of its revolutions (n, OF_TURN) in place of its own."""
+    factor = energies.mean(axis=0) / own.mean(axis=0) if len(own) else np.ones(len(OF_TURN))
     power = run["power_W"] | {name: run["power_W"][name] * factor[i] for i, name in enumerate(CHANNELS)}
-    revolutions = run["per_revolution"] | {f"{name}_J": energies[:, i].tolist() for i, name in enumerate(CHANNELS)}
+    revolutions = run["per_revolution"] | {key: energies[:, i].tolist() for i, key in enumerate(OF_TURN)}
+    weighted = dict(run["weighted"])
+    for i, name in enumerate(CHANNELS):
+        # E* goes with squares over energy, its rate with energy over E*.
+        change = factor[len(CHANNELS) + i] / factor[i]
+        energy, rate = (weighted[name][key] for key in ("energy_J", "specific_frequency_hz"))
+        own_values = {"energy_J": energy * change, "specific_frequency_hz": rate * factor[i] / change}
+        weighted[name] = weighted[name] | own_values
     chance, rules = rng.standard_normal(), []
     for rule in run["collisions"]:
         count = rule["count"]
         # A number of collisions is not negative.
         rate = np.exp(chance * np.sqrt(spread.get(rule["name"], 1.0) / count)) if count else 1.0
-        names = ("count", "frequency_hz", "frequency_per_ball_hz")
+        names = ("count", "frequency_hz", "specific_frequency_hz", "collisions_of_a_ball_hz")
         changed = {name: rule[name] * rate for name in names}
         means = {f"mean_{name}_J": rule[f"mean_{name}_J"] * factor[i] / rate for i, name in enumerate(CHANNELS)}
         rules.append(rule | changed | means)
-    return run | {"power_W": power, "per_revolution": revolutions, "collisions": rules}
+    return run | {"power_W": power, "per_revolution": revolutions, "weighted": weighted, "collisions": rules}
 
 
 def redrawn_tables(

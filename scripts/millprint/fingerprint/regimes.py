@@ -79,15 +79,15 @@ def design_cases(cases: pd.DataFrame, condition: Condition[float]) -> pd.DataFra
     table["speed_hz"] = even.where(table["mode"] == "power", condition.speed_hz)
     as_run = replace(condition, fill_ratio=table["fill_ratio"], speed_hz=table["speed_hz"])
     found = descriptors_of(as_run, scaled_quantities(table))
-    for name in ("frequency_per_ball_hz", "normal_energy_J", "tangential_energy_J"):
+    for name in ("specific_frequency_hz", "normal_energy_J", "tangential_energy_J"):
         table[name] = found[name]
     both = table["normal_energy_J"] + table["tangential_energy_J"]
-    table["power_W"] = table["balls"] * table["frequency_per_ball_hz"] * both
+    table["power_W"] = table["balls"] * table["specific_frequency_hz"] * both
     for end in ("lower", "upper"):
         # Printed values have no interval.
         table[f"power_{end}_W"] = table["power_W"] * cases.get(f"power_{end}_share", np.nan)
     energies = table["normal_energy_J"].round(6) + table["tangential_energy_J"].round(6)
-    table["power_as_printed_W"] = (table["balls"] * table["frequency_per_ball_hz"].round(0) * energies).round(1)
+    table["power_as_printed_W"] = (table["balls"] * table["specific_frequency_hz"].round(0) * energies).round(1)
     table["ratio"] = table["tangential_energy_J"] / table["normal_energy_J"]
     return table
 

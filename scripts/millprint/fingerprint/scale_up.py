@@ -12,9 +12,14 @@ import pandas as pd
 
 from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.fingerprint.cases import RUN_WAY, WAYS
-from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.condition import SCALED_BY
+from millprint.fingerprint.model import Fingerprint, Prediction
 
 SECONDS_PER_HOUR = 3600.0
+
+
+def _ratio(large: Prediction, small: Prediction, name: str) -> float:
+    return getattr(large, name).value / getattr(small, name).value
 
 
 def tabulate_scale_up(
@@ -59,13 +64,11 @@ def tabulate_scale_up(
                 "speed_rpm": 60 * large.speed_hz,
                 "balls": found.balls,
                 "froude": factor ** (1 + 2 * way.power),
-                "normal_energy_J": found.normal_energy_J.value,
-                "tangential_energy_J": found.tangential_energy_J.value,
-                "frequency_per_ball_hz": found.frequency_per_ball_hz.value,
+                **{name: getattr(found, name).value for name in SCALED_BY},
                 "power_W": found.power_W.value,
                 "specific_power_W_kg": found.power_W.value / (small_mass * factor**3),
-                "normal_energy_ratio": found.normal_energy_J.value / small_found.normal_energy_J.value,
-                "frequency_per_ball_ratio": found.frequency_per_ball_hz.value / small_found.frequency_per_ball_hz.value,
+                "weighted_normal_energy_ratio": _ratio(found, small_found, "weighted_normal_energy_J"),
+                "weighted_normal_frequency_ratio": _ratio(found, small_found, "weighted_normal_frequency_hz"),
                 "specific_power_ratio": found.power_W.value / small_found.power_W.value / factor**3,
                 "outside": ", ".join(found.outside) or "nothing",
                 "time_step_s": step,
@@ -86,9 +89,10 @@ def compare_run(sheet: pd.DataFrame, large: dict, rule: dict) -> pd.DataFrame:
     power = large["power_W"]
     simulated = {
         "balls": large["balls"],
+        **{f"weighted_{name}_energy_J": large["weighted"][name]["energy_J"] for name in ("normal", "tangential")},
         "normal_energy_J": rule["mean_normal_J"],
         "tangential_energy_J": rule["mean_tangential_J"],
-        "frequency_per_ball_hz": rule["frequency_hz"] / large["balls"],
+        "specific_frequency_hz": rule["specific_frequency_hz"],
         "power_W": power["normal"] + power["tangential"],
         "ns_per_ball_step": large["ns_per_ball_step"],
     }

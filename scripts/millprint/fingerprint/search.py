@@ -1,7 +1,8 @@
 """Conditions, among those a user can set, whose descriptors come nearest to a target."""
 
 import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,12 +11,12 @@ import pandas as pd
 from scipy.ndimage import minimum_filter
 from scipy.optimize import minimize
 
-from millprint.config.fingerprint import TARGET_DESCRIPTORS, LikeConfig, MatchConfig, TargetConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, LikeConfig, MatchConfig, TargetConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ENDS, FURTHER, Band, Interval, interval_columns, ratio_of
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.descriptors import CHARGE
-from millprint.fingerprint.inverse import residuals
+from millprint.fingerprint.inverse import descriptors_shown, residuals
 from millprint.fingerprint.model import Fingerprint
 
 # Fill ratios and speeds of the grid before the refinement; the curves have few turns, each far wider than a step.
@@ -23,14 +24,6 @@ GRID = (81, 61)
 # What two results of the search must differ in, and to how many decimals.
 PLACE = ["mill", "contact", CHARGE, "ball_diameter_mm", "density_kg_m3"]
 DECIMALS = {"fill_ratio": 3, "speed_rpm": 0}
-RANKED_COLUMNS = [
-    *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
-    *(f"{name}{end}" for name in TARGET_DESCRIPTORS for end in ("", "_lower", "_upper")),
-    *(f"{name}_residual_percent" for name in TARGET_DESCRIPTORS),
-    *("power_W", "within_interval", "inside", "outside"),
-]
-
-
 # The interval of a further origin at a fill ratio where it was not analysed.
 UNKNOWN = Interval(np.nan, np.nan)
 # What the intervals by contact parameters do not say of a match.
@@ -76,7 +69,7 @@ def _local_minima(
 def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, target: dict, weights: dict) -> dict:
     """One condition with its descriptors, their intervals and residuals, and whether it was simulated."""
     prediction = fingerprint.predict(condition, charge=charge)
-    bands = {name: getattr(prediction, name) for name in TARGET_DESCRIPTORS}
+    bands = {name: getattr(prediction, name) for name in descriptors_shown(target)}
     found = {name: band.value for name, band in bands.items()}
     row = {
         "mill": fingerprint.about["mill"],
@@ -104,16 +97,23 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
     }
 
 
-def ranked_columns(fingerprints: list[Fingerprint]) -> list[str]:
-    """The columns of a ranking: RANKED_COLUMNS, and those of the origins of intervals that a fingerprint has.
+def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> list[str]:
+    """The columns of a ranking for a target, with those of the origins of intervals that a fingerprint has.
 
     The charge has a column only if a fingerprint has charges of several sizes.
     """
+    shown = descriptors_shown(target)
+    columns = [
+        *(*PLACE, "fill_ratio", "balls", "speed_rpm", "distance"),
+        *(f"{name}{end}" for name in shown for end in ("", "_lower", "_upper")),
+        *(f"{name}_residual_percent" for name in shown),
+        *("power_W", "within_interval", "inside", "outside"),
+    ]
     origins = [origin for origin in FURTHER if any(origin in each.further for each in fingerprints)]
     charged = any(each.charges for each in fingerprints)
     return [
-        *(name for name in RANKED_COLUMNS if charged or name != CHARGE),
-        *(column for origin in origins for name in TARGET_DESCRIPTORS for column in interval_columns(name, origin)),
+        *(name for name in columns if charged or name != CHARGE),
+        *(column for origin in origins for name in shown for column in interval_columns(name, origin)),
     ]
 
 
@@ -138,7 +138,7 @@ def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> 
 def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
     """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
 
-    target: some or all of TARGET_DESCRIPTORS. For each fingerprint, ball size and density, every fill ratio and speed
+    target: some or all of a set of descriptors. For each fingerprint, ball size and density, every fill ratio and speed
     that is a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
     descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
     simulated range. Fill ratios that were not simulated are left out. Charges are those that were simulated, exactly.
@@ -160,7 +160,7 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
             )
             for condition in _local_minima(fingerprint, balls, charge, target, weights, fills, speeds):
                 rows.append(_row(fingerprint, condition, charge, target, weights))
-    table = pd.DataFrame(rows, columns=ranked_columns(fingerprints)).sort_values("distance", ignore_index=True)
+    table = pd.DataFrame(rows, columns=ranked_columns(target, fingerprints)).sort_values("distance", ignore_index=True)
     # Two starts of the search can lead to the same condition.
     told = [name for name in (*PLACE, *DECIMALS) if name in table]
     places = table[told].astype(dict.fromkeys(DECIMALS, float)).round(DECIMALS)
@@ -169,35 +169,50 @@ def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], r
     return table
 
 
-def _of_another_mill(like: LikeConfig, fingerprints: list[Fingerprint]) -> tuple[dict[str, Band], float]:
+def check_same_count(what: str, counted: Mapping[str, Any], fingerprint: Fingerprint, names: DescriptorSet) -> None:
+    """Raise ConfigError if a fingerprint counts collisions by other pairs or another gap than `what` does.
+
+    counted: its collisions_by and collision_gap_turns. Energies per collision and frequencies can be compared under
+    one rule only; weighted descriptors need none.
+    """
+    about, words = fingerprint.about, "by {collisions_by} with a gap of {collision_gap_turns:g} turns"
+    if names != "weighted" and not counts_alike(counted, about):
+        raise ConfigError(
+            f"{what}: collisions are counted {words.format(**counted)}, those of {about['mill']}/{about['contact']} "
+            f"{words.format(**about)}; use one rule for both, or descriptors: weighted"
+        )
+
+
+def counts_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether collisions_by and collision_gap_turns of two are the same."""
+    gaps = (each["collision_gap_turns"] for each in (one, other))
+    return one["collisions_by"] == other["collisions_by"] and math.isclose(*gaps, rel_tol=1e-6, abs_tol=1e-12)
+
+
+def _of_another_mill(
+    like: LikeConfig, fingerprints: list[Fingerprint], names: DescriptorSet
+) -> tuple[dict[str, Band], float]:
     """The descriptors of a condition of another mill with their intervals, and the probability of these.
 
-    Raises ConfigError if that fingerprint counts collisions by another gap than those that answer, because energies
-    per collision and frequencies can be compared under one rule only, and for balls of which it knows nothing.
+    Raises ConfigError as `check_same_count`, and for balls of which that fingerprint knows nothing.
     """
     other = Fingerprint.read(like.fingerprint)
-    other_gap = other.about["collision_gap_s"]
     for fingerprint in fingerprints:
-        about = fingerprint.about
-        if other_gap != about["collision_gap_s"]:
-            raise ConfigError(
-                f"{like.fingerprint}: collisions are counted with a gap of {other_gap:g} s, those of "
-                f"{about['mill']}/{about['contact']} with {about['collision_gap_s']:g} s; use one rule for both"
-            )
+        check_same_count(like.fingerprint, other.about, fingerprint, names)
     diameter, charge = other.balls(like.ball_diameter_mm)
     condition = other.condition(speed_hz=like.speed_rpm / 60.0, ball_diameter_m=diameter, fill_ratio=like.fill_ratio)
     prediction = other.predict(condition, charge=charge)
-    return {name: getattr(prediction, name) for name in TARGET_DESCRIPTORS}, other.about["probability"]
+    return {name: getattr(prediction, name) for name in DESCRIPTOR_SETS[names]}, other.about["probability"]
 
 
-def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint]) -> dict[str, float]:
-    """The descriptors of a target by name: as given, or those that another mill's fingerprint predicts.
+def target_descriptors(target: TargetConfig, fingerprints: list[Fingerprint], names: DescriptorSet) -> dict[str, float]:
+    """The descriptors of a target by name: as given, or those of a set that another mill's fingerprint predicts.
 
     Raises ConfigError if a condition of another mill cannot be compared or is not known.
     """
     if target.like is None:
         return target.given
-    return {name: band.value for name, band in _of_another_mill(target.like, fingerprints)[0].items()}
+    return {name: band.value for name, band in _of_another_mill(target.like, fingerprints, names)[0].items()}
 
 
 def with_ratios(table: pd.DataFrame, target: dict[str, Band]) -> pd.DataFrame:
@@ -236,7 +251,8 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
     """
     tables = []
     for target in request.targets:
-        bands, probability = _of_another_mill(target.like, fingerprints) if target.like else ({}, None)
+        like, names = target.like, request.descriptors
+        bands, probability = _of_another_mill(like, fingerprints, names) if like else ({}, None)
         values = {name: band.value for name, band in bands.items()} or target.given
         table = rank_conditions(values, fingerprints, request)
         table.insert(0, "target", target.name)
@@ -245,10 +261,11 @@ def match_targets(request: MatchConfig, fingerprints: list[Fingerprint]) -> pd.D
     return pd.concat(tables, ignore_index=True)
 
 
-def simulated_request(fingerprint: Fingerprint) -> MatchConfig:
+def simulated_request(fingerprint: Fingerprint, names: DescriptorSet) -> MatchConfig:
     """The request that asks a fingerprint for everything that was simulated: all balls, the ranges of fill and speed.
 
-    The target is the condition in the middle of the fill ratios, of the slowest speed and the first balls.
+    The target is the condition in the middle of the fill ratios, of the slowest speed and the first balls, by the
+    descriptors of a set.
     """
     ranges, choices = fingerprint.about["ranges"], fingerprint.choices()
     speeds, (low, high) = ranges["speed_hz"], fingerprint.fill_range
@@ -256,7 +273,8 @@ def simulated_request(fingerprint: Fingerprint) -> MatchConfig:
     middle = fingerprint.condition(speed_hz=speeds[0], ball_diameter_m=diameter, fill_ratio=(low * high) ** 0.5)
     found = fingerprint.predict(middle, charge=charge)
     return MatchConfig(
-        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in TARGET_DESCRIPTORS})],
+        targets=[TargetConfig(name="middle", **{name: getattr(found, name).value for name in DESCRIPTOR_SETS[names]})],
+        descriptors=names,
         speeds_rpm=[60 * speed for speed in speeds],
         fill_ratios=ranges["fill_ratio"],
         ball_diameters_mm=choices,

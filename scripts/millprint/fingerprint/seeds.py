@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-
 # Probability at which seeds of one and the same motion are taken for several; independent turns that suffice.
 CHANCE, FEWEST_TURNS = 0.01, 8
 

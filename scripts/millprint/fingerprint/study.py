@@ -10,15 +10,16 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.fingerprint import StudyConfig
+from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
 from millprint.dem.convergence import column_of, deviations, pooled_variance
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.inputs import counted
-from millprint.fingerprint.mill_sheet import DESCRIBED
 from millprint.quantiles import chi_squared_exceeded, chi_squared_quantile, normal_exceeded, student_exceeded
 
 GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
 POWERS = ("normal", "tangential")
+# What is compared.
+DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in POWERS))
 # The first columns of a study.
 FRONT = ("setting", "factor", "value", "seeds", "time_step_s", "young_modulus_gpa", "closure", "processor_s")
 # Settings, as a line names them, with what to change.

@@ -122,7 +122,7 @@ def _calculated(frame: pd.DataFrame, path: str, fingerprint_path: str) -> tuple[
         why = f"outside what {fingerprint_path} was simulated for; must be from {low:.4g} to {high:.4g}"
         refuse_rows(frame, path, column, [name in names for names in beyond], why)
     found = fingerprint.descriptors(fingerprint.condition(**si))
-    energies = [1e6 * found["normal_energy_J"], 1e6 * found["tangential_energy_J"], found["frequency_per_ball_hz"]]
+    energies = [1e6 * found["normal_energy_J"], 1e6 * found["tangential_energy_J"], found["specific_frequency_hz"]]
     return np.column_stack(energies), str(fingerprint.about["counting_rule"])
 
 

@@ -45,7 +45,7 @@ def regime_rows(cases: pd.DataFrame, reference: Condition[float]) -> pd.DataFram
         regime=[f"fill {fill:.2f}" for fill in cases["fill_ratio"]],
         normal_energy_uJ=1e6 * designed["normal_energy_J"],
         tangential_energy_uJ=1e6 * designed["tangential_energy_J"],
-        specific_frequency_hz=designed["frequency_per_ball_hz"],
+        specific_frequency_hz=designed["specific_frequency_hz"],
     )
     kept = rows[rows["mode"] != REFERENCE]
     return kept[["case", "regime", *CONDITIONS, YIELD]].reset_index(drop=True)

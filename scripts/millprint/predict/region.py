@@ -66,7 +66,7 @@ def described_settings(settings: pd.DataFrame, curves: pd.DataFrame, mill: Mill)
                 "powder_mass_g": balls * mill.density * np.pi / 6 * diameter**3 / row.bpr / GRAM,
                 "normal_energy_uJ": 1e6 * at["normal_energy_J"],
                 "tangential_energy_uJ": 1e6 * at["tangential_energy_J"],
-                "specific_frequency_hz": at["frequency_per_ball_hz"],
+                "specific_frequency_hz": at["specific_frequency_hz"],
             }
         )
     return pd.concat([settings, pd.DataFrame(found, index=settings.index)], axis=1)

@@ -19,7 +19,7 @@ from millprint.config.mixture import ONE_SIZE
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import ContactFactors, Ends, Sampled
-from millprint.fingerprint.condition import VARIABLES, Condition, energy_scale, power_scale
+from millprint.fingerprint.condition import SCALED_BY, VARIABLES, Condition, energy_scale, power_scale
 from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.progress import progress
@@ -31,9 +31,7 @@ from millprint.uncertainty.space import FILL, Space
 
 # Descriptors of a condition: the scaled quantity that they are made of, and their unit.
 DESCRIBED = {
-    "normal_energy_J": ("En", "J"),
-    "tangential_energy_J": ("Et", "J"),
-    "frequency_per_ball_hz": ("f", "1/s"),
+    **{name: (scaled, "J" if name.endswith("_J") else "1/s") for name, scaled in SCALED_BY.items()},
     "normal_power_W": ("Pn", "W"),
     "tangential_power_W": ("Pt", "W"),
     "power_W": ("P", "W"),
@@ -175,7 +173,7 @@ def _with_ends(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _described(scaled: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
-    """Energies of a collision, frequency and powers at the simulated speed and ball size."""
+    """Energies, frequencies and powers at the simulated speed and ball size."""
     condition = Condition(np.nan, **_sampled(samples))
     ball_share = float((samples[FILLED] / samples["balls"]).mean())
     energy = energy_scale(condition)

@@ -18,7 +18,7 @@ from millprint.config.fit import TrialConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.bands import Ends, ShapeFactors
 from millprint.fingerprint.condition import BASIC, scaled_quantities
-from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.curves import CURVES, WEIGHTED
 from millprint.fit import FEWEST_JARS
 from millprint.fit.published import FREQUENCY
 from millprint.fit.shape import JAR_PARAMETERS
@@ -107,14 +107,16 @@ def shape_factors(
     logger.info("misfit of the jar %.3f; %.0f of %d jars carry the weight", deviation, effective, DRAWN)
     if effective < FEWEST_IN_EFFECT:
         raise ConfigError(f"hardly a jar of fit.shape agrees with fit.fitted: {effective:.0f} of {DRAWN} jars")
-    ends: dict[str, list[np.ndarray]] = {name: [] for name in CURVES}
+    # The search knows nothing of the energy-weighted descriptors.
+    known = [name for name in CURVES if name not in WEIGHTED]
+    ends: dict[str, list[np.ndarray]] = {name: [] for name in known}
     for fill in fills:
         names = {one: f"{one}_f{fill}" for one in BASIC}
         scaled, before = (
             scaled_quantities({one: published[k] * np.exp(emulators[k].predict(at)) for one, k in names.items()})
             for at in (drawn, own)
         )
-        for name in CURVES:
+        for name in known:
             ends[name].append(_ends(scaled[name] / before[name], weights, probability))
     return ShapeFactors(
         format="millprint shape uncertainty 1",

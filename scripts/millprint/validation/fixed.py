@@ -75,14 +75,15 @@ def status_of(name: str, digest: str, fixed: Mapping[str, Fixed]) -> str:
 def fix(path: str | Path, digests: Mapping[str, str], today: str, why: str = "") -> list[str]:
     """Record the digests of some set-ups with the date, and return the names of those that have changed.
 
-    A set-up whose digest is unchanged keeps its date. why: the reason for fixing again. Raises ConfigError where a set-up
-    that had been fixed has changed, and no reason is given.
+    A set-up whose digest is unchanged keeps its date. why: the reason for fixing again. Raises ConfigError where a
+    set-up that had been fixed has changed, and no reason is given.
     """
     fixed = read_fixed(path) if Path(path).exists() else {}
     changed = [name for name, digest in digests.items() if name not in fixed or fixed[name].digest != digest]
     again = [name for name in changed if name in fixed]
     if again and not why:
-        raise ConfigError(f"{path}: {', '.join(again)} had been fixed with other settings: say why they changed, by --why")
+        names = ", ".join(again)
+        raise ConfigError(f"{path}: {names} had been fixed with other settings: say why they changed, by --why")
     fixed |= {name: Fixed(today, digests[name], why if name in again else FIRST) for name in changed}
     rows = [{"setup": name, **vars(each)} for name, each in sorted(fixed.items())]
     write_table(pd.DataFrame(rows, columns=[column.name for column in COLUMNS]), path)
