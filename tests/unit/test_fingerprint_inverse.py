@@ -61,7 +61,7 @@ def test_the_thesis_speed_keeps_the_energies_and_loses_the_frequency():
     assert table.loc["both energies", "speed_rpm"] == pytest.approx(PRINTED_SPEED, rel=2e-3)
     assert table.loc["both energies", "balls"] == 191
     assert abs(table.loc["both energies", "normal_energy_J_residual_percent"]) < 0.2
-    # The frequency per ball is that of 600 rpm times 2 sqrt 2: not kept, against the text of Sec. 3.3.4.
+    # The specific frequency is that of 600 rpm times 2 sqrt 2: not kept, against the text of Sec. 3.3.4.
     assert table.loc["both energies", "specific_frequency_hz_residual_percent"] == pytest.approx(182.8, abs=0.5)
     assert table.loc["specific frequency", "speed_rpm"] == pytest.approx(600, rel=1e-12)
 
