@@ -200,7 +200,7 @@ def test_both_bands_hold_seeds_that_lock_onto_different_motions(seeds):
 
     def locked() -> Window:
         turns = rng.choice(motions) * (1 + 1e-4 * rng.standard_normal(20))
-        return Window(np.column_stack([turns, turns, np.full(20, 80.0)]), 0.1, 24, True)
+        return Window(np.column_stack([*[turns] * 4, *[np.full(20, 80.0)] * 3]), 0.1, 24, True)
 
     for _ in range(draws):
         known, new = [locked() for _ in range(seeds)], whole(locked())["power_W"]

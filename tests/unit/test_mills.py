@@ -111,7 +111,7 @@ def test_the_precision_decides_about_steps_recorded_time_and_seeds_and_about_no_
     cases = {name: mill_cases(own, level) for name, level in levels.items()}
     first = {name: found[0] for name, found in cases.items()}
     steps = {name: case.rayleigh_fraction for name, case in first.items()}
-    assert steps == pytest.approx({"quick": 0.15, "standard": 0.08, "fine": 0.08})
+    assert steps == pytest.approx({"quick": 0.11, "standard": 0.08, "fine": 0.08})
     assert {name: case.window_s for name, case in first.items()} == {"quick": 2.0, "standard": 4.0, "fine": 8.0}
     seeds = {name: sorted({case.seed for case in found}) for name, found in cases.items()}
     assert seeds == {"quick": [1], "standard": [1], "fine": [0, 1, 2]}

@@ -78,15 +78,15 @@ def test_seeds_of_one_motion_are_seldom_taken_for_several():
 def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said():
     powers = (0.6, 1.0, 1.4)
     runs = [summary(0.10, seed=seed, noise=power - 1, error=1e-4) for seed, power in enumerate(powers)]
-    row = tabulate_descriptors(runs, "gap_3ms").iloc[0]
+    row = tabulate_descriptors(runs, "gap_0_03").iloc[0]
     assert row["normal_power_se_W"] == pytest.approx(row["normal_power_seed_sd_W"] / np.sqrt(3))
     assert row["Pn_se"] / row["Pn"] == pytest.approx(0.4 / np.sqrt(3))
     assert row["normal_power_freedom"] == 2 and row["motion"] == MOTIONS["seeds_differ"].word
     for run in runs:
         turns = len(run["per_revolution"]["normal_J"])
         run["per_revolution"] = {name: [values[0]] * turns for name, values in run["per_revolution"].items()}
-    words = tabulate_descriptors(runs, "gap_3ms").iloc[0]["motion"].split(", ")
+    words = tabulate_descriptors(runs, "gap_0_03").iloc[0]["motion"].split(", ")
     assert words == [MOTIONS[name].word for name in ("repeats", "seeds_differ")]
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
-    assert tabulate_descriptors([short], "gap_3ms").iloc[0]["motion"] == MOTIONS["few_turns"].word
+    assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
