@@ -101,7 +101,7 @@ def jar_from_file(made: MillConfig, folder, kind: str) -> MillConfig:
     # The vessel's triangles look at the balls; a file's look out of the space that it encloses.
     digits = {"digits": 15} if kind == "obj" else {}
     trimesh.Trimesh(vertices * 1e3, triangles[:, ::-1], process=False).export(folder / f"jar.{kind}", **digits)
-    described = {"kind": "stl", "path": f"jar.{kind}", "unit": "mm"}
+    described = {"kind": "stl", "path": f"jar.{kind}", "unit": "mm", "faceted": made.geometry.faceted}
     geometry = mill(described, {"kind": "rest"}, made.volume_ml).geometry
     return made.model_copy(update={"geometry": geometry})
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from millprint.config.sweep import OVERLAP_LIMIT
+from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.layout import COUNTER, ENDED
 from millprint.dem.world import walls_for
 from millprint.kernel import kernel
@@ -180,13 +181,17 @@ def test_a_ball_that_rolls_round_a_jar_keeps_one_contact():
 
 def test_counted_by_facet_a_rolling_contact_has_a_row_for_each_facet_with_the_same_works():
     whole, cut = rolled(384), rolled(384, by_facet=True)
-    assert len(cut.contacts) > 50
+    rows = collision_table(cut.collisions)
+    assert len(rows) > 50
     assert np.array_equal(whole.balls.position, cut.balls.position)
     np.testing.assert_allclose(cut.series.to_numpy(), whole.series.to_numpy(), rtol=1e-9, atol=1e-15)
-    passed = cut.contacts[cut.contacts["ended"] == ENDED.passed]
+    passed = rows[rows["ended"] == ENDED.passed]
     assert (np.abs(np.diff(passed["facet"])) > 0).all()
-    by_contact = cut.contacts.groupby("contact")
-    assert (by_contact["second"].nunique() == 1).all()
+    assert (rows.groupby("contact")["second"].nunique() == 1).all()
+    joined = by_surface(rows).query("complete == 1")
+    assert len(joined) == len(whole.contacts)
+    for name in ("normal_J", "sliding_J", "rolling_J", "duration_s", "peak_force_N"):
+        np.testing.assert_allclose(joined[name], whole.contacts[name], rtol=1e-9)
 
 
 def test_swings_do_not_depend_on_the_number_of_facets():
@@ -209,7 +214,7 @@ def test_a_ball_that_rolls_over_a_ridge_keeps_its_contact(turn):
     world.run(0.03)
     assert world.balls.position[0, 0] > RADIUS * np.sin(half)
     assert world.counters[COUNTER.opened] == 1
-    (edge,) = world.contacts["facet"]
+    (edge,) = collision_table(world.collisions)["facet"]
     assert edge >= len(vessel.facets)
 
 

@@ -43,8 +43,9 @@ def runs(mills, contacts):
 
 
 def table(recording) -> list[np.ndarray]:
-    """The table of collisions, sorted by start and partners."""
+    """The table of collisions, sorted by start and partners, without the column that it does not have."""
     columns = [np.concatenate(column) for column in zip(*recording.contacts, strict=True)]
+    columns = [column for column in columns if len(column)]
     order = np.lexsort((columns[1], columns[0]))
     return [column[order] for column in columns]
 
