@@ -17,7 +17,7 @@ class GeometrySection(Section):
 
     kind: str
     faceted: bool = False
-    """the flat facets are the wall itself, and not a drawing of a round one"""
+    """the flat facets are the wall itself, and not only a drawing of round walls"""
     # The key of the number of flat facets around the body; None for a shape that is not round, or from a file.
     facets_key: ClassVar[str | None] = None
 
@@ -46,16 +46,16 @@ class DrumGeometry(GeometrySection):
 
 
 class PostGeometry(Section):
-    """An upright cylinder of flat facets through the whole height of the vessel, at its centre."""
+    """An upright cylinder through the whole height of the vessel, at its centre."""
 
     radius_mm: Size
     """radius of the post [mm]"""
     facets: Facets = 24
-    """flat facets around the post [-]"""
+    """facets around the post, as it is drawn [-]"""
 
 
 class StadiumGeometry(GeometrySection):
-    """Prism over a stadium (two half circles and two straight sides), of flat facets, with a filleted bottom edge."""
+    """Prism over a stadium (two half circles and two straight sides), with a filleted bottom edge."""
 
     kind: Literal["stadium"]
     facets_key = "facets_per_half_circle"
@@ -66,13 +66,13 @@ class StadiumGeometry(GeometrySection):
     height_mm: Size
     """inner height [mm]"""
     facets_per_half_circle: HalfFacets
-    """flat facets of each round end [-]"""
+    """facets of each round end, as it is drawn [-]"""
     facet_unevenness: Annotated[float, Field(ge=0, le=0.95)] = 0.0
     """u: facets of a round end are alternately 1 + u and 1 - u times as wide as the mean [-]"""
     fillet_radius_mm: NonNegative
     """radius of the bottom edge's fillet [mm]"""
     fillet_facets: FilletFacets = 5
-    """flat facets across the fillet [-]"""
+    """facets across the fillet, as it is drawn [-]"""
     post: PostGeometry | None = None
     """a central post; none if left out"""
 
@@ -93,20 +93,20 @@ class StadiumGeometry(GeometrySection):
 
 
 class CylinderGeometry(DrumGeometry):
-    """A cylinder of flat facets, upright or lying; a fillet as large as the radius makes an end a half sphere."""
+    """A cylinder, upright or lying; a fillet as large as the radius makes an end a half sphere."""
 
     kind: Literal["cylinder"]
     facets_key = "facets"
     radius_mm: Size
-    """radius, on which the facets' edges lie [mm]"""
+    """radius [mm]"""
     height_mm: Size
     """inner length from end to end, rounded ends included [mm]"""
     facets: Facets = 48
-    """flat facets around [-]"""
+    """facets around, as it is drawn [-]"""
     fillet_radius_mm: NonNegative = 0.0
     """radius of the ends' fillets [mm]; 0 for none"""
     fillet_facets: FilletFacets = 5
-    """facets across a fillet [-]"""
+    """facets across a fillet, as it is drawn [-]"""
     fillet_ends: Literal["bottom", "both", "none"] = "bottom"
     """ends with a fillet; bottom is the end towards the axis's negative side"""
     centre_mm: PlaceVector | None = None
@@ -141,18 +141,18 @@ class LiftersSection(Section):
 
 
 class LifterDrumGeometry(DrumGeometry):
-    """A lying or upright drum of flat facets with lifters on its shell."""
+    """A lying or upright drum with lifters on its shell."""
 
     kind: Literal["lifter_drum"]
     facets_key = "facets"
     radius_mm: Size
-    """inner radius of the shell, on which the facets' edges lie [mm]"""
+    """inner radius of the shell [mm]"""
     length_mm: Size
     """inner length from end to end [mm]"""
     axis: Literal["x", "y", "z"] = "y"
     """direction of the drum's axis; z points up"""
     facets: Facets = 72
-    """flat facets of a whole shell [-]"""
+    """facets of a whole shell, as it is drawn [-]"""
     lifters: LiftersSection
 
     @property
@@ -221,7 +221,7 @@ class PaddlesGeometry(GeometrySection):
     hub_radius_mm: Size
     """radius of the hub [mm]"""
     hub_facets: HalfFacets = 24
-    """flat facets of a whole hub [-]"""
+    """facets of a whole hub, as it is drawn [-]"""
     blades: Annotated[int, Field(ge=1, le=64)]
     """number of blades [-]"""
     blade_length_mm: Size

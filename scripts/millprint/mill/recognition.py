@@ -223,7 +223,7 @@ def find_tori(mesh: _Mesh, axis: np.ndarray, origin: np.ndarray) -> list[Curve]:
         middles = np.array([flat[facet].mean(axis=0) - middle for facet in facets])
         out = np.array([mesh.points[facet].mean(axis=0) - origin for facet in facets])
         out -= np.outer(out @ axis, axis)
-        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), mesh.tolerance)
         hollow = _is_hollow(mesh, facets, middles[:, :1] * out + middles[:, 1:] * axis)
         arc = ((np.cos(low), np.sin(low)), (np.cos(high), np.sin(high)))
         centre = origin + middle[1] * axis
