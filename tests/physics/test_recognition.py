@@ -41,7 +41,7 @@ def shaped(mills, name: str, facets: int, fillet_facets: int) -> Vessel:
     return build_vessel(mill.model_copy(update={"geometry": geometry}))
 
 
-@pytest.mark.parametrize("facets", [24, 61])
+@pytest.mark.parametrize("facets", [24, 44, 61])
 @pytest.mark.parametrize(
     ("name", "fillet_facets", "curves"),
     [("planetary", 5, 2), ("mixer", 6, 3), ("spex", 5, 3), ("drum", 1, 1), ("emax_smooth", 5, 6)],

@@ -221,7 +221,7 @@ def test_valid_input_is_checked_only_once(project):
             ("geometry",),
             {"kind": "cylinder", "radius_mm": 100, "height_mm": 125},
             [
-                "planetary.yaml: volume_ml = 250: the cylinder of geometry holds 3916 mL",
+                "planetary.yaml: volume_ml = 250: the cylinder of geometry holds 3927 mL",
                 "its sizes",
                 "volume_tolerance",
             ],
@@ -234,7 +234,7 @@ def test_valid_input_is_checked_only_once(project):
             ["the box of geometry holds 216 mL"],
         ),
         (POST, ("volume_tolerance",), 0.03, ["emax_post.yaml: volume_ml = 125", "holds 121.1 mL"]),
-        (ATTRITOR, ("volume_ml",), 218, ["attritor.yaml: volume_ml = 218: the cylinder of geometry holds 230.2 mL"]),
+        (ATTRITOR, ("volume_ml",), 218, ["attritor.yaml: volume_ml = 218: the cylinder of geometry holds 230.9 mL"]),
         (EMAX, ("geometry", "volume_tolerance"), 0.1, ["geometry.volume_tolerance = 0.1", "belongs to the top level"]),
         # Speeds beyond any machine; the line tells the acceleration.
         (

@@ -195,7 +195,9 @@ def find_tori(mesh: _Mesh, axis: np.ndarray, origin: np.ndarray) -> list[Curve]:
 
         def on_tube(facet: int, slack: float, middle: np.ndarray = middle, minor: float = minor) -> bool:
             off = np.linalg.norm(flat[facet] - middle, axis=1) - minor
-            return bool(np.abs(off).max() <= slack * mesh.tolerance)
+            # A floor ends where a fillet begins, on one ring of it.
+            across = np.ptp(flat[facet], axis=0).max() > LOOSE * mesh.tolerance
+            return bool(across and np.abs(off).max() <= slack * mesh.tolerance)
 
         # Two facets of one step around are on a line of this plane, through which there is no circle.
         if len(_rings(flat, pair, mesh.tolerance)) < 3 or not all(on_tube(facet, LOOSE) for facet in pair):
