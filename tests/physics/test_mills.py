@@ -156,9 +156,11 @@ def test_an_attritor_is_driven_against_friction_not_inertia(mills, contacts):
 
     So power goes with its first power, less where the bed opens, and is far from its cube.
     """
-    speeds = [60, 180]
+    speeds, made = [60, 180], mills["attritor"]
+    # At the lower speed the bed jams and slips: one start says little.
+    settings = {"ball_diameter_mm": 9, "fill_ratio": 0.26, "window_s": 1.0, "discard_s": 0.5, "rayleigh_fraction": 0.1}
     powers = [
-        simulate(mills["attritor"], contacts["calibrated"], speed, ball_diameter_mm=9, fill_ratio=0.26, window_s=0.5)[1]
+        np.mean([simulate(made, contacts["calibrated"], speed, seed=seed, **settings)[1] for seed in range(4)])
         for speed in speeds
     ]
     (found,) = exponents(powers, speeds)
