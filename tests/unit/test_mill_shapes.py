@@ -180,3 +180,10 @@ def test_a_shape_that_is_not_in_the_registry_is_refused():
 def test_every_shape_of_the_configuration_is_in_the_registry():
     sections = {*get_args(get_args(VesselGeometry)[0]), *get_args(get_args(SolidGeometry)[0])}
     assert {kind_of(section) for section in sections} == set(shapes.SHAPES)
+
+
+def test_a_stadium_of_an_odd_number_of_facets_is_its_own_mirror_image():
+    """Seen in a mirror, the mill of the thesis turns the other way round: its powers must not tell."""
+    outline = {tuple(point) for point in np.round(shapes.stadium_outline(26.0, 29.0, 31, 0.65), 9).tolist()}
+    for mirror in ((1, -1), (-1, 1), (-1, -1)):
+        assert {tuple(np.round(np.array(point) * mirror, 9) + 0.0) for point in outline} == outline
