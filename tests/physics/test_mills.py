@@ -178,8 +178,9 @@ def test_the_drum_of_the_box_cascades_below_its_critical_speed_and_centrifuges_a
         speed = share * critical * math.pi / 30 * 0.05
         slips[share] = np.linalg.norm(simulation.balls.velocity - wall, axis=1).mean() / speed
         assert power > 0
-    # Gravity still shakes what turns with the wall, the less the faster it turns.
-    assert slips[4.0] < 0.05 and slips[4.0] < slips[2.5] < 0.1, slips
+    # Gravity still rolls to and fro what turns with the wall: with g / 1.4 along it for half a turn, which is up to
+    # 5 / 7 (w_c / w)^2 of the wall's speed, and less where rolling friction holds it.
+    assert slips[4.0] < slips[2.5] < 1.25 * 5 / 7 / 2.5**2 and slips[4.0] < 5 / 7 / 4.0**2, slips
     assert slips[0.6] > 0.5
 
 

@@ -78,7 +78,7 @@ def test_an_overlap_by_speed_names_both_sides_the_speed_and_a_modulus():
     run = simulation(DEM.model_copy(update={"overlap_max": 1e-3}))
     line = refusal(lambda: run.run("test"))
     pattern = (
-        r"ball \d+ overlaps (ball \d+|the wall of vessel) by 0\.\d+ % of its radius, more than 0\.1 %, at .* s: .*; "
+        r"ball \d+ overlaps (ball \d+|the wall of vessel) by [\d.]+ % of its radius, more than 0\.1 %, at .* s: .*; "
         r"they met at [\d.]+ m/s, and the ball has [\d.]+ m/s now\. the speed is too high for this Young's modulus: an "
         r"elastic impact at that speed reaches [\d.]+ %; it needs [\d.e+]+ GPa in place of 2\.05, or a slower mill"
     )
