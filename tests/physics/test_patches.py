@@ -164,7 +164,7 @@ def round_room(facets: int, radius: float = 0.03) -> Vessel:
 
 
 def rolled(facets: int, by_facet: bool = False) -> World:
-    """A ball that swings in the trough of a lying cylinder, in the middle of its length."""
+    """A ball that swings in the bottom of a lying cylinder, in the middle of its length."""
     start = 0.02498 * np.array([np.sin(0.5), 0, -np.cos(0.5)]) - [0, 0.025, 0]
     world = World(start, vessel=round_room(facets), gravity=9.81, step=2e-6, by_facet=by_facet)
     world.series = world.run(0.5, sample_every=1000)
