@@ -198,7 +198,7 @@ def plot_sheet(
     text = middle.subplots(1, 2)
     for axis, column in zip(text, (left, right), strict=True):
         axis.axis("off")
-        axis.text(0, 1, column, va="top", fontsize=6.5, transform=axis.transAxes, linespacing=1.35)
+        axis.text(0, 1, column, va="top", fontsize=6.0, transform=axis.transAxes, linespacing=1.25)
     _draw_spectra(energies, sheet, spectra, read_off)
     axes = bottom.subplots(2, 2)
     for axis, quantity in zip(axes.flat, SHEET_PANELS, strict=True):
