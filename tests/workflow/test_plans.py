@@ -68,9 +68,9 @@ def test_convergence_of_a_mill_of_ones_own_varies_its_settings_alone(project):
     assert sum(simulations.values()) < 8
     simulated = set(re.findall(r"results/dem/(\S+)/summary.json", plan))
     changes = ["", "_y0.615", "_y6.15", "_facets24", "_facets96"]
-    expected = {f"mine/calibrated/d10_f0.15_n300{change}_s{seed}" for change in changes for seed in (0, 1)}
+    expected = {f"mine/calibrated/d10_f0.20_n300{change}_s{seed}" for change in changes for seed in (0, 1)}
     assert {case for case in simulated if "_dt" not in case} == expected
-    assert len(set(re.findall(r"d10_f0.15_n300_dt\S+_s0", plan))) == 2
+    assert len(set(re.findall(r"d10_f0.20_n300_dt\S+_s0", plan))) == 2
     assert "results/convergence/mine/verdict.txt" in plan
 
 

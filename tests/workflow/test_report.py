@@ -161,7 +161,8 @@ def sources_of(claims: pd.DataFrame) -> pd.DataFrame:
 def test_every_claim_leads_to_rows_that_exist_and_to_the_rule_that_wrote_them(report):
     """The summary of Snakemake says which rule makes which file."""
     sources = sources_of(read_table(report / "claims.tsv", text=["id", "verdict", "source"]))
-    assert sources["id"].nunique() == 257
+    listed = read_table("config/data/claims.tsv", text=["id"])["id"]
+    assert sorted(sources["id"].unique()) == sorted(listed)
     summary = run_snakemake(report.parents[1], "--summary", "--configfile", "config/smoke.yaml").stdout
     rules = dict(re.findall(r"^results/(\S+)\t[^\t]*\t(\w+)\t", summary, re.MULTILINE))
     # Short cases share a job of a rule of their own, and so do short roll-outs; a claim names the rule of a single one.
