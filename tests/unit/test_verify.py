@@ -46,6 +46,17 @@ def test_locks_of_dead_runs_are_removed_by_snakemake(tmp_path, capsys):
     assert "its locks are removed: snakemake --cores 2 --unlock" in capsys.readouterr().out
 
 
+def test_locks_of_a_run_that_was_killed_as_it_ended_are_removed(tmp_path, monkeypatch, capsys):
+    """It had removed its own record already; without locks nothing is called."""
+    monkeypatch.chdir(tmp_path)
+    snakemake = Pretended()
+    assert mend_locks([], snakemake) and snakemake.calls == []
+    (tmp_path / ".snakemake/locks").mkdir(parents=True)
+    (tmp_path / ".snakemake/locks/0.output.lock").touch()
+    assert mend_locks([], snakemake) and snakemake.calls == [("--unlock",)]
+    assert "found: a run that was killed as it ended" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("other", [LIVING, UNKNOWN])
 def test_no_lock_is_removed_if_a_run_may_be_alive(tmp_path, capsys, other):
     snakemake = Pretended()

@@ -127,7 +127,9 @@ def test_a_charge_with_lifters_and_a_lining_goes_through_to_the_sheet_the_explor
     match = pd.read_csv(smoke_project / "results/mills/match.tsv", sep="\t", keep_default_na=False)
     # The mill is its own nearest match, with the same charge.
     assert match.loc[0, "charge"] == "graded" and match.loc[0, "distance"] < 1e-3
-    assert match.loc[0, "weighted_normal_energy_J_ratio_lower"] < 1 < match.loc[0, "weighted_normal_energy_J_ratio_upper"]
+    assert (
+        match.loc[0, "weighted_normal_energy_J_ratio_lower"] < 1 < match.loc[0, "weighted_normal_energy_J_ratio_upper"]
+    )
 
 
 def test_the_tumbling_mill_of_the_handbook_would_run(project):

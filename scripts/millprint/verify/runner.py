@@ -50,6 +50,10 @@ class Snakemake:
         return process.returncode == 0
 
 
+# Snakemake's locks of the current folder.
+LOCKS = Path(".snakemake/locks")
+
+
 def say(text: str) -> None:
     """Print a line before the next output of Snakemake."""
     print(text, flush=True)
@@ -58,12 +62,15 @@ def say(text: str) -> None:
 def mend_locks(runs: Sequence[Run], snakemake: Snakemake) -> bool:
     """Print the runs that were found, and remove the locks of the dead ones, unless another is LIVING or UNKNOWN.
 
-    Snakemake itself removes them, in whatever form it stores its locks. Returns False if it fails.
+    Snakemake itself removes them, in whatever form it stores its locks. Locks without a run are of one that was killed
+    at its very end, when it had said that it was over. Returns False if Snakemake fails.
     """
     for run in runs:
         say(f"found: {described(run)}")
     dead = [run for run in runs if run.state == DEAD]
-    if not dead:
+    if not runs and LOCKS.is_dir() and any(LOCKS.iterdir()):
+        say("found: a run that was killed as it ended")
+    elif not dead:
         return True
     if len(dead) < len(runs):
         say("       its locks stay, for another run may be alive; if none is: snakemake --unlock")
