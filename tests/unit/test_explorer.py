@@ -219,11 +219,11 @@ def test_intervals_are_shown_apart_and_the_charts_show_the_one_that_is_chosen(pa
     assert said["options"] == ["a new simulation", "the mean", "contact parameters"]
     assert [line.split(":")[0] for line in said["first"]["lines"]] == said["options"]
     assert all(" to " in line for line in said["first"]["lines"])
-    assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 1, 2, 1, 1]
+    assert said["first"]["bands"] == said["chosen"]["bands"] == [2, 2, 2, 1, 2, 1, 1]
     assert said["first"]["shapes"] != said["chosen"]["shapes"] and said["first"]["lines"] == said["chosen"]["lines"]
     # Not analysed there: said in words, and no band is drawn, but that of the yield.
     assert said["beyond"]["lines"][2] == "contact parameters: analysed at fill ratios from 0.06 to 0.3"
-    assert said["beyond"]["bands"] == [0, 0, 0, 0, 1]
+    assert said["beyond"]["bands"] == [0, 0, 0, 0, 0, 0, 1]
     assert said["other"][2] == "contact parameters: not analysed for this contact set"
 
 
