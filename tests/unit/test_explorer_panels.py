@@ -154,7 +154,8 @@ def test_units_change_what_is_shown_and_not_the_state(pages, width):
       explorer.useMill(explorer.mills[0]); explorer.state.speed_hz = 15; explorer.render();
       const first = () => document.querySelector("#results dd").textContent;
       const results = () => [...document.querySelectorAll("#results div")];
-      const dose = () => results().find((e) => e.textContent.startsWith("Specific energy")).querySelector("dd").textContent;
+      const dose = () =>
+        results().find((e) => e.textContent.startsWith("Specific energy")).querySelector("dd").textContent;
       const before = JSON.stringify(explorer.state);
       const shown = { µJ: first(), "kJ/g": dose() };
       for (const unit of ["mJ", "J"]) { set("energy", unit); shown[unit] = first(); }
