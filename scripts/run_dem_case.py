@@ -10,7 +10,6 @@ from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.batches import is_finished, origin_digest, set_apart, take_back
 from millprint.dem.run import run_case
 from millprint.job import job
-from millprint.records import digest
 
 
 class Given(NamedTuple):
@@ -48,7 +47,7 @@ if "snakemake" in globals():
     for case, log, *files in zip(cases, plain["logs"], output.run, output.summary, strict=True):
         take_back(files)
         mill, contact = plain["mills"][case.mill], plain["contacts"][case.contact]
-        values = [case.model_dump(mode="json"), mill, contact, settings, snakemake.params.library, digest(__file__)]
+        values = [case.model_dump(mode="json"), mill, contact, settings, snakemake.params.program]
         origin = origin_digest(values, plain["sources"][case.mill])
         given = Given(MillConfig(**mill), ContactConfig(**contact), DemConfig(**settings), snakemake.threads)
         if simulate(case, given, tuple(files), log, origin):

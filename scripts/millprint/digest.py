@@ -1,8 +1,11 @@
-"""A digest of the library files that a script uses, so that an edit reruns only the rules that depend on it.
+"""What a script computes, as a digest: a change of it reruns the jobs of this script, a comment does not.
 
-The Snakefile asks for that of every script, so each file is looked up, read and searched for imports once.
+The digest is that of the syntax tree (`ast`) of the script and of every millprint module that it imports, directly or
+indirectly, without comments, docstrings, lines for the log, progress bars and texts of errors. Other files of the
+folders of these modules, such as parts of pages, count as they are.
 """
 
+import ast
 import hashlib
 import os
 import re
@@ -10,8 +13,15 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-# Files that a module reads from its own folder: parts of pages, and lists.
 TEMPLATES = (".html", ".css", ".js", ".yaml")
+
+# A simulation begins in SIMULATION. OUTSIDE is what it imports without a say in its numbers: files and messages, and
+# settings that it gets by value. After a change there that does change numbers, raise millprint.dem.PHYSICS.
+SIMULATION = "dem/run.py"
+OUTSIDE = {
+    *("digest.py", "errors.py", "files.py", "hdf5.py", "machine.py", "progress.py", "sealed.py"),
+    *("config/fingerprint.py", "config/mill_sweep.py", "config/section.py"),
+}
 
 # An import anywhere in a file. A docstring that looks like an import only adds a dependency.
 IMPORT = re.compile(
@@ -20,66 +30,84 @@ IMPORT = re.compile(
 
 
 @cache
-def _folders() -> dict[str, frozenset[str]]:
-    """The names of the files in each folder of the package, by its path from there; the package itself is "."."""
-    return {os.path.relpath(folder, PACKAGE): frozenset(files) for folder, _, files in os.walk(PACKAGE)}
+def program_digest(script: str | Path) -> str:
+    """The digest of a script of scripts/ and of what it imports from millprint."""
+    return _digest_of([Path(script)], _imports(Path(script)), set())
 
 
 @cache
-def _module_files(module: str) -> list[str]:
-    """The file of `millprint.a.b` and those of the packages that contain it; empty if there is no such module."""
-    parts = module.split(".")[1:]
-    files = ["/".join([*parts[:depth], "__init__.py"]) for depth in range(len(parts) + 1)]
-    if parts:
-        files.append("/".join(parts) + ".py")
-    return [file for file in files if os.path.basename(file) in _folders().get(os.path.dirname(file) or ".", ())]
+def simulation_digest() -> str:
+    """The digest of what decides the numbers of a simulation, besides its configuration."""
+    return _digest_of([], {SIMULATION}, OUTSIDE)
 
 
-@cache
-def _content(file: str) -> bytes:
-    return (PACKAGE / file).read_bytes()
-
-
-def _imports(text: str) -> frozenset[str]:
-    """The millprint files that a Python file imports, also inside functions."""
-    found: set[str] = set()
-    for package, names, module in IMPORT.findall(text):
-        modules = [module] if module else [package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))]
-        for name in modules:
-            found.update(_module_files(name))
-    return frozenset(found)
-
-
-@cache
-def _imports_of(file: str) -> frozenset[str]:
-    return _imports(_content(file).decode())
-
-
-def _used(script: str | Path) -> list[str]:
-    """`library_files` by their paths from the package, sorted by folder and name."""
+def _digest_of(files: list[Path], modules: set[str] | frozenset[str], outside: set[str]) -> str:
+    """The digest of files, and of modules with all that they import but for `outside`; both by paths in the package."""
     seen: set[str] = set()
-    waiting = list(_imports(Path(script).read_text()))
-    while waiting:
-        file = waiting.pop()
-        if file not in seen:
-            seen.add(file)
-            waiting.extend(_imports_of(file))
-    for folder in {os.path.dirname(file) for file in seen}:
-        names = _folders()[folder or "."]
-        seen.update(os.path.join(folder, name) for name in names if name.endswith(TEMPLATES))
-    return sorted(seen, key=lambda file: file.split("/"))
-
-
-def library_files(script: str | Path) -> list[Path]:
-    """Every library file that `script` imports, directly or indirectly, with their templates, sorted."""
-    return [PACKAGE / file for file in _used(script)]
+    waiting = set(modules)
+    while waiting := waiting - seen - outside:
+        seen |= waiting
+        waiting = {name for module in waiting for name in _imports(PACKAGE / module)}
+    for folder in {os.path.dirname(module) for module in seen}:
+        seen.update(os.path.join(folder, name) for name in os.listdir(PACKAGE / folder) if name.endswith(TEMPLATES))
+    total = hashlib.sha256()
+    for file in [*files, *(PACKAGE / name for name in sorted(seen))]:
+        total.update(file.name.encode() + content_digest(file))
+    return total.hexdigest()[:16]
 
 
 @cache
-def library_digest(script: str | Path) -> str:
-    """A short hash of the contents of `library_files(script)`."""
-    total = hashlib.sha256()
-    for file in _used(script):
-        total.update(file.encode())
-        total.update(_content(file))
-    return total.hexdigest()[:16]
+def _imports(file: Path) -> frozenset[str]:
+    """The millprint files that a Python file imports, also inside functions, with the packages that contain them."""
+    modules: set[str] = set()
+    for package, names, module in IMPORT.findall(file.read_text()):
+        modules |= {module} if module else {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
+    parts = {tuple(name.split(".")[1:]) for name in modules}
+    folders = {part[:depth] for part in parts for depth in range(len(part) + 1)}
+    found = {"/".join([*part, "__init__.py"]) for part in folders} | {"/".join(part) + ".py" for part in parts if part}
+    return frozenset(name for name in found if (PACKAGE / name).is_file())
+
+
+@cache
+def content_digest(file: Path) -> bytes:
+    """The digest of a file: of a Python file, of what it computes."""
+    content = file.read_bytes()
+    if file.suffix == ".py":
+        tree = ast.parse(content)
+        _drop_texts(tree)
+        content = ast.dump(tree).encode()
+    return hashlib.sha256(content).digest()
+
+
+def _drop_texts(node: ast.AST) -> None:
+    """Remove from a block of code, and from the blocks in it, what does not change its results."""
+    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+        block = [each for each in getattr(node, name, []) if not _is_text(each)]
+        for each in block:
+            _drop_texts(each)
+        if block or hasattr(node, name):
+            setattr(node, name, block)
+    if isinstance(node, ast.With):
+        node.items = [each for each in node.items if not _calls(each.context_expr, "progress")]
+    if isinstance(node, ast.Raise):
+        for part in ast.walk(node):
+            if isinstance(part, ast.Call):
+                part.args = [each for each in part.args if not _is_string(each)]
+
+
+def _is_text(statement: ast.AST) -> bool:
+    """Whether a statement is a docstring or writes to the log."""
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return isinstance(value, ast.Constant) or _calls(value, "logger")
+
+
+def _is_string(value: ast.expr) -> bool:
+    return isinstance(value, ast.JoinedStr) or (isinstance(value, ast.Constant) and isinstance(value.value, str))
+
+
+def _calls(value: ast.AST | None, name: str) -> bool:
+    """Whether an expression is a call of `name` or of a method of it."""
+    if not isinstance(value, ast.Call):
+        return False
+    called = value.func.value if isinstance(value.func, ast.Attribute) else value.func
+    return isinstance(called, ast.Name) and called.id == name

@@ -16,7 +16,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sources import named_files
 from millprint.config.workflow import WorkflowConfig
-from millprint.digest import library_digest
+from millprint.digest import program_digest
 
 # In the working folder of Snakemake.
 PASSED = Path(".snakemake/millprint/checked")
@@ -64,7 +64,7 @@ def check_once(
 
 def _digest(content: str, files: list[str], script: str) -> str:
     """A digest of a configuration, of the files that it names, and of the library that checks it."""
-    total = hashlib.sha256(content.encode() + library_digest(script).encode())
+    total = hashlib.sha256(content.encode() + program_digest(script).encode())
     for file in sorted(set(files)):
         total.update(Path(file).read_bytes() if Path(file).is_file() else b"not there")
     return total.hexdigest()[:16]

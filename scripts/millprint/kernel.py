@@ -15,6 +15,8 @@ from pathlib import Path
 import numba
 from llvmlite import binding
 
+from millprint.digest import content_digest
+
 PACKAGE = Path(__file__).parent
 KERNEL_FOLDERS = ("mill", "dem", "surrogate/thesis")
 MAKERS = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
@@ -41,7 +43,7 @@ def processor_type() -> str:
 def kernel_files() -> list[Path]:
     """Every library file that holds kernels, and the files that these import: their numbers are compiled in.
 
-    Settings (millprint.config) reach kernels as arguments, and are left out.
+    Settings (millprint.config) reach kernels as arguments, and are left out, as is millprint.digest.
     """
     kernels = [file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).glob("*.py")]
     found = {PACKAGE / "kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
@@ -49,18 +51,18 @@ def kernel_files() -> list[Path]:
     while to_read:
         for module in IMPORTS.findall(to_read.pop().read_text()):
             file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
-            if file.is_file() and file not in found and not module.startswith("config"):
+            if file.is_file() and file not in found and not module.startswith(("config", "digest")):
                 found.add(file)
                 to_read.append(file)
     return sorted(found)
 
 
 def kernel_digest() -> str:
-    """A short hash of the kernels' source and of the compiler's version."""
+    """A short hash of what the kernels compute, comments aside, and of the compiler's version."""
     total = hashlib.sha256(numba.__version__.encode())
     for file in kernel_files():
         total.update(file.name.encode())
-        total.update(file.read_bytes())
+        total.update(content_digest(file))
     return total.hexdigest()[:16]
 
 

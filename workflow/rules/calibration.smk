@@ -40,7 +40,6 @@ rule fit_friction:
         rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
         settings=CONFIG.calibration.oscillation.part(SwingConfig),
         interval=CONFIG.calibration.interval,
-        library=library("fit_friction.py"),
     message:
         "Fitting the friction pair of experiment {wildcards.experiment}"
     script:
@@ -83,7 +82,6 @@ rule calibrate_restitution:
         rayleigh_fraction_max=CONFIG.dem.rayleigh_fraction_max,
         settings=CONFIG.calibration.drop_test.model_dump(mode="json"),
         interval=CONFIG.calibration.interval,
-        library=library("calibrate_restitution.py"),
     message:
         "Simulating the drop test, fitting the restitution, and drawing the calibration"
     script:

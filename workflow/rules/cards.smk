@@ -41,7 +41,6 @@ rule write_card:
         },
         dem=settings("dem"),
         animation=CONFIG.cards.animation,
-        library=library("write_card.py"),
     message:
         "Writing the milling card {wildcards.card}"
     script:
@@ -60,7 +59,6 @@ rule match_cards:
     localrule: True
     params:
         descriptors=CONFIG.fingerprint.descriptors,
-        library=library("match_cards.py"),
     message:
         "Matching {CONFIG.cards.match} to the milling cards"
     script:

@@ -1,8 +1,8 @@
-"""Shared by all rules: the validated configuration, the results folder, and digests of the library."""
+"""Shared by all rules: the validated configuration, the results folder, and digests of the code."""
 
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
-from millprint.digest import library_digest
+from millprint.digest import program_digest, simulation_digest
 from millprint.fingerprint.cases import has_chapters
 
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
@@ -32,12 +32,15 @@ def settings(section: str) -> dict:
     return getattr(CONFIG, section).model_dump(mode="json")
 
 
-def library(script: str) -> str:
-    """The digest of the library files that a script imports. In `params`, it reruns the rule when one of them changes.
+def program(script: str):
+    """The digest of what a script computes. In `params`, it reruns the rule when that changes, but not for a comment.
 
-    Snakemake itself only notices changes of the script.
+    Snakemake itself only notices the date of the script. It is computed once a job asks for it.
     """
-    return library_digest(shipped(f"scripts/{script}"))
+    if script == "run_dem_case.py":
+        return lambda wildcards: simulation_digest()
+    path = shipped(f"scripts/{script}")
+    return lambda wildcards: program_digest(path)
 
 
 def summaries_over(key: str) -> list[str]:

@@ -58,7 +58,6 @@ rule tabulate_convergence:
             if sweep.compares_steps
             for ball in sweep.ball_diameters_mm
         },
-        library=library("tabulate_convergence.py"),
     message:
         "Tabulating and drawing descriptors against time step and Young's modulus (Fig. 3.4)"
     script:

@@ -41,7 +41,6 @@ rule run_dem_case:
     params:
         given=lambda wildcards: simulated_from([case_at(wildcards)]),
         settings=settings("dem"),
-        library=library("run_dem_case.py"),
     message:
         "Simulating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:
@@ -85,7 +84,6 @@ for seeds, conditions in SEED_RULES.items():
         params:
             given=lambda wildcards: simulated_from(seeds_of(wildcards)),
             settings=settings("dem"),
-            library=library("run_dem_case.py"),
         message:
             "Simulating {wildcards.condition}, every seed"
         script:
@@ -118,7 +116,6 @@ for number, batch in enumerate(BATCHES, 1):
         params:
             given=of_cases(simulated_from, batch),
             settings=settings("dem"),
-            library=library("run_dem_case.py"),
         message:
             f"Simulating {title_of(batch)}"
         script:

@@ -50,7 +50,6 @@ rule tabulate_experiments:
         powder=CONFIG.doe.powder.model_dump(mode="json"),
         chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
         gas=CONFIG.doe.gas.model_dump(mode="json"),
-        library=library("tabulate_experiments.py"),
     message:
         "Checking the runs in {input.screening} against the design; tabulating wet-lab arithmetic and the literature"
     script:
@@ -104,7 +103,6 @@ rule analyse_variance:
     params:
         settings=CONFIG.doe.part(AnalysisConfig),
         interactions=list(INTERACTION_TITLES),
-        library=library("analyse_variance.py"),
     message:
         "Analysing the variance of the yields in {input.screening}, and drawing its factors, residuals and interactions"
     script:

@@ -46,7 +46,6 @@ rule fit_wear:
             "contact": WEAR_CONTACT,
             "counting_rule": CONFIG.fingerprint.counting_rule,
         },
-        library=library("fit_wear.py"),
     message:
         "Measuring the sliding work, fitting the wear coefficient to half of {input.weighings}, and predicting the rest"
     script:
@@ -74,7 +73,6 @@ rule predict_mill_wear:
     localrule: True
     params:
         settings=WEAR.model_dump(mode="json"),
-        library=library("predict_mill_wear.py"),
     message:
         "Predicting the wear of the balls in {BOX}"
     script:

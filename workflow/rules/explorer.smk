@@ -18,7 +18,6 @@ rule explore_mill:
     params:
         mills=lambda wildcards: [dumped(mill_named(wildcards.mill))],
         about=EXPLORED_WITH,
-        library=library("explore_mills.py"),
     message:
         "Building the explorer of mill {wildcards.mill}, a page that needs no server"
     script:
@@ -41,7 +40,6 @@ use rule explore_mill as explore_mills with:
     params:
         mills=[dumped(mill_named(name)) for name in BOX],
         about=EXPLORED_WITH,
-        library=library("explore_mills.py"),
     message:
         "Building the explorer of {BOX}, a page that needs no server"
 

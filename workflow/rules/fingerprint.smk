@@ -30,7 +30,6 @@ rule tabulate_descriptors:
         mill=CONFIG.mill,
         counting_rule=CONFIG.fingerprint.counting_rule,
         cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
-        library=library("tabulate_descriptors.py"),
     message:
         "Tabulating the descriptors of every condition"
     script:
@@ -60,7 +59,6 @@ rule fit_master_curves:
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         interval=CONFIG.fingerprint.interval,
         smooth_points=CONFIG.fingerprint.smooth_points,
-        library=library("fit_master_curves.py"),
     message:
         "Fitting the master curves of {CONFIG.contacts}, and measuring how well the scaling collapses them"
     script:
@@ -81,7 +79,6 @@ rule invert_master_curves:
     params:
         settings=CONFIG.fingerprint.inverse.model_dump(mode="json"),
         contacts=CONFIG.contacts,
-        library=library("invert_master_curves.py"),
     message:
         "Searching the conditions that give the target descriptors"
     script:
@@ -182,7 +179,6 @@ rule plot_fingerprint:
         titles=[f"{MILLS[CONFIG.mill].title}, contact set {contact}" for contact in CONFIG.contacts],
         counting_rule=CONFIG.fingerprint.counting_rule,
         conditions=CONFIG.fingerprint.maps.model_dump(mode="json"),
-        library=library("plot_fingerprint.py"),
     message:
         "Drawing the figures of chapter 3: revolutions, master curves, their scaling, maps, and energy spectra"
     script:

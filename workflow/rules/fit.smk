@@ -28,7 +28,6 @@ if FIT_MILL:
         params:
             **SIMULATED_JAR,
             settings=settings("fit"),
-            library=library("fit_jar.py"),
         message:
             "Searching the jar that agrees best with the published values chosen for the fit"
         script:
@@ -47,7 +46,6 @@ if FIT_MILL:
         params:
             **SIMULATED_JAR,
             settings=CONFIG.fit.part(TrialConfig),
-            library=library("measure_fit_sensitivity.py"),
         message:
             "Measuring the effect of one step of each parameter of the jar"
         script:
@@ -69,7 +67,6 @@ if FIT_MILL:
             contact=CONFIG.fit.contact,
             fitted=CONFIG.fit.fitted,
             counting_rule=CONFIG.fingerprint.counting_rule,
-            library=library("tabulate_fit.py"),
         message:
             "Tabulating the fitted values and those held back"
         script:
@@ -89,7 +86,6 @@ if FIT_MILL:
             mill=SIMULATED_JAR["mill"],
             settings=CONFIG.fit.part(TrialConfig),
             about={"counting_rule": CONFIG.fingerprint.counting_rule, "probability": CONFIG.fingerprint.interval},
-            library=library("measure_shape.py"),
         message:
             "Calculating what the fit leaves open of the shape of the jar"
         script:

@@ -17,7 +17,6 @@ rule build_gallery:
     params:
         figures=lambda wildcards, input: reported_figures(input),
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
-        library=library("build_gallery.py"),
     message:
         "Collecting every figure with its caption, its tables, and how it was made"
     script:

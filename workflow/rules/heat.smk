@@ -34,7 +34,6 @@ rule balance_heat:
     params:
         settings=CONFIG.dose.heat.model_dump(mode="json"),
         titles=lambda wildcards: {wildcards.mill: mill_named(wildcards.mill).title},
-        library=library("balance_heat.py"),
     message:
         "Calculating temperatures in mill {wildcards.mill}"
     script:
@@ -73,7 +72,6 @@ if HEATED_TOGETHER:
         params:
             settings=CONFIG.dose.heat.model_dump(mode="json"),
             titles={name: mill_named(name).title for name in HEATED_TOGETHER},
-            library=library("balance_heat.py"),
         message:
             "Calculating temperatures in {HEATED_TOGETHER}"
 

@@ -6,7 +6,7 @@ from os import PathLike
 PROJECT = Path(workflow.current_basedir).parents[1] if isinstance(workflow.current_basedir, PathLike) else None
 
 ENVIRONMENT = workflow.current_basedir.join("../../envs/millprint.yaml")
-RULES_OF_OTHERS = {each.name for each in workflow.rules}
+RULES_OF_OTHERS = list(workflow.rules)
 
 
 def shipped(path: str) -> str | None:

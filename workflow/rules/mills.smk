@@ -15,7 +15,6 @@ checkpoint derive_sweep:
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("derive_sweep.py"),
     message:
         "Deriving speeds, balls and fill ratios that suit mill {wildcards.mill}"
     script:
@@ -49,7 +48,6 @@ rule draw_mill:
     localrule: True
     params:
         mills=lambda wildcards: [dumped(mill_named(wildcards.mill))],
-        library=library("draw_mill.py"),
     message:
         "Drawing mill {wildcards.mill} and its motion"
     script:
@@ -89,7 +87,6 @@ if DRAWN_TOGETHER:
             f"{LOGS}/mills/draw.log",
         params:
             mills=[dumped(mill_named(name)) for name in DRAWN_TOGETHER],
-            library=library("draw_mill.py"),
         message:
             "Drawing {DRAWN_TOGETHER} and their motion"
 
@@ -121,7 +118,6 @@ rule describe_mill:
         collapse_max=CONFIG.mills.collapse_max,
         spectra_rules=spectra_rules(CONFIG.mills.rule),
         spectra=CONFIG.dose.spectra.model_dump(mode="json"),
-        library=library("describe_mill.py"),
     message:
         "Calculating fingerprint and energy spectra of mill {wildcards.mill} from {input.summaries}"
     script:
@@ -149,7 +145,6 @@ rule measure_coverage:
             mode="json", include={"contact", "settle_s", "precision", "rayleigh_fraction", "held_out"}
         ),
         dem=settings("dem"),
-        library=library("measure_coverage.py"),
     message:
         "Counting how often the bands of mill {wildcards.mill} hold new simulations"
     script:
@@ -178,7 +173,6 @@ rule draw_sheet:
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("draw_sheet.py"),
     message:
         "Drawing the fingerprint of mill {wildcards.mill} on one page"
     script:
@@ -212,7 +206,6 @@ rule draw_spectra:
     params:
         title=lambda wildcards: mill_named(wildcards.mill).title,
         rules=spectra_rules(CONFIG.mills.rule),
-        library=library("draw_spectra.py"),
     message:
         "Drawing the energy spectra of mill {wildcards.mill}"
     script:
@@ -236,7 +229,6 @@ rule collect_mills:
     localrule: True
     params:
         collapse_max=CONFIG.mills.collapse_max,
-        library=library("collect_mills.py"),
     message:
         "Comparing how well the curves of {BOX} collapse"
     script:
@@ -253,7 +245,6 @@ rule collect_coverage:
     localrule: True
     params:
         mills=BOX,
-        library=library("collect_coverage.py"),
     message:
         "Counting how often the bands of {BOX} hold new simulations"
     script:
@@ -327,7 +318,6 @@ if CONFIG.mills.match is not None:
         params:
             settings=CONFIG.mills.match.model_dump(mode="json"),
             descriptors=CONFIG.fingerprint.descriptors,
-            library=library("match_mills.py"),
         message:
             "Matching {CONFIG.mills.match.mill} to {CONFIG.mills.match.like_mill}"
         script:
@@ -365,7 +355,6 @@ if CONFIG.mills.scale_up is not None:
             rayleigh_fraction=CONFIG.mills.rayleigh_fraction,
             mill=dumped(MILLS[CONFIG.mills.scale_up.mill]),
             poisson_ratio=CONTACTS[CONFIG.mills.contact].poisson_ratio,
-            library=library("plan_scale_up.py"),
         message:
             "Planning the large mill and its costs"
         script:

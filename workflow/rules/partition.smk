@@ -54,7 +54,6 @@ rule partition_dissipation:
     params:
         settings=settings("partition"),
         density_kg_m3=CONTACTS[CONFIG.partition.contact].density_kg_m3,
-        library=library("partition_dissipation.py"),
     message:
         "Calculating and drawing the cases of constant speed and constant power, their yields, energy costs and doses"
     script:

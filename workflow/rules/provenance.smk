@@ -25,7 +25,6 @@ rule record_run:
     localrule: True
     params:
         config=config,
-        library=library("record_run.py"),
     message:
         "Recording the configuration of the run and the versions of its packages"
     script:
@@ -55,7 +54,6 @@ rule write_crate:
             *(relpath(find_file(f"{CONTACT_FOLDER}/{name}.yaml")) for name in CONTACTS),
         ],
         snakefiles=SNAKEFILES,
-        library=library("write_crate.py"),
     message:
         "Describing the run, its inputs and all of its files in an RO-Crate"
     script:

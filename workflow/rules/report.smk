@@ -38,7 +38,6 @@ rule draw_claims:
             "further_rules": CONFIG.convergence.counting_rules,
         },
         ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
-        library=library("draw_claims.py"),
     message:
         "Drawing simulations again, for the intervals of the claims"
     script:
@@ -88,7 +87,6 @@ rule tabulate_claims:
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
         # Not an input, because the claims would then run appendix A. Its digest makes the claims again once it has run.
         ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
-        library=library("tabulate_claims.py"),
     message:
         "Comparing every claim of the thesis with the computed value"
     script:
@@ -125,7 +123,6 @@ rule tabulate_pages:
         results=lambda wildcards, output: str(Path(output.html).parents[1]),
         benchmarks=BENCHMARKS,
         logs=LOGS,
-        library=library("tabulate_pages.py"),
     message:
         "Writing a page of tables for each chapter, and adding up the run times of all jobs"
     script:
@@ -161,7 +158,6 @@ rule build_explorer:
             "level": CONFIG.yields.interval_level,
         },
         others=further_mills,
-        library=library("build_explorer.py"),
     message:
         "Building the explorer, a page that needs no server"
     script:

@@ -16,7 +16,6 @@ rule tabulate_spectra:
         runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
         rules=spectra_rules(CONFIG.fingerprint.counting_rule),
         settings=CONFIG.dose.spectra.model_dump(mode="json"),
-        library=library("tabulate_spectra.py"),
     message:
         "Tabulating the energy spectra of {CONFIG.contacts}"
     script:

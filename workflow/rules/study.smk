@@ -27,7 +27,6 @@ rule study_settings:
         sweep_seeds=lambda wildcards: len(sweep_of_mill(wildcards.mill).sweep.seeds),
         counting_rule=CONFIG.mills.rule,
         study=CONFIG.convergence.study.model_dump(mode="json"),
-        library=library("study_settings.py"),
     message:
         "Comparing time step, stiffness, facets, window and seeds of mill {wildcards.mill}"
     script:

@@ -20,7 +20,6 @@ rule tabulate_ablations:
             variant: CONFIG.surrogate.rollout_of(variant, CONFIG.surrogate.trained_test).length_s
             for variant in CONFIG.surrogate.ablations
         },
-        library=library("tabulate_ablations.py"),
     message:
         "Tabulating every ablation next to the statement of the thesis"
     script:
@@ -41,8 +40,6 @@ rule plot_ablations:
     log:
         f"{LOGS}/surrogate/plot_ablations.log",
     localrule: True
-    params:
-        library=library("plot_ablations.py"),
     message:
         "Drawing the ablations of appendix A"
     script:

@@ -18,7 +18,6 @@ rule roll_out_surrogate:
     priority: 1
     params:
         variants=lambda wildcards: {wildcards.variant: rolled_out(wildcards.variant)},
-        library=library("roll_out_surrogate.py"),
     message:
         "Rolling out the surrogate {wildcards.variant} in every test"
     script:
@@ -48,7 +47,6 @@ if QUICK_TRAININGS:
             f"{BENCHMARKS}/roll_out_surrogate/quick.tsv"
         params:
             variants={each: rolled_out(each) for each in QUICK_TRAININGS},
-            library=library("roll_out_surrogate.py"),
         message:
             "Rolling out {QUICK_TRAININGS} in every test"
 
@@ -73,7 +71,6 @@ rule evaluate_surrogate:
         variants=lambda wildcards: {wildcards.variant: edges_of(wildcards.variant)},
         tests=lambda wildcards: tests_of(wildcards.variant),
         starts_s=lambda wildcards: starts_in(tests_of(wildcards.variant)),
-        library=library("evaluate_surrogate.py"),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
     script:
@@ -102,7 +99,6 @@ if QUICK_TRAININGS:
             variants={each: edges_of(each) for each in QUICK_TRAININGS},
             tests=SURROGATE_TESTS,
             starts_s=starts_in(SURROGATE_TESTS),
-            library=library("evaluate_surrogate.py"),
         message:
             "Comparing {QUICK_TRAININGS} with the simulation"
 
@@ -123,7 +119,6 @@ rule check_measures:
         lengths_s={test: CONFIG.surrogate.rollout_of(list(TRAININGS)[0], test).length_s for test in MOVING_TESTS},
         interval_s=CONFIG.surrogate.rollout.frame_interval_s,
         train_until_s=CONFIG.surrogate.snapshots.train_until_s,
-        library=library("check_measures.py"),
     message:
         "Checking the measures with roll-outs that are known to be right or wrong, and with those in which nothing is learned"
     script:
@@ -154,7 +149,6 @@ rule time_surrogates:
             for name in CONFIG.surrogate.variants
         },
         timing=CONFIG.surrogate.timing.model_dump(mode="json"),
-        library=library("time_surrogates.py"),
     message:
         "Timing the surrogates and the simulation"
     script:

@@ -73,7 +73,6 @@ rule plot_surrogates:
         snap_back_m=CONFIG.surrogate.rollout.snap_back_m,
         tests=MOVING_TESTS,
         trainings=TRAININGS,
-        library=library("plot_surrogates.py"),
     message:
         "Collecting the measures of every surrogate, and drawing their input, losses and roll-outs"
     script:
@@ -121,7 +120,6 @@ rule compare_motion:
         moved=MOVED,
         trained=CONFIG.surrogate.trained_test,
         settings=CONFIG.surrogate.movie.model_dump(mode="json"),
-        library=library("compare_motion.py"),
     message:
         "Drawing the balls of the surrogates next to those of the simulation"
     script:

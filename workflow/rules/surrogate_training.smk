@@ -17,7 +17,6 @@ rule build_surrogate_dataset:
     priority: 1
     params:
         settings=CONFIG.surrogate.snapshots.model_dump(mode="json"),
-        library=library("build_surrogate_dataset.py"),
     message:
         "Calculating features, targets and contacts of every training snapshot"
     script:
@@ -42,7 +41,6 @@ rule train_surrogate:
         runtime=lambda wildcards: training_minutes([wildcards.variant]),
     params:
         variants=lambda wildcards: {wildcards.variant: recipe_of(wildcards.variant)},
-        library=library("train_surrogate.py"),
     message:
         "Training the surrogate {wildcards.variant}"
     script:
@@ -64,6 +62,5 @@ if TRAINED_TOGETHER:
             runtime=training_minutes(TRAINED_TOGETHER),
         params:
             variants={each: recipe_of(each) for each in TRAINED_TOGETHER},
-            library=library("train_surrogate.py"),
         message:
             "Training {TRAINED_TOGETHER}"

@@ -19,7 +19,6 @@ rule simulate_tumbling:
         mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
         contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
         dem=settings("dem"),
-        library=library("simulate_tumbling.py"),
     message:
         "Simulating tumbling mill {wildcards.setup} at every speed"
     script:

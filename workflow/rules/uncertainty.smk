@@ -26,7 +26,6 @@ rule sample_contacts:
         counting_rule=CONFIG.fingerprint.counting_rule,
         # The other keys do not change a simulation.
         settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills", "probability", "base_samples", "draws"}),
-        library=library("sample_contacts.py"),
     message:
         "Simulating mill {wildcards.mill} with other contact parameters, job {wildcards.number}"
     script:
@@ -53,7 +52,6 @@ rule measure_uncertainty:
         sweep=own_sweep,
         contacts=[CONTACTS[name].model_dump(mode="json") for name in UNCERTAIN_CONTACTS],
         settings=CONFIG.uncertainty.model_dump(mode="json", exclude={"mills"}),
-        library=library("measure_uncertainty.py"),
     message:
         "Calculating Sobol indices and intervals of mill {wildcards.mill}"
     script:
@@ -106,7 +104,6 @@ rule add_uncertainty:
     localrule: True
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
-        library=library("add_uncertainty.py"),
     message:
         "Adding the intervals by contact parameters to the fingerprint of mill {wildcards.mill}, and drawing them"
     script:

@@ -24,7 +24,6 @@ rule add_uncertainty_to_chapters:
     params:
         results=lambda wildcards, output: str(Path(output.thesis).parents[2]),
         cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
-        library=library("add_uncertainty_to_chapters.py"),
     message:
         "Adding the intervals by contact parameters to the curves of chapter 3 and to printed values"
     script:

@@ -29,7 +29,6 @@ rule predict_setup:
         dem=settings("dem"),
         runs=lambda wildcards, output: str(Path(output.predictions).parents[2] / "dem"),
         folder=lambda wildcards: f"{VALIDATION}/{wildcards.setup}",
-        library=library("predict_setup.py"),
     message:
         "Predicting set-up {wildcards.setup}"
     script:
@@ -88,7 +87,6 @@ rule judge_setups:
         chapter=VALIDATION_CHAPTER,
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.page).parents[1]),
-        library=library("judge_setups.py"),
     message:
         "Comparing every measured number with its prediction, and drawing both"
     script:
@@ -113,7 +111,6 @@ rule plot_bed:
     params:
         radius_m=lambda wildcards: MILLS[bed_case(wildcards.setup).mill].geometry.radius_mm / 1e3,
         diameter_m=lambda wildcards: bed_case(wildcards.setup).ball_diameter_mm / 1e3,
-        library=library("plot_bed.py"),
     message:
         "Drawing the bed of set-up {wildcards.setup}"
     script:

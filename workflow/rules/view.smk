@@ -14,7 +14,6 @@ rule export_run:
         f"{BENCHMARKS}/export_run/{{mill}}/{{contact}}/{{case}}.tsv"
     params:
         every=CONFIG.view.paraview_every,
-        library=library("export_run.py"),
     message:
         "Writing {wildcards.mill}/{wildcards.contact}/{wildcards.case} for ParaView"
     script:
@@ -39,7 +38,6 @@ rule animate_run:
         f"{BENCHMARKS}/animate_run/{{mill}}/{{contact}}/{{case}}.tsv"
     params:
         settings=CONFIG.view.model_dump(mode="json", exclude={"paraview_every"}),
-        library=library("animate_run.py"),
     message:
         "Animating {wildcards.mill}/{wildcards.contact}/{wildcards.case}"
     script:

@@ -38,7 +38,6 @@ rule hold_out_yields:
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
-        library=library("hold_out_yields.py"),
     message:
         "Predicting every run with both models {wildcards.model} that were not trained on it"
     script:
@@ -58,7 +57,6 @@ use rule hold_out_yields as hold_out_quick_yields with:
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
-        library=library("hold_out_yields.py"),
     message:
         "Predicting every run with quick models that were not trained on it"
 
@@ -88,7 +86,6 @@ rule evaluate_yield_models:
         honest=yield_settings("honest"),
         interval_level=CONFIG.yields.interval_level,
         searched_again=SEARCHED_AGAIN,
-        library=library("evaluate_yield_models.py"),
     message:
         "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
     script:

@@ -112,8 +112,6 @@ rule plot_yields:
     log:
         f"{LOGS}/yields/plot_yields.log",
     localrule: True
-    params:
-        library=library("plot_yields.py"),
     message:
         "Drawing the figures of chapter 5, and writing what its tables say"
     script:

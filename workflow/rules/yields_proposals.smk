@@ -25,7 +25,6 @@ rule predict_yields:
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         proposals=yield_settings("proposals"),
         chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
-        library=library("predict_yields.py"),
     message:
         "Predicting the yields of {input.conditions}, and proposing the next experiments within the region"
     script:
@@ -48,7 +47,6 @@ rule search_retrospectively:
         settings=yield_settings("retrospective"),
         averaging=yield_settings("averaging"),
         level=CONFIG.yields.honest.level,
-        library=library("search_retrospectively.py"),
     message:
         "Counting how many runs it would have taken to find the best one"
     script:

@@ -30,7 +30,6 @@ rule leave_groups_out:
         averaging=yield_settings("averaging"),
         prediction=yield_settings("prediction"),
         interval_level=CONFIG.yields.interval_level,
-        library=library("leave_groups_out.py"),
     message:
         "Predicting every source of yields, and the fill ratios of {input.regimes}, by models trained without them"
     script:

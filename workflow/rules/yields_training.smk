@@ -18,7 +18,6 @@ rule split_screening:
     params:
         factors=FACTORS,
         other_sources=yield_settings("other_sources") if OTHER_SOURCES.in_training else {},
-        library=library("split_screening.py"),
     message:
         "Splitting the screening runs according to {input.split}"
     script:
@@ -39,7 +38,6 @@ rule train_yield_model:
     params:
         trained=lambda wildcards: [(wildcards.model, strategy, yield_settings("training")) for strategy in STRATEGIES],
         search=yield_settings("search"),
-        library=library("train_yield_model.py"),
     message:
         "Tuning and fitting both yield models {wildcards.model} on the training rows"
     script:
@@ -62,7 +60,6 @@ use rule train_yield_model as train_yield_model_otherwise with:
     params:
         trained=lambda wildcards: [(wildcards.model, *trained_otherwise(*each)) for each in TRAINED_OTHERWISE],
         search=yield_settings("search"),
-        library=library("train_yield_model.py"),
     message:
         "Training {wildcards.model} with other values of the choices that the thesis leaves open"
 
@@ -87,7 +84,6 @@ use rule train_yield_model as train_quick_models with:
             *((model, *trained_otherwise(*each)) for model, *each in QUICK_OTHERWISE),
         ],
         search=yield_settings("search"),
-        library=library("train_yield_model.py"),
     message:
         "Tuning and fitting the yield models of {QUICK} on the training rows"
 
@@ -119,7 +115,6 @@ rule train_averaged_models:
         volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
         proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
         averaging=yield_settings("averaging"),
-        library=library("train_averaged_models.py"),
     message:
         "Fitting the averaged Gaussian process on the training rows, and on every run"
     script:

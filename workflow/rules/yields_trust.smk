@@ -27,7 +27,6 @@ rule try_alternatives:
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
         trial=yield_settings("library_trial"),
-        library=library("try_alternatives.py"),
     message:
         "Scoring other yield models, leaving one run out, and the library declared, the one before it and random halves"
     script:
@@ -46,6 +45,5 @@ if not CONFIG.yields.library_trial.is_quick:
         params:
             averaging=yield_settings("averaging"),
             trial=yield_settings("library_trial"),
-            library=library("try_alternatives.py"),
         message:
             "Scoring the averaged model on shuffled yields"
