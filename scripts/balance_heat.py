@@ -1,8 +1,9 @@
-"""Temperatures of balls, powder and jar of every simulated condition of each of some mills: tables and figures."""
+"""Temperatures of balls, powder and jar of every simulated condition of a mill: tables and figures.
+
+input: `summaries`, their `runs`, and `measured`, a table or none. params: section `dose.heat` as `settings`; `title`.
+"""
 
 from collections.abc import Sequence
-from pathlib import Path
-from types import SimpleNamespace
 
 from millprint.config.heat import HeatConfig
 from millprint.dose.flash import flash_table
@@ -34,24 +35,17 @@ def main(
     return tables
 
 
-def files_of(mill: str, summaries: Sequence[str], runs: Sequence[str]) -> list[tuple[str, str]]:
-    """Summary and run.h5 of each simulation of a mill, of those of several: their folders are MILL/CONTACT/CASE."""
-    return [files for files in zip(summaries, runs, strict=True) if Path(files[0]).parents[2].name == mill]
-
-
 if "snakemake" in globals():
-    given, made, titles = snakemake.input, snakemake.output, snakemake.params.titles
-    settings = HeatConfig(**snakemake.params.settings)
-    with job(snakemake.log[0], f"heat balance of {', '.join(titles)}") as logger:
-        for number, (mill, title) in enumerate(titles.items()):
-            # Each name of the output has a file for each mill.
-            own = SimpleNamespace(**dict(zip(made.keys(), list(made)[number :: len(titles)], strict=True)))
-            measured = given.measured if mill in settings.measured else []
-            files = files_of(mill, given.summaries, given.runs)
-            found = main(files, measured, own, mill=mill, title=title, settings=settings)
-            for line in found.limits.to_dict("records"):
-                logger.info(
-                    "%s, %s: %.3g W, balls %.3g to %.3g degC after long milling, energy balance open by %.1e",
-                    mill, line["condition"], line["total_W"], line["balls_steady_degC_lower"],
-                    line["balls_steady_degC_upper"], line["balance_error"],
-                )  # fmt: skip
+    given, mill = snakemake.input, snakemake.wildcards.mill
+    files = list(zip(given.summaries, given.runs, strict=True))
+    with job(snakemake.log[0], f"heat balance of {mill}") as logger:
+        settings = HeatConfig(**snakemake.params.settings)
+        found = main(
+            files, given.measured, snakemake.output, mill=mill, title=snakemake.params.title, settings=settings
+        )
+        for line in found.limits.to_dict("records"):
+            logger.info(
+                "%s, %s: %.3g W, balls %.3g to %.3g degC after long milling, energy balance open by %.1e",
+                mill, line["condition"], line["total_W"], line["balls_steady_degC_lower"],
+                line["balls_steady_degC_upper"], line["balance_error"],
+            )  # fmt: skip

@@ -1,4 +1,7 @@
-"""Draws the geometry of each of some mills, and its motion as a row of pictures."""
+"""Draws the geometry of a mill, and its motion as a row of pictures.
+
+params.mill: section `mill`. output: SVG and PNG of the geometry, then of the motion, then the points of both as TSV.
+"""
 
 from millprint.config.mill import MillConfig
 from millprint.figures.mill_pictures import plot_geometry, plot_motion
@@ -16,8 +19,6 @@ def main(mill: MillConfig, paths: list[str]) -> None:
 
 
 if "snakemake" in globals():
-    mills, paths = snakemake.params.mills, list(snakemake.output)
-    with job(snakemake.log[0], f"draw {', '.join(mill['name'] for mill in mills)}"):
-        for number, mill in enumerate(mills):
-            # All geometries come first in the output, then all motions.
-            main(MillConfig(**mill), paths[number :: len(mills)])
+    mill = MillConfig(**snakemake.params.mill)
+    with job(snakemake.log[0], f"draw {mill.name}"):
+        main(mill, list(snakemake.output))

@@ -57,16 +57,14 @@ def step_errors(
 
 
 if "snakemake" in globals():
-    given, made, own = snakemake.input, snakemake.output, snakemake.params
-    rollouts = iter(given.rollouts)
-    with job(snakemake.log[0], f"evaluate {', '.join(own.variants)}") as log:
-        for number, (variant, edges) in enumerate(own.variants.items()):
-            parts = []
-            for test in own.tests:
-                parts.append(main(next(rollouts), of_test(test, given), given.claims, variant, test))
-                log.info("measured: %s, %s", variant, test)
-            for name in parts[0]:
-                write_table(join_tables([part[name] for part in parts]), made[name][number])
-            weights, stepped, rule = given.weights[number], list(given.stepped), EdgeConfig(**edges)
-            found = step_errors(weights, stepped, rule, own.starts_s, variant, snakemake.threads)
-            write_table(found, made.single_steps[number])
+    given, made, own, variant = snakemake.input, snakemake.output, snakemake.params, snakemake.wildcards.variant
+    with job(snakemake.log[0], f"evaluate {variant}") as log:
+        parts = []
+        for test, rollout in zip(own.tests, given.rollouts, strict=True):
+            parts.append(main(rollout, of_test(test, given), given.claims, variant, test))
+            log.info("measured: %s, %s", variant, test)
+        for name in parts[0]:
+            write_table(join_tables([part[name] for part in parts]), made[name])
+        stepped, rule = list(given.stepped), EdgeConfig(**own.edges)
+        found = step_errors(given.weights, stepped, rule, own.starts_s, variant, snakemake.threads)
+        write_table(found, made.single_steps)

@@ -36,17 +36,16 @@ def main(
 
 
 if "snakemake" in globals():
-    chosen, output = snakemake.params.models, snakemake.output
-    with job(snakemake.log[0], f"hold out {', '.join(' '.join(model) for model in chosen)}") as log:
-        for (model, strategy), *paths in zip(chosen, output.predictions, output.intervals, strict=True):
-            main(
-                snakemake.input.train,
-                snakemake.input.test,
-                *paths,
-                model,
-                strategy,
-                TrainingConfig(**snakemake.params.training),
-                HeldOutConfig(**snakemake.params.honest),
-                AveragingConfig(**snakemake.params.averaging),
-            )
-            log.info("held out: %s %s", model, strategy)
+    given, output, own, names = snakemake.input, snakemake.output, snakemake.params, snakemake.wildcards
+    with job(snakemake.log[0], f"hold out {names.model} {names.strategy}"):
+        main(
+            given.train,
+            given.test,
+            output.predictions,
+            output.intervals,
+            names.model,
+            names.strategy,
+            TrainingConfig(**own.training),
+            HeldOutConfig(**own.honest),
+            AveragingConfig(**own.averaging),
+        )

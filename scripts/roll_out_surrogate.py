@@ -20,18 +20,17 @@ def main(setting: Setting, output: str, settings: RollOutConfig, case: str, star
 
 
 if "snakemake" in globals():
-    variants, outputs = snakemake.params.variants, iter(snakemake.output.rollouts)
-    with job(snakemake.log[0], f"roll out {', '.join(variants)}"):
-        for variant, own in variants.items():
-            for test, chosen in own["tests"].items():
-                logger.info("%s, %s", variant, test)
-                rules, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
-                setting = Setting(
-                    own["weights"],
-                    chosen["run"],
-                    EdgeConfig(**own["edges"]),
-                    rules.snap_back_m,
-                    choose_device(snakemake.threads),
-                    until_s=max(starts_s) + 0.01,
-                )
-                main(setting, next(outputs), rules, chosen["case"], starts_s)
+    own, variant = snakemake.params, snakemake.wildcards.variant
+    with job(snakemake.log[0], f"roll out {variant}"):
+        for (test, chosen), output in zip(own.tests.items(), snakemake.output.rollouts, strict=True):
+            logger.info("%s, %s", variant, test)
+            rules, starts_s = RollOutConfig(**chosen["settings"]), chosen["starts_s"]
+            setting = Setting(
+                snakemake.input.weights,
+                chosen["run"],
+                EdgeConfig(**own.edges),
+                rules.snap_back_m,
+                choose_device(snakemake.threads),
+                until_s=max(starts_s) + 0.01,
+            )
+            main(setting, output, rules, chosen["case"], starts_s)

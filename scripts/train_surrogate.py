@@ -1,6 +1,8 @@
-"""Trains variants of the surrogate; continues from the last checkpoint after a kill."""
+"""Trains a variant of the surrogate; continues from the last checkpoint after a kill.
 
-import logging
+input.dataset: features and targets. params.recipe: graph, network and training. output: `weights` and `history`.
+"""
+
 from pathlib import Path
 
 from millprint.config.surrogate import Recipe
@@ -8,8 +10,6 @@ from millprint.files import write_table
 from millprint.job import job
 from millprint.surrogate.checkpoint import choose_device, write_tensors
 from millprint.surrogate.thesis.training import train
-
-logger = logging.getLogger("millprint")
 
 
 def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:
@@ -23,8 +23,6 @@ def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int)
 
 
 if "snakemake" in globals():
-    own, made = snakemake.params, snakemake.output
-    with job(snakemake.log[0], f"train {', '.join(own.variants)}"):
-        for (variant, recipe), weights, history in zip(own.variants.items(), made.weights, made.histories, strict=True):
-            logger.info("%s", variant)
-            main(snakemake.input.dataset, weights, history, Recipe(**recipe), threads=snakemake.threads)
+    made, recipe = snakemake.output, Recipe(**snakemake.params.recipe)
+    with job(snakemake.log[0], f"train {snakemake.wildcards.variant}"):
+        main(snakemake.input.dataset, made.weights, made.history, recipe, threads=snakemake.threads)

@@ -1,4 +1,8 @@
-"""Tunes and fits yield models on the training rows."""
+"""Tunes and fits a yield model on the training rows.
+
+input.train: the rows. params: regressor, strategy and settings as `trained`, and section `yields.search` as `search`.
+output.model: the model as JSON.
+"""
 
 from threadpoolctl import threadpool_limits
 
@@ -30,16 +34,14 @@ def main(
 
 
 if "snakemake" in globals():
-    chosen = snakemake.params.trained
-    with job(snakemake.log[0], f"train yield models {', '.join(dict.fromkeys(name for name, *_ in chosen))}") as log:
-        for (name, strategy, settings), path in zip(chosen, snakemake.output.models, strict=True):
-            main(
-                snakemake.input.train,
-                path,
-                name,
-                strategy,
-                TrainingConfig(**settings),
-                SearchConfig(**snakemake.params.search),
-                threads=snakemake.threads,
-            )
-            log.info("trained: %s", path)
+    name, strategy, settings = snakemake.params.trained
+    with job(snakemake.log[0], f"train yield model {snakemake.wildcards.trained}"):
+        main(
+            snakemake.input.train,
+            snakemake.output.model,
+            name,
+            strategy,
+            TrainingConfig(**settings),
+            SearchConfig(**snakemake.params.search),
+            threads=snakemake.threads,
+        )

@@ -4,8 +4,7 @@ from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
-from millprint.dem.batches import batches, by_rule, condition_of
-from millprint.dem.resources import resources_of, resources_together
+from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 from millprint.patterns import any_of
@@ -23,8 +22,6 @@ SWEPT_MILLS = list(
     )
 )
 SCALE_UP_CASES = {}
-# The message of a job names so many conditions.
-NAMED = 8
 # The simulations of the measured set-ups, by set-up and path.
 SETUP_CASES = {name: setup_cases(setup, CONFIG.dem) for name, setup in CONFIG.validation.chosen.items()}
 
@@ -48,6 +45,8 @@ def none_of(names) -> str:
 
 wildcard_constraints:
     mill="[a-z][a-z0-9_]*",
+    contact="[^/]+",
+    case="[^/]+",
 
 
 def mill_named(name: str):
@@ -149,9 +148,9 @@ def heated_runs(name: str) -> list[str]:
     return [str(Path(summary).with_name("run.h5")) for summary in heated_summaries(name)]
 
 
-def measured_heat(names) -> list[str]:
-    """The table of measured values, if one of some mills is held against one of them."""
-    return [CONFIG.validation.measured] if CONFIG.dose.heat.measured.keys() & set(names) else []
+def measured_heat(name: str) -> list[str]:
+    """The table of measured values, if a mill is compared with one of them."""
+    return [CONFIG.validation.measured] if name in CONFIG.dose.heat.measured else []
 
 
 def derived_sweep(wildcards) -> list[str]:
@@ -201,103 +200,19 @@ def case_at(wildcards):
 
 def resources_at(wildcards):
     """Threads, time and memory of the case of a folder in results/dem."""
-    return estimate(case_at(wildcards))
-
-
-def together(cases):
-    """Threads, time and memory of cases that share a job."""
-    return resources_together([estimate(case) for case in cases])
-
-
-def estimate(case):
-    """Threads, time and memory of a case."""
+    case = case_at(wildcards)
     return resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
 
 
-def known_cases() -> list[dict]:
-    """All cases that are known before the run, by path: of the sweeps, each mill's own sweep and study, and set-ups."""
-    own = [name for name in SWEPT_MILLS if MILLS[name].sweep]
-    swept = [cases for name in own for cases in (cases_of_mill(name), swept_cases(name))]
-    # For these, two targets ask, so that they are apart from what one of them does: the condition that a study begins
-    # from, and in a smoke test the first of each mill. Two mills share none of these: who asks for one gets that alone.
-    both = [dict([*cases_of_mill(name).items()][:1]) for name in own] if CONFIG.mills.first_case_only else []
-    for name in own:
-        cases = cases_of_mill(name)
-        both.append({path: cases[path] for path in studied(name) if path in cases})
-    # In the order in which `case_at` looks for a case.
-    return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *both, *swept]
-
-
-def urgency(cases) -> int:
-    """The priority of a job with some cases: 1 if a surrogate is trained on one of them or compared with it, else 0.
+def urgency(case) -> int:
+    """The priority of a case: 1 if a surrogate is trained on it or compared with it, else 0.
 
     The longest chain of jobs of a run begins with these.
     """
-    return int(any(case.path in SURROGATE_CASES for case in cases))
+    return int(case.path in SURROGATE_CASES)
 
 
-def log_of(case) -> str:
-    """The log of a case, also where several cases are one job."""
-    return f"{LOGS}/dem/{case.path}.log"
-
-
-def seeds_of(wildcards) -> list:
-    """The cases of a condition, which is the path of a folder in results/dem without the seed."""
-    paths = [f"{wildcards.condition}_s{seed}" for seed in TOGETHER[wildcards.condition]]
-    return [next(cases[path] for cases in KNOWN_CASES if path in cases) for path in paths]
-
-
-def title_of(cases) -> str:
-    """The conditions of some cases, in words."""
-    conditions = list(dict.fromkeys(map(condition_of, cases)))
-    more = f" and {len(conditions) - NAMED} more" if len(conditions) > NAMED else ""
-    return (
-        ", ".join(conditions[:NAMED]) + more + (f", {len(cases)} simulations" if len(conditions) < len(cases) else "")
-    )
-
-
-def files_of(cases) -> list[str]:
-    """The files with the geometry and motion of the mills of some cases."""
-    return list(dict.fromkeys(file for case in cases for file in mill_named(case.mill).source_files))
-
-
-def simulated_from(cases) -> dict:
-    """What the job of some cases needs, as plain values: the cases, their logs, and their mills and contact sets."""
-    mills = {case.mill: mill_named(case.mill) for case in cases}
-    return {
-        "cases": [case.model_dump(mode="json") for case in cases],
-        "logs": [log_of(case) for case in cases],
-        "mills": {name: dumped(mill) for name, mill in mills.items()},
-        "sources": {name: [str(file) for file in mill.source_files] for name, mill in mills.items()},
-        "contacts": {case.contact: CONTACTS[case.contact].model_dump(mode="json") for case in cases},
-    }
-
-
-def of_cases(made, cases):
-    """What `made` makes of the cases of a job, as a function that Snakemake calls when it plans the job."""
-    return lambda wildcards: made(cases)
-
-
-# The sweep of the configuration that a case belongs to, the first of several, by path.
-SWEEP_OF = {path: block.name for block in reversed(CONFIG.sweeps) for path in cases_of_sweep(block.name)}
 # The paths of the simulations that surrogates are trained on or compared with.
 SURROGATE_CASES = set(CONFIG.surrogate.simulated_cases()) if CONFIG.surrogate else set()
 # The simulations of the milling cards, by path.
 CARD_CASES = {case.path: case for name in CARD_EXPERIMENTS for case in cases_of_card(name)}
-
-with stop_on_bad_input():
-    KNOWN_CASES = known_cases()
-    # Names of the cases that need a cluster job of their own.
-    LONG_CASES = sorted({case.name for cases in KNOWN_CASES for case in cases.values() if estimate(case).needs_own_job})
-    # The cases of each job that has several.
-    SHARED = batches(KNOWN_CASES, estimate, SWEEP_OF)
-
-# Those of several conditions or of some seeds, and conditions whose seeds are one job, with their seeds.
-BATCHES, TOGETHER = by_rule(SHARED)
-# By their seeds, a pattern of the conditions whose seeds are one job.
-SEED_RULES = {
-    seeds: any_of([condition for condition, own in TOGETHER.items() if own == seeds])
-    for seeds in sorted(set(TOGETHER.values()))
-}
-# A mill's name in the path of a case that is a job of its own.
-IN_OWN_JOB = f"(?!(?:{any_of([case.path for cases in SHARED for case in cases])})/)[a-z][a-z0-9_]*"

@@ -33,7 +33,6 @@ except ModuleNotFoundError as error:
 
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.dem.batches import make_again
 from millprint.ending.failure import failure_lines
 from millprint.ending.success import success_lines
 from millprint.ending.timers import stop_timers

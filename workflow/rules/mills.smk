@@ -1,7 +1,6 @@
 """Any mill: picture, fingerprint from its own sweep, collapse of all mills of the box, match, large mill."""
 
 SCALE_UP = f"{RESULTS}/scale_up"
-DRAWN_TOGETHER = [name for name in BOX if name != CONFIG.mill]
 
 
 # For a mill without a sweep. The conditions follow from its walls; calculating them needs libraries, so it is a job.
@@ -43,52 +42,13 @@ rule draw_mill:
         motion_tsv=f"{MILL}/motion.tsv",
     log:
         f"{LOGS}/mills/{{mill}}_draw.log",
-    wildcard_constraints:
-        mill=none_of(DRAWN_TOGETHER),
     localrule: True
     params:
-        mills=lambda wildcards: [dumped(mill_named(wildcards.mill))],
+        mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
     message:
         "Drawing mill {wildcards.mill} and its motion"
     script:
         "../../scripts/draw_mill.py"
-
-
-# The pictures of the mills of the box are one job; a mill that somebody works on has its own.
-if DRAWN_TOGETHER:
-
-    use rule draw_mill as draw_mills with:
-        input:
-            sources=[file for name in DRAWN_TOGETHER for file in mill_named(name).source_files],
-        output:
-            geometry_svg=[
-                report(
-                    f"{RESULTS}/mills/{name}/geometry.svg",
-                    caption="../report/mill_geometry.rst",
-                    category="Mills",
-                    labels={"mill": name, "figure": "geometry"},
-                )
-                for name in DRAWN_TOGETHER
-            ],
-            geometry_png=[f"{RESULTS}/mills/{name}/geometry.png" for name in DRAWN_TOGETHER],
-            motion_svg=[
-                report(
-                    f"{RESULTS}/mills/{name}/motion.svg",
-                    caption="../report/mill_motion.rst",
-                    category="Mills",
-                    labels={"mill": name, "figure": "one turn"},
-                )
-                for name in DRAWN_TOGETHER
-            ],
-            motion_png=[f"{RESULTS}/mills/{name}/motion.png" for name in DRAWN_TOGETHER],
-            geometry_tsv=[f"{RESULTS}/mills/{name}/geometry.tsv" for name in DRAWN_TOGETHER],
-            motion_tsv=[f"{RESULTS}/mills/{name}/motion.tsv" for name in DRAWN_TOGETHER],
-        log:
-            f"{LOGS}/mills/draw.log",
-        params:
-            mills=[dumped(mill_named(name)) for name in DRAWN_TOGETHER],
-        message:
-            "Drawing {DRAWN_TOGETHER} and their motion"
 
 
 rule describe_mill:
@@ -119,7 +79,7 @@ rule describe_mill:
         spectra_rules=spectra_rules(CONFIG.mills.rule),
         spectra=CONFIG.dose.spectra.model_dump(mode="json"),
     message:
-        "Calculating fingerprint and energy spectra of mill {wildcards.mill} from {input.summaries}"
+        "Calculating fingerprint and energy spectra of mill {wildcards.mill}"
     script:
         "../../scripts/describe_mill.py"
 

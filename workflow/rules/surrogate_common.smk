@@ -12,22 +12,6 @@ SURROGATES = [*CONFIG.surrogate.every, *CONFIG.surrogate.trained_again]
 MOVING_TESTS = [name for name, test in CONFIG.surrogate.tests.items() if not test.driven]
 # Every training of an ablation.
 ABLATED = [name for name in SURROGATES if CONFIG.surrogate.training_of(name)[0] in CONFIG.surrogate.ablations]
-# Roll-outs of less time of the mill take less than the start of a job each [s].
-QUICK_ROLLOUT_S = 0.1
-# Every training of the variants whose roll-outs are that short: they share a job, and so do their evaluations.
-QUICK_TRAININGS = [
-    training
-    for variant, trainings in TRAININGS.items()
-    if CONFIG.surrogate.variant(variant).rollout.length_s <= QUICK_ROLLOUT_S
-    for training in trainings
-]
-# The variants whose trainings end before a first checkpoint: they share a job.
-TRAINED_TOGETHER = [
-    training
-    for variant, trainings in TRAININGS.items()
-    for training in trainings
-    if CONFIG.surrogate.variant(training).training.is_quick
-]
 
 
 wildcard_constraints:
@@ -76,15 +60,6 @@ def weights_for(variant: str) -> str:
     return f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/weights.pt"
 
 
-def rolled_out(variant: str) -> dict:
-    """How a variant is rolled out: its weights, its edges, and each of its tests with the simulation that it begins in."""
-    return {
-        "weights": weights_for(variant),
-        "edges": edges_of(variant),
-        "tests": {test: rollout_in(variant, test) for test in tests_of(variant)},
-    }
-
-
 def runs_of(test: str) -> dict[str, str]:
     """The reference simulations of a test."""
     return {role: simulated(case) for role, case in CONFIG.surrogate.tests[test].runs().items()}
@@ -114,11 +89,6 @@ def stepped_in(tests) -> list[str]:
     return [simulated(CONFIG.surrogate.tests[name].case) for name in starts_in(tests)]
 
 
-def recipe_of(variant: str) -> dict:
-    """How the network of a variant is trained, as plain values."""
-    return CONFIG.surrogate.variant(variant).recipe().model_dump(mode="json")
-
-
-def training_minutes(variants) -> int:
-    """The time that trainings one after another request: twice their own limits, plus 20 min to start [min]."""
-    return 20 + math.ceil(sum(CONFIG.surrogate.variant(each).training.wall_time_max_s for each in variants) / 30)
+def training_minutes(variant: str) -> int:
+    """The time that a training requests: twice its own limit, plus 20 min to start [min]."""
+    return 20 + math.ceil(CONFIG.surrogate.variant(variant).training.wall_time_max_s / 30)

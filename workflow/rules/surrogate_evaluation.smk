@@ -14,16 +14,18 @@ rule roll_out_surrogate:
     benchmark:
         f"{BENCHMARKS}/roll_out_surrogate/{{variant}}.tsv"
     wildcard_constraints:
-        variant=none_of([*ABLATED, *QUICK_TRAININGS]),
+        variant=none_of(ABLATED),
     priority: 1
     params:
-        variants=lambda wildcards: {wildcards.variant: rolled_out(wildcards.variant)},
+        edges=lambda wildcards: edges_of(wildcards.variant),
+        tests=lambda wildcards: {test: rollout_in(wildcards.variant, test) for test in tests_of(wildcards.variant)},
     message:
         "Rolling out the surrogate {wildcards.variant} in every test"
     script:
         "../../scripts/roll_out_surrogate.py"
 
 
+# An ablation has other files: a roll-out in one test.
 use rule roll_out_surrogate as roll_out_ablation with:
     output:
         rollouts=[ROLLOUT.replace("{test}", CONFIG.surrogate.trained_test)],
@@ -33,74 +35,28 @@ use rule roll_out_surrogate as roll_out_ablation with:
         "Rolling out the surrogate {wildcards.variant} in the test on the training motion"
 
 
-if QUICK_TRAININGS:
-
-    use rule roll_out_surrogate as roll_out_quick_surrogates with:
-        input:
-            weights=list(dict.fromkeys(map(weights_for, QUICK_TRAININGS))),
-            runs=[simulated(test.case) for test in CONFIG.surrogate.tests.values()],
-        output:
-            rollouts=[ROLLOUT.format(variant=each, test=test) for each in QUICK_TRAININGS for test in SURROGATE_TESTS],
-        log:
-            f"{LOGS}/surrogate/roll_out_surrogates.log",
-        benchmark:
-            f"{BENCHMARKS}/roll_out_surrogate/quick.tsv"
-        params:
-            variants={each: rolled_out(each) for each in QUICK_TRAININGS},
-        message:
-            "Rolling out {QUICK_TRAININGS} in every test"
-
-
 rule evaluate_surrogate:
     input:
         unpack(lambda wildcards: compared_runs(tests_of(wildcards.variant))),
         rollouts=lambda wildcards: expand(ROLLOUT, variant=wildcards.variant, test=tests_of(wildcards.variant)),
         claims=CONFIG.data.claims,
-        weights=lambda wildcards: [weights_for(wildcards.variant)],
+        weights=lambda wildcards: weights_for(wildcards.variant),
         stepped=lambda wildcards: stepped_in(tests_of(wildcards.variant)),
     output:
-        **{name: [f"{SURROGATE}/{{variant}}/{name}.tsv"] for name in SURROGATE_TABLES},
+        **{name: f"{SURROGATE}/{{variant}}/{name}.tsv" for name in SURROGATE_TABLES},
     log:
         f"{LOGS}/surrogate/{{variant}}/evaluate_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/evaluate_surrogate/{{variant}}.tsv"
-    wildcard_constraints:
-        variant=any_of([name for name in SURROGATES if name not in QUICK_TRAININGS]),
     priority: 1
     params:
-        variants=lambda wildcards: {wildcards.variant: edges_of(wildcards.variant)},
+        edges=lambda wildcards: edges_of(wildcards.variant),
         tests=lambda wildcards: tests_of(wildcards.variant),
         starts_s=lambda wildcards: starts_in(tests_of(wildcards.variant)),
     message:
         "Comparing the surrogate {wildcards.variant} with the simulation, over roll-outs and single steps"
     script:
         "../../scripts/evaluate_surrogate.py"
-
-
-if QUICK_TRAININGS:
-
-    use rule evaluate_surrogate as evaluate_quick_surrogates with:
-        input:
-            **compared_runs(SURROGATE_TESTS),
-            rollouts=expand(ROLLOUT, variant=QUICK_TRAININGS, test=SURROGATE_TESTS),
-            claims=CONFIG.data.claims,
-            weights=list(map(weights_for, QUICK_TRAININGS)),
-            stepped=stepped_in(SURROGATE_TESTS),
-        output:
-            **{
-                name: expand(f"{SURROGATE}/{{variant}}/{name}.tsv", variant=QUICK_TRAININGS)
-                for name in SURROGATE_TABLES
-            },
-        log:
-            f"{LOGS}/surrogate/evaluate_surrogates.log",
-        benchmark:
-            f"{BENCHMARKS}/evaluate_surrogate/quick.tsv"
-        params:
-            variants={each: edges_of(each) for each in QUICK_TRAININGS},
-            tests=SURROGATE_TESTS,
-            starts_s=starts_in(SURROGATE_TESTS),
-        message:
-            "Comparing {QUICK_TRAININGS} with the simulation"
 
 
 rule check_measures:

@@ -27,40 +27,19 @@ rule train_surrogate:
     input:
         dataset=rules.build_surrogate_dataset.output.dataset,
     output:
-        weights=[f"{SURROGATE}/{{variant}}/weights.pt"],
-        histories=[f"{SURROGATE}/{{variant}}/loss.tsv"],
+        weights=f"{SURROGATE}/{{variant}}/weights.pt",
+        history=f"{SURROGATE}/{{variant}}/loss.tsv",
     log:
         f"{LOGS}/surrogate/{{variant}}/train_surrogate.log",
     benchmark:
         f"{BENCHMARKS}/train_surrogate/{{variant}}.tsv"
-    wildcard_constraints:
-        variant=any_of([name for name in SURROGATES if name not in TRAINED_TOGETHER]),
     priority: 1
     threads: lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).training.threads
     resources:
-        runtime=lambda wildcards: training_minutes([wildcards.variant]),
+        runtime=lambda wildcards: training_minutes(wildcards.variant),
     params:
-        variants=lambda wildcards: {wildcards.variant: recipe_of(wildcards.variant)},
+        recipe=lambda wildcards: CONFIG.surrogate.variant(wildcards.variant).recipe().model_dump(mode="json"),
     message:
         "Training the surrogate {wildcards.variant}"
     script:
         "../../scripts/train_surrogate.py"
-
-
-if TRAINED_TOGETHER:
-
-    use rule train_surrogate as train_quick_surrogates with:
-        output:
-            weights=expand(f"{SURROGATE}/{{variant}}/weights.pt", variant=TRAINED_TOGETHER),
-            histories=expand(f"{SURROGATE}/{{variant}}/loss.tsv", variant=TRAINED_TOGETHER),
-        log:
-            f"{LOGS}/surrogate/train_surrogates.log",
-        benchmark:
-            f"{BENCHMARKS}/train_surrogate/quick.tsv"
-        threads: max(CONFIG.surrogate.variant(each).training.threads for each in TRAINED_TOGETHER)
-        resources:
-            runtime=training_minutes(TRAINED_TOGETHER),
-        params:
-            variants={each: recipe_of(each) for each in TRAINED_TOGETHER},
-        message:
-            "Training {TRAINED_TOGETHER}"

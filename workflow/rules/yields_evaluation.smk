@@ -25,40 +25,22 @@ rule hold_out_yields:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
-        predictions=expand(f"{HELD_OUT}.tsv", strategy=STRATEGIES, allow_missing=True),
-        intervals=expand(f"{HELD_OUT}_intervals.tsv", strategy=STRATEGIES, allow_missing=True),
+        predictions=f"{HELD_OUT}.tsv",
+        intervals=f"{HELD_OUT}_intervals.tsv",
     log:
-        f"{LOGS}/yields/hold_out_{{model}}.log",
+        f"{LOGS}/yields/hold_out/{{model}}_{{strategy}}.log",
     benchmark:
-        f"{BENCHMARKS}/hold_out_yields/{{model}}.tsv"
+        f"{BENCHMARKS}/hold_out_yields/{{model}}_{{strategy}}.tsv"
     wildcard_constraints:
-        model=HELD_OUT_ALONE,
+        strategy=f"{PRIMARY}|{TWO_STEP}",
     params:
-        models=lambda wildcards: [(wildcards.model, strategy) for strategy in STRATEGIES],
         training=yield_settings("training"),
         honest=CONFIG.yields.honest.part(HeldOutConfig),
         averaging=yield_settings("averaging"),
     message:
-        "Predicting every run with both models {wildcards.model} that were not trained on it"
+        "Predicting every run with models {wildcards.model}, {wildcards.strategy}, that were not trained on it"
     script:
         "../../scripts/hold_out_yields.py"
-
-
-use rule hold_out_yields as hold_out_quick_yields with:
-    output:
-        predictions=every_model(f"{HELD_OUT}.tsv", HELD_OUT_TOGETHER),
-        intervals=every_model(f"{HELD_OUT}_intervals.tsv", HELD_OUT_TOGETHER),
-    log:
-        f"{LOGS}/yields/hold_out_quick.log",
-    benchmark:
-        f"{BENCHMARKS}/hold_out_yields/quick.tsv"
-    params:
-        models=HELD_OUT_TOGETHER,
-        training=yield_settings("training"),
-        honest=CONFIG.yields.honest.part(HeldOutConfig),
-        averaging=yield_settings("averaging"),
-    message:
-        "Predicting every run with quick models that were not trained on it"
 
 
 rule evaluate_yield_models:

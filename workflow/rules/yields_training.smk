@@ -1,8 +1,5 @@
 """Training of the yield models: the locked split, the models of the thesis, and the averaged model."""
 
-QUICK_MODELS = [(name, strategy) for name, strategy in MODELS if name in QUICK]
-QUICK_OTHERWISE = [(name, strategy, choice) for name, strategy, choice in SEARCHED_AGAIN if name in QUICK]
-
 
 rule split_screening:
     input:
@@ -28,64 +25,20 @@ rule train_yield_model:
     input:
         train=rules.split_screening.output.train,
     output:
-        models=expand(YIELD_MODEL, strategy=STRATEGIES, allow_missing=True),
+        model=f"{YIELDS}/models/{{trained}}.json",
     log:
-        f"{LOGS}/yields/train_{{model}}.log",
+        f"{LOGS}/yields/train/{{trained}}.log",
     benchmark:
-        f"{BENCHMARKS}/train_yield_model/{{model}}.tsv"
+        f"{BENCHMARKS}/train_yield_model/{{trained}}.tsv"
     wildcard_constraints:
-        model=TRAINED_ALONE,
+        trained=any_of(TRAINED_MODELS),
     params:
-        trained=lambda wildcards: [(wildcards.model, strategy, yield_settings("training")) for strategy in STRATEGIES],
+        trained=lambda wildcards: TRAINED_MODELS[wildcards.trained],
         search=yield_settings("search"),
     message:
-        "Tuning and fitting both yield models {wildcards.model} on the training rows"
+        "Tuning and fitting the yield model {wildcards.trained} on the training rows"
     script:
         "../../scripts/train_yield_model.py"
-
-
-use rule train_yield_model as train_yield_model_otherwise with:
-    output:
-        models=expand(
-            OTHER_MODEL,
-            zip,
-            strategy=[strategy for strategy, _ in TRAINED_OTHERWISE],
-            choice=[choice for _, choice in TRAINED_OTHERWISE],
-            allow_missing=True,
-        ),
-    log:
-        f"{LOGS}/yields/train_{{model}}_otherwise.log",
-    benchmark:
-        f"{BENCHMARKS}/train_yield_model_otherwise/{{model}}.tsv"
-    params:
-        trained=lambda wildcards: [(wildcards.model, *trained_otherwise(*each)) for each in TRAINED_OTHERWISE],
-        search=yield_settings("search"),
-    message:
-        "Training {wildcards.model} with other values of the choices that the thesis leaves open"
-
-
-# Those that take less time than the start of a job each.
-use rule train_yield_model as train_quick_models with:
-    output:
-        models=[
-            *every_model(YIELD_MODEL, QUICK_MODELS),
-            *(
-                OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
-                for model, strategy, choice in QUICK_OTHERWISE
-            ),
-        ],
-    log:
-        f"{LOGS}/yields/train_quick.log",
-    benchmark:
-        f"{BENCHMARKS}/train_yield_model/quick.tsv"
-    params:
-        trained=[
-            *((*model, yield_settings("training")) for model in QUICK_MODELS),
-            *((model, *trained_otherwise(*each)) for model, *each in QUICK_OTHERWISE),
-        ],
-        search=yield_settings("search"),
-    message:
-        "Tuning and fitting the yield models of {QUICK} on the training rows"
 
 
 rule train_averaged_models:

@@ -2,7 +2,6 @@
 
 from millprint.config.yields import HeldOutConfig
 
-# Few shuffles take less time than the start of a job, so that they share one.
 PERMUTED = {
     "permutations": f"{YIELDS}/permutations.tsv",
     "permutation_test": f"{YIELDS}/permutation_test.tsv",
@@ -14,7 +13,6 @@ rule try_alternatives:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
-        **(PERMUTED if CONFIG.yields.library_trial.is_quick else {}),
         tried=f"{YIELDS}/tried.tsv",
         libraries=f"{YIELDS}/libraries.tsv",
         members=f"{YIELDS}/library_members.tsv",
@@ -33,17 +31,15 @@ rule try_alternatives:
         "../../scripts/try_alternatives.py"
 
 
-if not CONFIG.yields.library_trial.is_quick:
-
-    use rule try_alternatives as permute_yields with:
-        output:
-            **PERMUTED,
-        log:
-            f"{LOGS}/yields/permute_yields.log",
-        benchmark:
-            f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
-        params:
-            averaging=yield_settings("averaging"),
-            trial=yield_settings("library_trial"),
-        message:
-            "Scoring the averaged model on shuffled yields"
+use rule try_alternatives as permute_yields with:
+    output:
+        **PERMUTED,
+    log:
+        f"{LOGS}/yields/permute_yields.log",
+    benchmark:
+        f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
+    params:
+        averaging=yield_settings("averaging"),
+        trial=yield_settings("library_trial"),
+    message:
+        "Scoring the averaged model on shuffled yields"
