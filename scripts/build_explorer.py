@@ -7,7 +7,7 @@ from millprint.config.mill import MillConfig
 from millprint.config.proposals import PredictionConfig
 from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
-from millprint.explorer.simulated import simulated_content
+from millprint.explorer.simulated import EXPLORED, simulated_content
 from millprint.explorer.tables import Heat, Spectra
 from millprint.explorer.yields import Yields
 from millprint.files import whole_file
@@ -38,4 +38,10 @@ def main(inputs, output: str, about: dict, others: list[dict]) -> None:
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "build explorer"):
-        main(snakemake.input, snakemake.output.html, dict(snakemake.params.about), list(snakemake.params.others))
+        given, mills = snakemake.input, snakemake.params.others
+        columns = zip(*(given[f"other_{key}"] for key in EXPLORED), strict=True)
+        others = [
+            {"mill": mill, "files": dict(zip(EXPLORED, row, strict=True))}
+            for mill, row in zip(mills, columns, strict=True)
+        ]
+        main(given, snakemake.output.html, dict(snakemake.params.about), others)

@@ -5,7 +5,7 @@ from millprint.config.fingerprint import DescriptorSet
 from millprint.config.heat import HeatConfig
 from millprint.explorer.content import explorer_content
 from millprint.explorer.page import explorer_page
-from millprint.explorer.simulated import simulated_content
+from millprint.explorer.simulated import EXPLORED, simulated_content
 from millprint.files import whole_file
 from millprint.job import job
 
@@ -24,11 +24,10 @@ def main(
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "explore mills"):
-        files = ("fingerprint", "spectra", "summary", "temperatures", "limits")
-        columns = zip(*(getattr(snakemake.input, key) for key in files), strict=True)
+        columns = zip(*(snakemake.input[key] for key in EXPLORED), strict=True)
         rows = zip(snakemake.params.mills, columns, strict=True)
         main(
-            [{"mill": mill, "files": dict(zip(files, row, strict=True))} for mill, row in rows],
+            [{"mill": mill, "files": dict(zip(EXPLORED, row, strict=True))} for mill, row in rows],
             snakemake.output.html,
             **snakemake.params.about,
         )

@@ -23,7 +23,7 @@ MARGIN, SNAKEMAKE_MB, STEP_MB = 1.5, 300, 250
 # Nothing else may run on the node during the timing.
 FURTHER = {"time_surrogates": {"slurm_extra": "\"'--exclusive'\""}}
 OWN_TIME = ("train_surrogate",)
-OWN_TIME_AND_MEMORY = ("run_dem_case", "run_long_dem_case")
+OWN_TIME_AND_MEMORY = ("run_dem_case",)
 
 
 def read_benchmarks(folder: Path) -> pd.DataFrame:

@@ -165,10 +165,6 @@ def test_every_claim_leads_to_rows_that_exist_and_to_the_rule_that_wrote_them(re
     assert sorted(sources["id"].unique()) == sorted(listed)
     summary = run_snakemake(report.parents[1], "--summary", "--configfile", "config/smoke.yaml").stdout
     rules = dict(re.findall(r"^results/(\S+)\t[^\t]*\t(\w+)\t", summary, re.MULTILINE))
-    # Short cases share a job of a rule of their own, and so do short roll-outs; a claim names the rule of a single one.
-    rules = {path: re.sub(r"run_dem_(?!case)\w+", "run_dem_case", rule) for path, rule in rules.items()}
-    single = {"evaluate_quick_surrogates": "evaluate_surrogate"}
-    rules = {path: single.get(rule, rule) for path, rule in rules.items()}
     for source in sources[sources["verdict"] != "not run"].itertuples():
         module, name = source.function.rsplit(".", 1)
         assert callable(getattr(importlib.import_module(module), name))

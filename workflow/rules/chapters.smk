@@ -38,6 +38,8 @@ STAGE_OUTPUTS = [
     *UNCERTAINTY_OUTPUTS,
     *UNCERTAINTY_THESIS_OUTPUTS,
     *HEAT_OUTPUTS,
+    # Nine more trainings, each as long as that of the variant `thesis`.
+    *(ABLATION_OUTPUTS if CONFIG.surrogate.ablations_in_all else []),
     # A smoke test runs every mill of the box once; the thesis does not use them.
     *(BOX_OUTPUTS if CONFIG.mills.first_case_only else []),
     *(VALIDATION_OUTPUTS if CONFIG.validation.in_all else []),

@@ -52,7 +52,6 @@ rule fit_wear:
         "../../scripts/fit_wear.py"
 
 
-# Part of the target `mills` once the coefficient is known: it does not wait for the simulations of the thesis.
 rule predict_mill_wear:
     input:
         summaries=lambda wildcards: [path for name in BOX for path in heated_summaries(name)],
@@ -77,6 +76,15 @@ rule predict_mill_wear:
         "Predicting the wear of the balls in {BOX}"
     script:
         "../../scripts/predict_mill_wear.py"
+
+
+# A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.
+rule mill_wear:
+    input:
+        rules.predict_mill_wear.output,
+    localrule: True
+    message:
+        "The wear of the balls in the mills of the box is complete"
 
 
 DOSE_OUTPUTS = [

@@ -72,7 +72,6 @@ if FIT_MILL:
         script:
             "../../scripts/tabulate_fit.py"
 
-    # Not asked for by `all`: the search takes longer than the rest of the stage.
     rule measure_shape:
         input:
             search=rules.fit_jar.output.search,
@@ -98,4 +97,9 @@ if FIT_MILL:
         message:
             "The fit of the jar is complete"
 
-    FIT_OUTPUTS += [*rules.measure_fit_sensitivity.output, *rules.tabulate_fit.output]
+    FIT_OUTPUTS += [
+        *rules.measure_fit_sensitivity.output,
+        *rules.tabulate_fit.output,
+        # The search takes longer than the rest of the stage.
+        *(rules.fit_jar.output if CONFIG.fit.in_all else []),
+    ]

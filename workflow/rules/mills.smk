@@ -247,18 +247,9 @@ rule fingerprint:
         "The fingerprint is complete"
 
 
-# The coefficient of wear comes from the simulations of the thesis, which the target `mills` does not start.
-MILL_WEAR = (
-    [f"{RESULTS}/mills/wear.{kind}" for kind in ("tsv", "svg", "png")]
-    if CHAPTERS and Path(f"{DOSE}/wear_coefficient.json").exists()
-    else []
-)
-
-
 rule mills:
     input:
         BOX_OUTPUTS,
-        MILL_WEAR,
     localrule: True
     message:
         "The mills of the box are complete"

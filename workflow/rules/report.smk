@@ -1,10 +1,8 @@
 """Pages of the report: claims, sortable tables, runtimes and the explorer."""
 
-from millprint.records import digest
 from millprint.report.catalogue import TABLES
 
 STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
-ABLATIONS = f"{SURROGATE}/ablations.tsv"
 # By chapter, without tables that this run does not make, such as that of the time step if no sweep varies it.
 SHOWN_TABLES = {
     chapter: paths
@@ -37,7 +35,6 @@ rule draw_claims:
             "counting_rule": CONFIG.fingerprint.counting_rule,
             "further_rules": CONFIG.convergence.counting_rules,
         },
-        ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
     message:
         "Drawing simulations again, for the intervals of the claims"
     script:
@@ -85,8 +82,6 @@ rule tabulate_claims:
     params:
         name=CONFIG.name,
         results=lambda wildcards, output: str(Path(output.claims).parents[1]),
-        # Not an input, because the claims would then run appendix A. Its digest makes the claims again once it has run.
-        ablations=lambda wildcards: digest(ABLATIONS) if Path(ABLATIONS).exists() else "",
     message:
         "Comparing every claim of the thesis with the computed value"
     script:
@@ -138,6 +133,7 @@ rule build_explorer:
         temperatures=rules.balance_heat.output.temperatures.format(mill=CONFIG.mill),
         limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
         sources=MILLS[CONFIG.mill].source_files,
+        **{f"other_{key}": paths for key, paths in explored(CONFIG.mills.explored).items()},
     output:
         html=report(
             f"{RESULTS}/report/explorer.html",
@@ -157,7 +153,7 @@ rule build_explorer:
             "prediction": CONFIG.yields.prediction.model_dump(mode="json"),
             "level": CONFIG.yields.interval_level,
         },
-        others=further_mills,
+        others=[dumped(mill_named(name)) for name in CONFIG.mills.explored],
     message:
         "Building the explorer, a page that needs no server"
     script:

@@ -46,11 +46,12 @@ rule plot_ablations:
         "../../scripts/plot_ablations.py"
 
 
-# Not part of `all`: nine more trainings, each as long as that of the variant `thesis`.
+ABLATION_OUTPUTS = [*rules.tabulate_ablations.output, *rules.plot_ablations.output]
+
+
 rule ablations:
     input:
-        rules.tabulate_ablations.output,
-        rules.plot_ablations.output,
+        ABLATION_OUTPUTS,
     localrule: True
     message:
         "The ablations are complete"

@@ -3,15 +3,14 @@
 from millprint.fit import FEWEST_JARS, fitted_mill
 
 UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
-FIT_SEARCH = f"{RESULTS}/fingerprint/fit_search.tsv"
 
 
 def shape_of(mill: str) -> list[str]:
-    """The file of a fitted jar's shape, if the target `fit` has run: nothing else waits for its search."""
-    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS else None
+    """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
+    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
     if fitted is None or fitted.name != mill or CONFIG.fit.screening.jars < FEWEST_JARS:
         return []
-    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"] if Path(FIT_SEARCH).exists() else []
+    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"]
 
 
 def predicting_chapter(contact: str) -> str:

@@ -49,7 +49,7 @@ class Source:
     path: of the file, from the results folder, or of a file of the project; columns: names, separated by commas;
     rows: a condition on the columns, as `pandas.DataFrame.query` takes it, empty for every row; rule: what writes the
     file; for a simulation run_dem_case, also where a job of another rule run_dem_... holds several, and for the errors
-    of a network evaluate_surrogate, also where evaluate_quick_surrogates holds several; function: what computes
+    of a network evaluate_surrogate; function: what computes
     its content.
     """
 

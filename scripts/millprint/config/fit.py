@@ -93,6 +93,8 @@ class FitConfig(TrialConfig):
 
     mill: Name
     """the mill that is fitted; a run of another mill fits nothing"""
+    in_all: bool = False
+    """whether the search is a part of `all`, and the shape of the jar, which follows from it, widens the intervals"""
     screening: StageConfig = StageConfig(jars=48, revolutions=10)
     """jars over the whole ranges, by a Sobol sequence"""
     rounds: Count = 2

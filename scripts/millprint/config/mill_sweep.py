@@ -149,6 +149,8 @@ class MillsConfig(Section):
     """simulations of new conditions that the fingerprint of a mill does not see, to count how often its bands hold"""
     first_case_only: bool = False
     """simulate only the first case of each mill of the box, for a smoke test"""
+    explored: list[Name] = []
+    """further mills on the explorer of the report, each by its own sweep, which the run then simulates"""
     collapse_max: Fraction = 0.2
     """curves collapse if the scaled power spreads by no more than this, in logarithms [-]"""
     match: MatchMillsConfig | None = None
@@ -179,7 +181,7 @@ class MillsConfig(Section):
     def named(self) -> list[str]:
         """Every mill that the section names."""
         matched = [self.match.mill, self.match.like_mill] if self.match else []
-        return [*self.box, *matched, *([self.scale_up.mill] if self.scale_up else [])]
+        return [*self.box, *self.explored, *matched, *([self.scale_up.mill] if self.scale_up else [])]
 
     @property
     def named_balls(self) -> list[tuple[str, str, list[float | str]]]:

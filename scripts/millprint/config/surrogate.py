@@ -234,6 +234,8 @@ class SurrogateConfig(Section):
     """trainings of each variant, with one seed after the other; the first is shown, and all give its spread [-]"""
     ablations: dict[Name, VariantConfig] = Field({})
     """surrogates of the target `ablations`, by name"""
+    ablations_in_all: bool = False
+    """whether the ablations are a part of `all`, and so of its claims"""
     ablation_budget: VariantConfig = Field(default_factory=VariantConfig)
     """overrides for every ablation, below its own"""
     tests: dict[Name, ScenarioConfig] = Field(min_length=1)

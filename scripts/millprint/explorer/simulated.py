@@ -11,6 +11,9 @@ from millprint.explorer.tables import Heat, Spectra
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import simulated_request
 
+# The files of a mill, as the inputs of the rules name them.
+EXPLORED = ("fingerprint", "spectra", "summary", "temperatures", "limits")
+
 
 class Settings(TypedDict):
     """What the tables of a run were made with: bins, the rule to show, the heat balance, and the descriptors."""
@@ -24,16 +27,13 @@ class Settings(TypedDict):
 def simulated_content(mill: dict, files: dict[str, str], settings: Settings) -> dict:
     """What the page computes from for a mill, whose search covers what was simulated.
 
-    mill: its section as plain values; files: fingerprint and, where they were made, spectra with summary, and
-    temperatures with limits.
+    mill: its section as plain values; files: those of EXPLORED, by their names.
     """
     request = simulated_request(Fingerprint.read(files["fingerprint"]), settings["descriptors"])
     return mill_content(
         Machine.of_mill(MillConfig(**mill)),
         [files["fingerprint"]],
         request,
-        spectra=Spectra([(files["spectra"], files["summary"])], settings["spectra"], settings["rule"])
-        if "spectra" in files
-        else None,
-        heat=Heat(files["temperatures"], files["limits"], settings["heat"]) if "temperatures" in files else None,
+        spectra=Spectra([(files["spectra"], files["summary"])], settings["spectra"], settings["rule"]),
+        heat=Heat(files["temperatures"], files["limits"], settings["heat"]),
     )
