@@ -66,6 +66,11 @@ module millprint:
 use rule * from millprint as mill_*
 
 
+use rule run_dem_case from millprint as mill_run_dem_case with:
+    message:
+        "Ours: {{wildcards.case}}"
+
+
 rule all:
     input:
         "milling/mills/mine/geometry.png",
@@ -108,6 +113,8 @@ def test_another_workflow_uses_this_one_as_a_module(tmp_path, monkeypatch, sourc
     assert jobs_of(plan.stdout + plan.stderr)["mill_describe_mill"] == 1
     # Two speeds, one ball, three fill ratios.
     assert len(set(re.findall(r"milling/dem/(\S+)/summary.json", plan.stdout + plan.stderr))) == 6
+    # The module overrides each of them.
+    assert len(re.findall(r"^Job \d+: Ours: ", plan.stdout + plan.stderr, re.MULTILINE)) == 6
     done = ask_snakemake(folder, "--cores", "2")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (folder / "milling/mills/mine/geometry.png").stat().st_size > 0
