@@ -1,6 +1,7 @@
 """Short cases as one job: which ones, and what such a job leaves as it is."""
 
 import logging
+import os
 
 import pytest
 
@@ -9,7 +10,7 @@ from millprint.dem import batches
 from millprint.dem.resources import Resources, resources_together
 from millprint.files import write_json
 from millprint.job import job
-from millprint.records import made_from, read_record, record_path, replace_entries
+from millprint.records import made_from, record_path, report_damaged
 
 CONDITION = {"mill": "emax", "contact": "calibrated", "ball_diameter_mm": 10, "fill_ratio": 0.1, "speed_rpm": 600}
 TIMES = {"settle_s": 0.1, "discard_s": 0.1, "window_s": 0.2}
@@ -151,10 +152,11 @@ def test_a_case_is_finished_if_its_files_are_there_and_of_the_same_origin(finish
     assert not batches.is_finished(origin, log, [result])
 
 
-def test_a_file_that_the_user_keeps_stays_finished_and_one_without_a_record_does_not(finished):
+def test_a_case_that_was_checked_stays_finished_and_one_without_a_record_does_not(finished):
     log, result, origin = finished
     record = record_path(log)
-    replace_entries(record, read_record(record))
+    os.utime(result, ns=(1, 1))
+    report_damaged(record.parent)
     assert made_from(record) == origin
     record.unlink()
     assert not batches.is_finished(origin, log, [result])

@@ -144,7 +144,7 @@ def origin_digest(values: Sequence[object], files: Iterable[str | Path]) -> str:
 def is_finished(origin: str, log_path: str | Path, files: Iterable[str | Path]) -> bool:
     """Whether an earlier job has written these files from the same origin, and the user has not asked for new ones.
 
-    A file that was changed since is left as it is, as for every other job: `make verify` decides.
+    A file that was changed since is left as it is, as for every other job: the run reports it at its start.
     """
     if os.environ.get(AGAIN_VARIABLE):
         return False
