@@ -8,6 +8,7 @@ import sys
 
 import h5py
 import numpy as np
+import psutil
 import pytest
 
 from millprint import files
@@ -241,6 +242,22 @@ with job(sys.argv[1] + "/a.log", "a job"):
         assert (tmp_path / "out").read_text() == "x" * 1000
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.log", "out"]
     assert report_damaged(tmp_path) == 0
+
+
+def test_a_process_of_a_pool_ends_when_its_parent_is_killed():
+    code = """
+import os, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from millprint.card.simulate import end_with_parent
+with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
+    print(pool.submit(os.getpid).result(), flush=True)
+    time.sleep(600)
+"""
+    parent = python(code, stdout=subprocess.PIPE)
+    worker = psutil.Process(int(parent.stdout.readline()))
+    parent.kill()
+    worker.wait(timeout=60)
 
 
 def test_records_of_nonsense_are_no_records(tmp_path):

@@ -1,4 +1,4 @@
-"""Kill -9 at random moments: once unlocked, the next run gives the same results bit for bit. Damaged files are made again.
+"""Kill -9 at random moments: once unlocked, the next run gives the same results bit for bit. Damaged files too.
 
 MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments.
 """
@@ -277,7 +277,9 @@ def test_an_edited_file_stays_and_is_reported_until_the_user_decides(workplace):
     (project / "results/yield/models/xgb_primary.json").unlink()
     done = run_snakemake(project, *workplace.arguments, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
-    assert re.search(rf"^changed: {re.escape(file)}: not as its job wrote it .* delete {record}$", done.stdout, re.MULTILINE)
+    assert re.search(
+        rf"^changed: {re.escape(file)}: not as its job wrote it .* delete {record}$", done.stdout, re.MULTILINE
+    )
     assert (project / file).read_text() == edited
     (project / record).unlink()
     assert changed_files(project) == []

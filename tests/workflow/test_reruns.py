@@ -1,4 +1,4 @@
-"""After a finished fingerprint: a comment runs nothing again, a message no simulation, a change of the law every one."""
+"""After a finished fingerprint: a comment runs nothing again, a message no simulation, another law every one."""
 
 import pytest
 import yaml
