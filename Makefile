@@ -15,21 +15,18 @@ SMOKE_RESULTS ?= $(if $(shell grep -ls '^name: thesis' results/report/run.yaml),
 SMOKE = --configfile config/smoke.yaml --config results=$(SMOKE_RESULTS)
 # Snakemake's own report of all results, made at the end of a run.
 REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet workflow/report/report.css
-# Repairs what a killed run left behind; stops if a damaged file needs a decision. The arguments are the folder of results
-# and, after `--`, the arguments of Snakemake.
-VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
+# Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
+HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-.PHONY: plan install thesis smoke validation verify crate docs test kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: plan install thesis smoke validation unlock verify crate docs test kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
 thesis: $(VENV)/installed
-	$(VERIFY) -- --cores $(CORES)
-	$(SNAKEMAKE) $(call REPORT,results)
+	$(SNAKEMAKE) $(call REPORT,results) $(HINT)
 
 smoke: $(VENV)/installed
-	$(VERIFY) $(SMOKE_RESULTS) -- --cores $(CORES) $(SMOKE)
-	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS))
+	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS)) $(HINT)
 
 # What a run would do, how long it takes and what it needs, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
 # ARGS are arguments of Snakemake.
@@ -38,17 +35,18 @@ plan: $(VENV)/installed
 
 # What others measured, and a report of it alone.
 validation: $(VENV)/installed
-	$(VERIFY) -- --cores $(CORES)
-	$(SNAKEMAKE) validation --report results/validation/report.html --report-after-run --report-stylesheet workflow/report/report.css
+	$(SNAKEMAKE) validation --report results/validation/report.html --report-after-run --report-stylesheet workflow/report/report.css $(HINT)
 
 ablations: $(VENV)/installed
-	$(VERIFY) -- --cores $(CORES)
-	$(SNAKEMAKE) ablations
+	$(SNAKEMAKE) ablations $(HINT)
 
-# Removes the locks of a killed run and checks the results. REPAIR=1 makes damaged files again, KEEP=1 keeps them; ARGS are
-# arguments of Snakemake.
+# After a killed run, and only if no other run works in this folder: `make unlock thesis` goes on.
+unlock: $(VENV)/installed
+	$(SNAKEMAKE) --unlock
+
+# Lists the files of RESULTS that have changed since their jobs wrote them.
 verify: $(VENV)/installed
-	$(VERIFY) $(RESULTS) -- --cores $(CORES) $(ARGS)
+	$(BIN)/python scripts/verify_results.py $(RESULTS)
 
 # Describes a finished run and everything that jobs made beside it: ro-crate-metadata.json, for archives and programs.
 crate: $(VENV)/installed

@@ -46,7 +46,6 @@ from millprint.errors import MillprintError
 from millprint.files import read_json, whole_file
 from millprint.fingerprint.model import Fingerprint
 from millprint.job import job
-from millprint.liveness import announce
 
 
 def known_of(uncertainty: str | Path | None, wear: str | Path | None, materials: str | Path, contact: str) -> Known:
@@ -108,7 +107,6 @@ def main(arguments: list[str] | None = None) -> None:
     print(
         f"{len(wanted)} simulations of about {seconds / len(cases):.2g} s of one core each, in {out}", file=sys.stderr
     )
-    announce()
     compile_kernels()
     try:
         done = simulate_cases(wanted, mill, contact, config.dem, options.cores)

@@ -5,10 +5,10 @@ import os
 from importlib import import_module
 from typing import Any
 
-# Host, process and start time of the run that started a job, passed in the environment: see millprint.liveness.
-RUN_VARIABLE = "MILLPRINT_RUN"
+# Set in the environment of the jobs of a run (millprint.machine).
+JOB_VARIABLE = "MILLPRINT_JOB"
 
-if RUN_VARIABLE in os.environ:
+if JOB_VARIABLE in os.environ:
     # The garbage collector would examine imported modules again and again, which takes up to a quarter of the import
     # time, although they live as long as the job. It is off during imports; millprint.job turns it on.
     gc.disable()

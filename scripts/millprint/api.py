@@ -36,7 +36,6 @@ from millprint.fingerprint.cases import mill_cases, sweep_of
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.inputs import charges_of, read_summaries
 from millprint.fingerprint.model import Fingerprint
-from millprint.liveness import announce
 
 # The conditions of a mill: its sweep, or the keys of one.
 Sweep = MillSweepConfig | Mapping[str, Any]
@@ -123,9 +122,6 @@ def _simulated(cases: list[Case], mill: MillConfig, contact: ContactConfig, fold
     warnings, _ = check_cases(cases, mill, changed, settings, f"mill {mill.name}")
     for line in warnings:
         print(f"warning: {line}", file=sys.stderr)
-    if cores > 1:
-        # The processes end with this one.
-        announce()
     compile_kernels()
     runs = {folder / "runs" / Path(case.path).name: case for case in cases}
     simulate_cases(runs, mill, contact, settings.dem, cores)

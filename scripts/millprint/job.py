@@ -13,7 +13,6 @@ from pathlib import Path
 
 from millprint import files
 from millprint.errors import MillprintError
-from millprint.liveness import end_with_run, wait_for_turn
 from millprint.progress import job_title
 from millprint.records import record_path, write_record
 
@@ -25,22 +24,16 @@ FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota
 
 
 @contextmanager
-def job(log_path: str, title: str, origin: str = "") -> Iterator[logging.Logger]:
+def job(log_path: str, title: str) -> Iterator[logging.Logger]:
     """Log one job to `log_path`. A MillprintError ends the job with a line for each fault and without a traceback.
 
-    The files that it writes are recorded beside the log, with the digest `origin` of what they are made from. It ends
-    with the run that started it, and waits until an earlier attempt at it has ended.
+    The files that it writes are recorded next to the log.
     """
     # The garbage collector need not examine what is imported by now.
     gc.freeze()
     gc.enable()
-    end_with_run()
     Path(log_path).parent.mkdir(parents=True, exist_ok=True)
-    handler = logging.FileHandler(log_path, mode="a")
-    stream = handler.stream
-    assert stream is not None, "a handler without `delay` opens its file at once"
-    wait_for_turn(stream)
-    stream.truncate(0)
+    handler = logging.FileHandler(log_path, mode="w")
     record = record_path(log_path)
     record.unlink(missing_ok=True)
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%Y-%m-%d %H:%M:%S"))
@@ -55,7 +48,7 @@ def job(log_path: str, title: str, origin: str = "") -> Iterator[logging.Logger]
     files.written.clear()
     try:
         yield logger
-        write_record(record, files.written, origin)
+        write_record(record, files.written)
     except MillprintError as error:
         logger.error("%s", error)
         for line in str(error).split("\n"):

@@ -6,6 +6,8 @@ import subprocess
 from importlib.metadata import version
 from pathlib import Path
 
+from millprint import JOB_VARIABLE
+
 # Numba is not among them: its loops take threads only where a simulation is given some (millprint.dem.threads), and it
 # can never be given more than it began with.
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -23,6 +25,7 @@ def prepare_environment() -> None:
     script that is given threads asks for them itself. Where another copy of the library is installed too, jobs must
     take the one that the Snakefile was read with.
     """
+    os.environ[JOB_VARIABLE] = "1"
     for variable in THREAD_VARIABLES:
         os.environ.setdefault(variable, "1")
     # Waiting threads must not spin: next to another job, spinning doubles the time of a training step.

@@ -1,5 +1,6 @@
-"""The digest of a script covers exactly the files that it imports, directly or indirectly."""
+"""The digest of a script is that of what it and its imports compute, and of nothing else."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,36 @@ import pytest
 from millprint import digest
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
+KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.simulation_digest)
+
+FIRST = '''"""A module."""
+import logging
+from millprint.near import second
+from millprint.progress import progress
+
+logger = logging.getLogger("millprint")
+
+
+def halve(value):
+    """Half of a value."""
+    # A comment.
+    if value < 0:
+        raise ValueError(f"{value}: is negative")
+    with progress(value, "halving", "halves") as bar:
+        logger.info("half of %d", value)
+        bar.update()
+    return value / 2
+'''
+# What changes no result, and what does.
+TEXTS = [
+    ("A module.", "The module."),
+    ("Half of a value.", "A half."),
+    ("# A comment.", "# Another comment, in two\n    # lines."),
+    ("is negative", "must be 0 or more"),
+    ('"halving", "halves"', '"at work", "steps"'),
+    ('logger.info("half of %d", value)', 'logger.warning("a half")'),
+]
+RESULTS = [("/ 2", "/ 3"), ("< 0", "<= 0"), ("raise ValueError", "raise KeyError"), ("(value)", "(value, more=0)")]
 
 
 def write(folder, name, text):
@@ -18,7 +49,7 @@ def write(folder, name, text):
 
 def forget():
     """What a process keeps in memory: here the files change while it lives."""
-    for kept in (digest._folders, digest._module_files, digest._content, digest._imports_of, digest.library_digest):
+    for kept in KEPT:
         kept.cache_clear()
 
 
@@ -29,52 +60,120 @@ def nothing_kept():
     forget()
 
 
-def package(folder, monkeypatch):
-    root = folder / "millprint"
-    for name in ("__init__.py", "near/__init__.py", "far/__init__.py"):
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A small package and a script of it."""
+    root = tmp_path / "millprint"
+    for name in ("__init__.py", "progress.py", "near/__init__.py", "far/__init__.py"):
         write(root, name, "")
-    write(root, "near/first.py", "from millprint.near import second\n")
+    write(root, "near/first.py", FIRST)
     write(root, "near/second.py", "VALUE = 1\n")
     write(root, "far/other.py", "VALUE = 2\n")
     monkeypatch.setattr(digest, "PACKAGE", root)
-    return root, write(folder, "script.py", "def main():\n    from millprint.near.first import second\n")
+    return root, write(tmp_path, "script.py", "def main():\n    from millprint.near.first import second\n")
 
 
 def fresh(script):
     forget()
-    return digest.library_digest(script)
+    return digest.program_digest(script)
 
 
-def test_files_are_followed_through_imports(tmp_path, monkeypatch):
-    root, script = package(tmp_path, monkeypatch)
-    names = [path.relative_to(root).as_posix() for path in digest.library_files(script)]
-    assert names == ["__init__.py", "near/__init__.py", "near/first.py", "near/second.py"]
+@pytest.mark.parametrize(("before", "after"), TEXTS)
+def test_texts_change_nothing(package, before, after):
+    root, script = package
+    first = fresh(script)
+    assert before in FIRST
+    write(root, "near/first.py", FIRST.replace(before, after))
+    assert fresh(script) == first
 
 
-def test_digest_changes_with_what_is_used_only(tmp_path, monkeypatch):
-    root, script = package(tmp_path, monkeypatch)
+@pytest.mark.parametrize(("before", "after"), RESULTS)
+def test_what_is_computed_changes_the_digest(package, before, after):
+    root, script = package
+    first = fresh(script)
+    write(root, "near/first.py", FIRST.replace(before, after))
+    assert fresh(script) != first
+
+
+def test_only_what_is_imported_counts_also_through_other_files(package):
+    root, script = package
     before = fresh(script)
     write(root, "far/other.py", "VALUE = 3\n")
     assert fresh(script) == before
     write(root, "near/second.py", "VALUE = 3\n")
     assert fresh(script) != before
+    forget()
+    changed = digest.program_digest(script)
+    write(script.parent, script.name, script.read_text() + "    return 1\n")
+    assert fresh(script) != changed
 
 
-def test_digest_changes_with_the_templates_of_the_used_modules(tmp_path, monkeypatch):
-    root, script = package(tmp_path, monkeypatch)
+def test_parts_of_pages_count_as_they_are(package):
+    root, script = package
     write(root, "near/page.html", "<p>")
     write(root, "far/page.html", "<p>")
     before = fresh(script)
     write(root, "far/page.html", "<h1>")
     assert fresh(script) == before
-    write(root, "near/page.html", "<h1>")
+    write(root, "near/page.html", "<!-- --><p>")
     assert fresh(script) != before
 
 
+@pytest.fixture
+def library(tmp_path, monkeypatch):
+    """A copy of the library, of which the digest of a simulation is taken."""
+    shutil.copytree(digest.PACKAGE, tmp_path / "millprint", ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(digest, "PACKAGE", tmp_path / "millprint")
+    return tmp_path / "millprint"
+
+
+def simulation_after(library, file, before, after):
+    """Whether an edit of a file of the library changes the digest of a simulation."""
+    forget()
+    first, text = digest.simulation_digest(), (library / file).read_text()
+    assert text.count(before) >= 1
+    (library / file).write_text(text.replace(before, after))
+    forget()
+    return digest.simulation_digest() != first
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("dem/run.py", '"simulated in %.1f s', '"took %.1f s'),
+        ("dem/run.py", "0.7\n", "0.7  # of the error\n"),
+        ("progress.py", "EVERY_S, FIRST_S = 30.0, 10.0", "EVERY_S, FIRST_S = 60.0, 5.0"),
+        ("dem/simulation.py", '"s simulated"', '"seconds"'),
+        ("job.py", ": begin", ": starts"),
+        ("dem/batches.py", "BATCHES = 4", "BATCHES = 5"),
+        ("figures/card.py", "import", "import re\nimport"),
+    ],
+)
+def test_a_simulation_stays_done_after_an_edit_of_texts_and_figures(library, file, before, after):
+    assert not simulation_after(library, file, before, after)
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("dem/__init__.py", "PHYSICS = 1", "PHYSICS = 2"),
+        ("dem/run.py", "SHORTENED, SHORTEST, AIM = 2, 0.4, 0.7", "SHORTENED, SHORTEST, AIM = 2, 0.4, 0.6"),
+        ("dem/law.py", " * ", " / "),
+        ("dem/packing.py", " + ", " - "),
+        ("dem/ledger.py", " / ", " * "),
+        ("mill/motion.py", " * ", " / "),
+        ("config/contact.py", '"static_friction": 0.0', '"static_friction": 0.1'),
+        ("config/mixture.py", " / ", " * "),
+    ],
+)
+def test_a_simulation_runs_again_where_its_numbers_may_change(library, file, before, after):
+    assert simulation_after(library, file, before, after)
+
+
 def test_every_file_is_read_once_for_all_scripts(monkeypatch):
-    """The Snakefile asks for the digest of every script, in a dry run too."""
+    """The Snakefile may ask for the digest of every script, in a dry run too."""
     opened = []
     read = Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: opened.append(path) or read(path))
-    assert len(set(map(digest.library_digest, SCRIPTS))) > 50
+    assert len(set(map(digest.program_digest, SCRIPTS))) > 50
     assert len(opened) == len(set(opened)) > 200

@@ -1,13 +1,14 @@
-"""Killed and damaged runs, and full disks: sealed checkpoints, records of results, files of runs."""
+"""Killed jobs, damaged files and full disks: sealed checkpoints, whole files, records of results."""
 
+import importlib
 import json
 import os
-import socket
 import subprocess
 import sys
 
 import h5py
 import numpy as np
+import psutil
 import pytest
 
 from millprint import files
@@ -15,8 +16,7 @@ from millprint.errors import ConfigError, MillprintError
 from millprint.files import read_json, whole_file
 from millprint.hdf5 import open_hdf5, whole_hdf5
 from millprint.job import job
-from millprint.liveness import DEAD, LIVING, RUN_VARIABLE, UNKNOWN, outlive_run, runs_of
-from millprint.records import damaged_files, keep, read_record, record_path, report_damaged, set_aside
+from millprint.records import read_record, record_path, report_damaged
 from millprint.sealed import BLOCK, seal, unsealed
 from tests.conftest import ROOT
 
@@ -77,22 +77,14 @@ def write(path, text: str) -> None:
         partial.write_text(text)
 
 
-def test_what_jobs_wrote_is_recorded_and_damage_found(tmp_path):
+def test_a_job_records_what_it_wrote_and_is_still_there(tmp_path):
     log, names = tmp_path / "logs/a.log", [str(tmp_path / name) for name in ("one.txt", "two.txt", "gone.txt")]
     with job(str(log), "a job"):
         for name in names:
             write(name, "content of " + name)
         (tmp_path / "gone.txt").unlink()
     assert sorted(read_record(record_path(log))) == names[:2]
-    assert damaged_files(tmp_path / "logs") == []
-    os.utime(names[1])
-    assert damaged_files(tmp_path / "logs") == []
-    os.truncate(names[0], 5)
-    (found,) = damaged_files(tmp_path / "logs")
-    assert str(found).startswith(f"{names[0]}: truncated, 5 bytes of {len('content of ' + names[0])} (dated 20")
-    with open(names[1], "r+") as file:
-        file.write("C")
-    assert str(damaged_files(tmp_path / "logs")[1]).startswith(f"{names[1]}: changed since it was written (dated 20")
+    assert report_damaged(tmp_path / "logs") == 0
 
 
 @pytest.fixture
@@ -105,14 +97,14 @@ def recorded(tmp_path):
     return tmp_path / "logs", paths
 
 
-def test_a_run_reports_damage_in_a_line_a_file_and_changes_none(recorded, capsys):
+def test_damage_is_reported_in_a_line_a_file_with_what_to_do_and_changes_none(recorded, capsys):
     logs, (one, two) = recorded
     one.write_text("edited")
     os.utime(two, ns=(1, 1))
-    report_damaged(logs)
+    assert report_damaged(logs) == 1
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"found: {one}: truncated, 6 bytes of 7 (dated ")
-    assert line.endswith("; make verify tells more")
+    assert line.startswith(f"changed: {one}: truncated, 6 bytes of 7 (dated ")
+    assert line.endswith(f"delete it, and a run makes it again; to keep it, delete {logs / 'a.json'}")
     assert one.read_text() == "edited"
     # The damaged file is reported each time; of the other one only the date is new.
     entries = read_record(logs / "a.json")
@@ -120,34 +112,35 @@ def test_a_run_reports_damage_in_a_line_a_file_and_changes_none(recorded, capsys
     assert entries[str(one)]["bytes"] == 7
     report_damaged(logs)
     assert capsys.readouterr().err.splitlines() == [line]
+    one.unlink()
+    assert report_damaged(logs) == 0
+
+
+def test_one_other_bit_is_damage(recorded, capsys):
+    logs, (_, two) = recorded
+    two.write_text("Two.txt")
+    assert report_damaged(logs) == 1
+    assert f"changed: {two}: not as its job wrote it (dated 20" in capsys.readouterr().err
 
 
 def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
     logs, (one, _) = recorded
     monkeypatch.setattr("millprint.records.digest", lambda path: pytest.fail(f"{path} was read"))
-    assert damaged_files(logs) == []
+    assert report_damaged(logs) == 0
     os.utime(one)
     with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):
-        damaged_files(logs)
+        report_damaged(logs)
 
 
-def test_a_file_that_is_kept_is_a_result(recorded):
+def test_the_check_lists_damage_in_its_status(recorded, monkeypatch, capsys):
     logs, (one, _) = recorded
-    one.write_text("edited on purpose")
-    (found,) = damaged_files(logs)
-    keep(found)
-    assert damaged_files(logs) == []
-    one.write_text("edited by accident")
-    assert [damage.path for damage in damaged_files(logs)] == [str(one)]
-
-
-def test_what_is_set_aside_replaces_nothing(tmp_path):
-    names = []
-    for text in ("first", "second", "third"):
-        (tmp_path / "a.txt").write_text(text)
-        names.append(set_aside(str(tmp_path / "a.txt")))
-    assert [path.name for path in names] == ["a.txt.damaged", "a.txt.damaged.2", "a.txt.damaged.3"]
-    assert [path.read_text() for path in names] == ["first", "second", "third"]
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    verify_results = importlib.import_module("verify_results")
+    assert verify_results.main([str(logs.parent)]) == 0
+    assert "as its job wrote it" in capsys.readouterr().out
+    one.write_text("other")
+    assert verify_results.main([str(logs.parent)]) == 1
+    assert verify_results.main(["--repair"]) == 2
 
 
 def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
@@ -161,7 +154,7 @@ def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
 
 def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
     code = """
-import millprint.liveness, millprint.records
+import millprint.digest, millprint.records
 heavy = {"numpy", "pandas", "scipy", "numba", "h5py", "matplotlib", "torch"}
 print(sorted(heavy & set(sys.modules)))
 """
@@ -212,99 +205,12 @@ with job(sys.argv[1] + "/logs/a.log", "a job"):
     assert [path.name for path in (tmp_path / "logs").iterdir()] == ["a.log"]
 
 
-HOLD = """
-import time
-from millprint.liveness import hold
-hold(sys.argv[1])
-hold(sys.argv[1])
-print("held", flush=True)
-sys.stdin.readline()
-"""
-
-
-def holding(folder) -> subprocess.Popen:
-    """A process that holds the file of a run until a line is written to it."""
-    process = python(HOLD, str(folder), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdout.readline() == "held\n"
-    return process
-
-
-def states(folder) -> dict[str, str]:
-    return {run.path.name: run.state for run in runs_of(folder)}
-
-
-def test_a_run_is_alive_until_its_process_ends_and_leaves_no_file_at_a_normal_end(tmp_path):
-    host = socket.gethostname()
-    assert states(tmp_path / "none") == {}
-    first, second = holding(tmp_path), holding(tmp_path)
-    names = [f"{host}-{process.pid}" for process in (first, second)]
-    assert states(tmp_path) == dict.fromkeys(names, LIVING)
-    first.kill()
-    first.wait()
-    assert states(tmp_path) == {names[0]: DEAD, names[1]: LIVING}
-    second.communicate("\n", timeout=60)
-    assert states(tmp_path) == {names[0]: DEAD}
-
-
-def test_the_state_of_a_run_on_another_machine_is_unknown_and_its_file_stays(tmp_path):
-    other = tmp_path / "other-host-7"
-    other.write_text("theirs")
-    process = holding(tmp_path)
-    (found,) = [run for run in runs_of(tmp_path) if run.path == other]
-    assert (found.host, found.pid, found.state, found.is_here) == ("other-host", 7, UNKNOWN, False)
-    process.communicate("\n", timeout=60)
-    assert other.read_text() == "theirs"
-    assert states(tmp_path) == {"other-host-7": UNKNOWN}
-
-
-def test_where_a_file_system_knows_no_locks_nothing_is_known(tmp_path, monkeypatch):
-    def no_locks(file, how):
-        raise OSError(95, "Operation not supported")
-
-    (tmp_path / f"{socket.gethostname()}-{os.getpid()}").touch()
-    monkeypatch.setattr("fcntl.flock", no_locks)
-    assert list(states(tmp_path).values()) == [UNKNOWN]
-
-
-def test_a_living_process_is_alive_even_if_every_lock_is_granted(tmp_path):
-    """The file of this very process, which holds no lock on it; then one older than this process, so another's."""
-    path = tmp_path / f"{socket.gethostname()}-{os.getpid()}"
-    path.touch()
-    assert list(states(tmp_path).values()) == [LIVING]
-    os.utime(path, (0, 0))
-    assert list(states(tmp_path).values()) == [DEAD]
-
-
-def test_a_job_of_a_queue_belongs_to_no_run(monkeypatch):
-    monkeypatch.setenv(RUN_VARIABLE, f"{socket.gethostname()} 1 0.0")
-    outlive_run()
-    outlive_run()
-    assert RUN_VARIABLE not in os.environ
-
-
-def test_a_job_ends_with_the_run_that_started_it(tmp_path):
-    code = """
-import subprocess
-from millprint.liveness import announce
-announce()
-inner = "import sys, time; sys.path.insert(0, sys.argv[1])\\n" \\
-    "from millprint.job import job\\nwith job(sys.argv[2], 'a job'):\\n    print(1, flush=True); time.sleep(60)"
-subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
-"""
-    log = tmp_path / "a.log"
-    run = python(code, str(ROOT / "scripts"), str(log), stdout=subprocess.PIPE)
-    assert run.stdout.readline() == "1\n"
-    run.kill()
-    # Both ends of the pipe are closed when the job has ended too.
-    assert "with it this job" in run.communicate(timeout=30)[1]
-
-
 def test_the_collector_rests_while_a_job_is_imported_and_nowhere_else(tmp_path):
     code = """
 import gc
-from millprint.liveness import announce
+from millprint.machine import prepare_environment
 print(gc.isenabled(), flush=True)
-announce()
+prepare_environment()
 inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
     "from millprint.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
     "with job(sys.argv[2], 'a job'):\\n    print(gc.isenabled(), gc.get_freeze_count() > 10000, flush=True)"
@@ -315,27 +221,48 @@ subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
     assert run.communicate(timeout=60)[0].split() == ["True", "False", "True", "True"]
 
 
-def test_a_second_attempt_waits_for_the_first(tmp_path):
+def test_two_attempts_at_a_job_leave_a_whole_file(tmp_path):
+    """As after the kill of Snakemake only, whose jobs go on: both write, and none removes the file of the other."""
     code = """
+from millprint.files import whole_file
 from millprint.job import job
-with job(sys.argv[1], "a job"):
-    print("began", flush=True)
-    sys.stdin.readline()
-    open(sys.argv[1] + ".order", "a").write(sys.argv[2])
+with job(sys.argv[1] + "/a.log", "a job"):
+    with whole_file(sys.argv[1] + "/out") as partial:
+        partial.write_text("x" * 1000)
+        print("writing", flush=True)
+        sys.stdin.readline()
 """
-    log, pipes = str(tmp_path / "a.log"), {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    first = python(code, log, "1", **pipes)
-    assert first.stdout.readline() == "began\n"
-    second = python(code, log, "2", **pipes)
-    assert "waiting: another process still writes" in second.stderr.readline()
-    for process in (first, second):
-        process.communicate("\n", timeout=60)
-    assert (tmp_path / "a.log.order").read_text() == "12"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    attempts = [python(code, str(tmp_path), **pipes) for _ in range(2)]
+    for attempt in attempts:
+        assert attempt.stdout.readline() == "writing\n"
+    for attempt in attempts:
+        attempt.communicate("\n", timeout=60)
+        assert attempt.returncode == 0
+        assert (tmp_path / "out").read_text() == "x" * 1000
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.log", "out"]
+    assert report_damaged(tmp_path) == 0
+
+
+def test_a_process_of_a_pool_ends_when_its_parent_is_killed():
+    code = """
+import os, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from millprint.card.simulate import end_with_parent
+with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
+    print(pool.submit(os.getpid).result(), flush=True)
+    time.sleep(600)
+"""
+    parent = python(code, stdout=subprocess.PIPE)
+    worker = psutil.Process(int(parent.stdout.readline()))
+    parent.kill()
+    worker.wait(timeout=60)
 
 
 def test_records_of_nonsense_are_no_records(tmp_path):
     for content in ("", "[1]", '{"files": 3}', '{"files": {"a": 1}}', json.dumps({"other": 1})):
         (tmp_path / "a.json").write_text(content)
         assert read_record(tmp_path / "a.json") == {}
-    assert list(damaged_files(tmp_path)) == []
+    assert report_damaged(tmp_path) == 0
     files.written.clear()

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from millprint import kernel
+from millprint.digest import content_digest
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = ROOT / "scripts"
@@ -86,19 +87,31 @@ def library(tmp_path, monkeypatch) -> Path:
     return tmp_path / "millprint"
 
 
+def append(file: Path, text: str) -> None:
+    """Add to a file whose digest this process has taken before."""
+    file.write_text(file.read_text() + text)
+    content_digest.cache_clear()
+
+
 @pytest.mark.parametrize(
     "file", ["columns.py", "dem/layout.py", "dem/law.py", "mill/pose.py", "surrogate/thesis/terms.py", "kernel.py"]
 )
 def test_the_cache_sees_every_number_that_is_compiled_in(library, file):
     before = kernel.kernel_digest()
-    (library / file).write_text((library / file).read_text() + "\nADDED = 1\n")
+    append(library / file, "\nADDED = 1\n")
     assert kernel.kernel_digest() != before
 
 
 @pytest.mark.parametrize("file", ["dem/summary.py", "config/sweep.py", "surrogate/thesis/training.py"])
 def test_the_cache_stays_where_no_kernel_changes(library, file):
     before = kernel.kernel_digest()
-    (library / file).write_text((library / file).read_text() + "\nADDED = 1\n")
+    append(library / file, "\nADDED = 1\n")
+    assert kernel.kernel_digest() == before
+
+
+def test_the_cache_stays_where_only_a_comment_changes(library):
+    before = kernel.kernel_digest()
+    append(library / "dem/law.py", "\n# a remark\n")
     assert kernel.kernel_digest() == before
 
 

@@ -1,4 +1,4 @@
-"""Kill -9 at random moments, and damaged files: after `make verify`, the next run gives the same results bit for bit.
+"""Kill -9 at random moments: once unlocked, the next run gives the same results bit for bit. Damaged files too.
 
 MILLPRINT_KILLS sets the number of kills, MILLPRINT_KILL_SEED the moments.
 """
@@ -10,7 +10,6 @@ import random
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -40,7 +39,6 @@ TARGETS = [
     "results/doe/anova_printed.tsv",
 ]
 CONFIGURATION = ("--configfile", "config/smoke.yaml", "tests/data/faults.yaml")
-RUNS = ".snakemake/millprint/runs"
 
 # Only measured times differ between two runs.
 CLOCKS = {
@@ -73,19 +71,18 @@ def results_of(project: Path) -> dict[str, str]:
     }
 
 
-def verify(
-    project: Path, *options: str, arguments: tuple[str, ...] = (), timeout: float = 600
-) -> subprocess.CompletedProcess:
-    """Run what `make verify` runs, with its `options` and further `arguments` of Snakemake, without a terminal."""
-    return subprocess.run(
-        [sys.executable, "scripts/verify_results.py", *options, "--", "--cores", "2", *arguments, *CONFIGURATION],
-        cwd=project,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=timeout,
-    )
+def unlock(project: Path) -> None:
+    """What a user types after a kill, if no other run works there."""
+    done = run_snakemake(project, *CONFIGURATION, "--unlock")
+    assert done.returncode == 0, done.stdout
+
+
+def changed_files(project: Path) -> list[str]:
+    """The lines of `make verify`."""
+    command = [sys.executable, "scripts/verify_results.py"]
+    done = subprocess.run(command, cwd=project, env=active_environment(), capture_output=True, text=True, timeout=60)
+    assert (done.returncode == 1) == bool(done.stderr), done.stderr
+    return done.stderr.splitlines()
 
 
 class Workplace(NamedTuple):
@@ -133,16 +130,8 @@ class Session:
 
     def jobs(self) -> list[psutil.Process]:
         """The running scripts."""
-        found = []
-        for child in psutil.Process(self.process.pid).children(recursive=True):
-            try:
-                # Only the script, not the shell that runs it, whose command also contains its name.
-                words = child.cmdline()
-                if len(words) == 2 and "/.snakemake/scripts/" in words[1]:
-                    found.append(child)
-            except psutil.Error:
-                continue
-        return found
+        children = psutil.Process(self.process.pid).children(recursive=True)
+        return [child for child in children if is_job(child, self.project)]
 
     def wait_for_a_job(self) -> bool:
         """Wait until a script runs; False if the session ends first."""
@@ -175,7 +164,7 @@ class Session:
 def test_kills_at_random_moments_change_nothing(workplace):
     project, undisturbed, targets = workplace
     rng, log = random.Random(SEED), project / "sessions.log"
-    session, kills, resumable, said = Session(project, log, workplace.arguments), 0, 0, ""
+    session, kills, resumable = Session(project, log, workplace.arguments), 0, 0
     while kills < KILLS:
         # While Snakemake starts, while a job starts, or in the middle of a job.
         moment = rng.choices([lambda: True, session.wait_for_a_job, session.wait_for_progress], [1, 4, 5])[0]
@@ -183,7 +172,7 @@ def test_kills_at_random_moments_change_nothing(workplace):
             if all((project / target).is_file() for target in targets):
                 # Everything is done before the last kill: start again for the others.
                 shutil.rmtree(project / "results")
-            said += verified(project)
+            unlock(project)
             session = Session(project, log, workplace.arguments)
             continue
         time.sleep(rng.uniform(0, 2))
@@ -192,18 +181,15 @@ def test_kills_at_random_moments_change_nothing(workplace):
         kills += 1
     session.process.kill()
     session.process.wait()
-    # The next command of a user needs no manual unlocking and no further option.
-    said += verified(project)
+    wait_for_orphans(project)
+    # A user removes the lock, and needs no further option.
+    unlock(project)
     done = run_snakemake(project, *workplace.arguments, timeout=1800)
     assert done.returncode == 0, done.stdout[-4000:]
     assert "Traceback" not in done.stdout
     assert results_of(project) == undisturbed
-    assert "found: a run that was killed" in said
-    assert "its locks are removed" in said
-    sessions = log.read_text() + done.stdout
-    assert "cannot be locked" not in sessions
-    assert "IncompleteFilesException" not in sessions
-    assert not list((project / RUNS).iterdir())
+    assert changed_files(project) == []
+    assert "IncompleteFilesException" not in log.read_text() + done.stdout
     # Some job continued where it had stopped.
     logs = "".join(path.read_text() for path in (project / "results/logs").rglob("*.log"))
     assert resumable
@@ -211,11 +197,21 @@ def test_kills_at_random_moments_change_nothing(workplace):
     assert not left_behind(project)
 
 
-def verified(project: Path) -> str:
-    """The output of `make verify` after a kill, which it must repair without a question."""
-    done = verify(project)
-    assert done.returncode == 0, done.stdout
-    return done.stdout
+def wait_for_orphans(project: Path) -> None:
+    """Wait for the jobs that outlive a Snakemake that was killed: they have no lock, and take cores from the others."""
+    end = time.monotonic() + 300
+    while any(is_job(process, project) for process in psutil.process_iter()):
+        assert time.monotonic() < end
+        time.sleep(0.2)
+
+
+def is_job(process: psutil.Process, project: Path) -> bool:
+    """Whether a process is a script of a job in this project, not the shell that runs it."""
+    try:
+        words = process.cmdline()
+        return len(words) == 2 and "/.snakemake/scripts/" in words[1] and Path(process.cwd()) == project.resolve()
+    except psutil.Error:
+        return False
 
 
 def left_behind(project: Path) -> list[Path]:
@@ -237,7 +233,7 @@ def damage(path: Path, how: str) -> None:
     ("file", "how", "rule"),
     [
         (f"results/dem/{CASES[0]}/run.h5", "truncated", "run_dem_case"),
-        ("results/surrogate/dataset.h5", "changed", "build_surrogate_dataset"),
+        ("results/surrogate/dataset.h5", "not as its job wrote it", "build_surrogate_dataset"),
         ("results/surrogate/thesis/weights.pt", "truncated", "train_surrogate"),
     ],
 )
@@ -247,23 +243,22 @@ def test_only_the_damaged_result_is_found_and_made_again(workplace, file, how, r
     dates = dates_of(project)
     damage(project / file, how)
     damaged = results_of(project)
-    done = verify(project)
-    assert done.returncode == 1, done.stdout
-    assert re.search(rf"^found: {re.escape(file)}: {how}", done.stdout, re.MULTILINE), done.stdout
-    assert "nothing was changed; choose one of two:" in done.stdout
+    (line,) = changed_files(project)
+    assert line.startswith(f"changed: {file}: {how}")
+    assert "delete it, and a run makes it again" in line
     assert results_of(project) == damaged
-    done = verify(project, "--repair")
+    (project / file).unlink()
+    done = run_snakemake(project, *CONFIGURATION, "--", file, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
     assert jobs_of(done.stdout) == {rule: 1}
-    assert f"made again: {file}, bit for bit as it was written" in done.stdout
-    (project / f"{file}.damaged").unlink()
     assert results_of(project) == undisturbed
-    # Only the dates of its job's files have changed; Snakemake sees that the content is the same.
+    # Only the files of its job have other dates; Snakemake sees that the content is the same.
     now = dates_of(project)
     changed = {name for name in now if now[name] != dates.get(name)}
-    assert file in changed
     assert {Path(name).parent for name in changed} == {Path(file).parent}
-    assert "Nothing to be done" in run_snakemake(project, *workplace.arguments).stdout
+    same = [run_snakemake(project, *workplace.arguments, timeout=600) for _ in range(2)]
+    assert "Nothing to be done" in same[1].stdout
+    assert results_of(project) == undisturbed
 
 
 def dates_of(project: Path) -> dict[str, int]:
@@ -271,9 +266,9 @@ def dates_of(project: Path) -> dict[str, int]:
     return {f"results/{name}": (project / "results" / name).stat().st_mtime_ns for name in results_of(project)}
 
 
-def test_an_edited_file_stays_until_the_user_decides(workplace):
+def test_an_edited_file_stays_and_is_reported_until_the_user_decides(workplace):
     project, undisturbed, _ = workplace
-    file = "results/doe/anova_printed.tsv"
+    file, record = "results/doe/anova_printed.tsv", "results/logs/doe/analyse_variance.json"
     assert run_snakemake(project, *workplace.arguments, timeout=1800).returncode == 0
     edited = (project / file).read_text() + "# a remark of mine\n"
     (project / file).write_text(edited)
@@ -281,12 +276,12 @@ def test_an_edited_file_stays_until_the_user_decides(workplace):
     (project / "results/yield/models/xgb_primary.json").unlink()
     done = run_snakemake(project, *workplace.arguments, timeout=600)
     assert done.returncode == 0, done.stdout[-4000:]
-    assert re.search(rf"^found: {re.escape(file)}: changed .*; make verify tells more$", done.stdout, re.MULTILINE)
-    assert verify(project).returncode == 1
+    assert re.search(
+        rf"^changed: {re.escape(file)}: not as its job wrote it .* delete {record}$", done.stdout, re.MULTILINE
+    )
     assert (project / file).read_text() == edited
-    assert verify(project, "--keep").returncode == 0
-    assert verify(project).returncode == 0
-    assert (project / file).read_text() == edited
+    (project / record).unlink()
+    assert changed_files(project) == []
     assert "Nothing to be done" in run_snakemake(project, *workplace.arguments).stdout
     # It is made again only if it is missing.
     (project / file).unlink()
@@ -294,53 +289,25 @@ def test_an_edited_file_stays_until_the_user_decides(workplace):
     assert results_of(project) == undisturbed
 
 
-def test_a_lock_stays_if_a_run_is_or_may_be_alive(workplace):
+def test_the_lock_of_a_living_run_stays(workplace):
     project = workplace.project
     (project / TARGETS[0]).unlink(missing_ok=True)
     session, held = Session(project, project / "sessions.log", workplace.arguments), []
-    other = project / RUNS / "another-host-12"
     try:
         assert session.wait_for_a_job()
         # Its jobs must not end before the second run has started.
         held = session.jobs()
         for job in held:
             job.suspend()
-        done = verify(project)
-        assert done.returncode == 0, done.stdout
-        assert f"found: a run that is alive: process {session.process.pid} on this machine" in done.stdout
         second = run_snakemake(project, *workplace.arguments)
         assert second.returncode == 1
         assert "cannot be locked" in second.stdout
-        other.write_text("of another machine")
+        assert "--unlock" in second.stdout
+        assert session.process.poll() is None
     finally:
         for job in held:
             job.kill()
         session.kill("everything", random.Random(0))
-    # The run on this machine is dead, but the locks could belong to the run on the other machine.
-    done = verify(project)
-    assert done.returncode == 0, done.stdout
-    assert "process 12 on machine another-host; its locks stay" in done.stdout
-    assert f"snakemake --unlock; rm {RUNS}/another-host-12" in done.stdout
     assert "cannot be locked" in run_snakemake(project, *workplace.arguments).stdout
-    assert other.read_text() == "of another machine"
-    assert (project / RUNS / f"{socket.gethostname()}-{session.process.pid}").exists()
-    # The user has ended the run on the other machine.
-    other.unlink()
-    done = verify(project)
-    assert "its locks are removed: snakemake --cores 2 --configfile" in done.stdout
+    unlock(project)
     assert run_snakemake(project, *workplace.arguments, timeout=600).returncode == 0
-
-
-def test_locks_in_a_database_are_removed_too(workplace):
-    project = workplace.project
-    backend = ("--persistence-backend", "db")
-    shutil.rmtree(project / "results/doe")
-    arguments = (*backend, *CONFIGURATION, "--", "results/doe/anova_printed.tsv")
-    session = Session(project, project / "sessions.log", arguments)
-    assert session.wait_for_a_job()
-    session.kill("everything", random.Random(0))
-    assert "cannot be locked" in run_snakemake(project, *arguments).stdout
-    done = verify(project, arguments=backend)
-    assert done.returncode == 0, done.stdout
-    done = run_snakemake(project, *arguments)
-    assert done.returncode == 0, done.stdout

@@ -38,16 +38,8 @@ from millprint.ending.success import success_lines
 from millprint.ending.timers import stop_timers
 from millprint.errors import ConfigError
 from millprint.input_check import check_once
-from millprint.liveness import announce, end_with_run, hold, outlive_run
 from millprint.machine import prepare_environment
 from millprint.records import report_damaged
 
+# Only environment variables are set here: reading this file must change nothing on disk.
 prepare_environment()
-# Jobs end with the run that started them, because a killed Snakemake leaves its jobs running. Jobs in the queue of a
-# cluster continue. Only environment variables are set here: reading this file must change nothing on disk.
-if workflow.remote_exec:
-    outlive_run()
-else:
-    end_with_run()
-    if workflow.is_main_process:
-        announce()

@@ -5,9 +5,11 @@ What is done is kept, so that a killed call continues.
 
 import hashlib
 import json
+import os
+import threading
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 
 from millprint.card.cases import ANIMATION
@@ -17,7 +19,6 @@ from millprint.config.sweep import Case, DemConfig, overridden
 from millprint.dem.run import run_case
 from millprint.files import write_json
 from millprint.kernel import kernel_digest
-from millprint.liveness import end_with_run
 from millprint.progress import progress
 from millprint.view.frames import read_movie
 
@@ -27,9 +28,22 @@ GIF = "mill.gif"
 
 
 def identity_of(case: Case, mill: MillConfig, contact: ContactConfig, dem: DemConfig) -> str:
-    """A digest of a case, its mill and contact set, the settings and the source of the kernels."""
+    """A digest of a case, its mill and contact set, the settings and what the kernels compute."""
     parts = [part.model_dump_json() for part in (case, mill, contact, dem)]
     return hashlib.sha256(json.dumps([*parts, kernel_digest()]).encode()).hexdigest()
+
+
+def end_with_parent() -> None:
+    """End this process of a pool as soon as the one that started it has ended, even where that was killed."""
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent:
+            parent.join()
+            # Not sys.exit, which would only end this thread.
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def is_done(folder: Path, identity: str) -> bool:
@@ -78,7 +92,7 @@ def simulate_cases(
                 bar.update()
             return len(cases) - len(waiting)
         # Processes of their own start: a copy of this one would have its threads.
-        with ProcessPoolExecutor(cores, mp_context=get_context("spawn"), initializer=end_with_run) as pool:
+        with ProcessPoolExecutor(cores, mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
             tasks = [pool.submit(_simulate, case, mill, contact, dem, folder) for folder, case in waiting.items()]
             for task in as_completed(tasks):
                 task.result()

@@ -84,7 +84,7 @@ def _digest_all(folder: Path, names: Sequence[str], records: Mapping[str, str]) 
             if is_described(inside) and inside.parts[0] != SOURCES:
                 found[name] = KnownFile(str(inside), Path(name).stat().st_size, digest(name))
                 if records.get(name, found[name].sha256) != found[name].sha256:
-                    faults.append(f"{name}: changed since its job wrote it; `make verify` tells more")
+                    faults.append(f"{name}: changed since its job wrote it; `make verify` says what to do")
             bar.update()
     if faults:
         raise ConfigError("\n".join(faults))

@@ -1,1 +1,0 @@
-"""Repairs what earlier runs left behind: locks of killed runs, and files that were damaged later."""
