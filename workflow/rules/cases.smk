@@ -1,12 +1,14 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
+import math
+
 from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.batches import batches, by_rule, condition_of
 from millprint.dem.resources import resources_of, resources_together
-from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
+from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 from millprint.patterns import any_of
 
@@ -226,6 +228,16 @@ def known_cases() -> list[dict]:
         both.append({path: cases[path] for path in studied(name) if path in cases})
     # In the order in which `case_at` looks for a case.
     return [CASES, SCALE_UP_CASES, *SETUP_CASES.values(), CARD_CASES, *both, *swept]
+
+
+def likely_s(cases) -> int:
+    """Processor time that simulations are likely to take [s], for the plan of a run; 0 without any."""
+    return math.ceil(sum(estimate(case).processor_s for case in cases))
+
+
+def likely_mb(cases) -> int:
+    """Size of the files of simulations [MB], for the plan of a run."""
+    return math.ceil(sum(estimate(case).disk_mb for case in cases))
 
 
 def urgency(cases) -> int:

@@ -38,6 +38,8 @@ rule run_dem_case:
     resources:
         runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
+        processor_s=lambda wildcards: likely_s([case_at(wildcards)]),
+        disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
     params:
         given=lambda wildcards: simulated_from([case_at(wildcards)]),
         settings=settings("dem"),
@@ -82,6 +84,8 @@ for seeds, conditions in SEED_RULES.items():
         resources:
             runtime=lambda wildcards, attempt: attempt * together(seeds_of(wildcards)).runtime_min,
             mem_mb=lambda wildcards, attempt: attempt * together(seeds_of(wildcards)).memory_mb,
+            processor_s=lambda wildcards: likely_s(seeds_of(wildcards)),
+            disk_mb=lambda wildcards: likely_mb(seeds_of(wildcards)),
         params:
             given=lambda wildcards: simulated_from(seeds_of(wildcards)),
             settings=settings("dem"),
@@ -115,6 +119,8 @@ for number, batch in enumerate(BATCHES, 1):
         resources:
             runtime=lambda wildcards, attempt, batch=batch: attempt * together(batch).runtime_min,
             mem_mb=lambda wildcards, attempt, batch=batch: attempt * together(batch).memory_mb,
+            processor_s=likely_s(batch),
+            disk_mb=likely_mb(batch),
         params:
             given=of_cases(simulated_from, batch),
             settings=settings("dem"),
