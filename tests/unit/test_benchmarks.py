@@ -11,6 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
+
 from benchmarks import compare, drums, physics
 from benchmarks.__main__ import stamped
 from benchmarks.cases import (
@@ -35,8 +37,6 @@ from benchmarks.compare import (
 )
 from benchmarks.config import BenchConfig
 from benchmarks.lammps import MEANS, Lammps, data_text, input_text, read_log
-from scipy import stats
-
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig

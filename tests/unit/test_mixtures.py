@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from benchmarks.cases import emax_jar, make_setup
-from benchmarks.config import BenchConfig
 from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
+from benchmarks.cases import emax_jar, make_setup
+from benchmarks.config import BenchConfig
 from millprint.calibration.drop_test import simulate_drops
 from millprint.config.checks import load_workflow
 from millprint.config.contact import ContactConfig

@@ -12,10 +12,10 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem.timestep import rayleigh_time, requested_step
 
-# A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv) [s].
+# A ball-step of many balls takes 60 to 100 ns (benchmarks/timings.tsv) [s].
 BALL_STEP_S = 1e-7
-# What it is likely to take, from the simulations of the thesis on an Intel Xeon at 2.8 GHz with AVX-512: 35 to 40 ns for a
-# ball and a step below 80 balls, 50 to 62 ns above; and to import and to write [s]. November 2026.
+# What it is likely to take, from the simulations of the thesis on an Intel Xeon at 2.8 GHz with AVX-512, November 2026:
+# 35 to 40 ns for a ball and a step below 80 balls, 50 to 62 ns above; and to import and to write [s].
 LIKELY_BALL_STEP_S, LIKELY_START_S = 55e-9, 2.1
 # Time to start and to write [min], and factor on the estimate.
 START_MIN, MARGIN = 10, 3
