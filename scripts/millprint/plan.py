@@ -13,8 +13,8 @@ from millprint.progress import duration
 
 # Processor time for Snakemake and Python to start a job [s].
 JOB_START_S = 2.0
-# Of a job that says nothing about itself: about the mean of the shorter ones in a run of the thesis and a smoke run [s],
-# and the largest of both [MB].
+# Of a job that says nothing about itself: near the mean of the shorter ones, of the thesis and of a smoke run [s], and
+# the largest of both [MB].
 OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
 # Jobs of the thesis, at its size, that take much longer: Intel Xeon of type Emerald Rapids, November 2026 [s].
 LONG_S = {
