@@ -19,7 +19,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # and, after `--`, the arguments of Snakemake.
 VERIFY = PATH=$(BIN):$$PATH $(BIN)/python scripts/verify_results.py $(if $(REPAIR),--repair) $(if $(KEEP),--keep)
 
-.PHONY: plan install thesis smoke validation verify crate docs test kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: plan install thesis smoke validation verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
@@ -60,6 +60,13 @@ WITH_LIBRARY := $(addprefix tests/workflow/,test_bad_input.py test_bad_files.py 
 test: $(VENV)/installed
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
+
+# While you work: the linters, the types, and the tests that take little time.
+check: kernels
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	PATH=$(BIN):$$PATH $(BIN)/pytest -m "not slow and not browser and not cluster" tests/unit tests/physics
 
 kernels: $(VENV)/installed
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"

@@ -7,15 +7,20 @@ is changed.
 """
 
 import argparse
+import io
 import logging
 import os
 import sys
+from contextlib import redirect_stderr
 
 from snakemake.cli import main as snakemake_command
 from snakemake.logging import logger
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from millprint.plan import Job, plan_text
+
+# Exit status of a command whose arguments are wrong.
+USAGE = 2
 
 
 class Plan(logging.Filter):
@@ -57,11 +62,15 @@ def main(words: list[str]) -> int:
     if "--help" in words or "-h" in words:
         print(__doc__)
         return 0
-    plan = Plan()
+    plan, said = Plan(), io.StringIO()
     logger.addFilter(plan)
     try:
-        snakemake_command(["--dry-run", *words])
+        with redirect_stderr(said):
+            snakemake_command(["--dry-run", *words])
     except SystemExit as ended:
+        # Of the usage of all arguments, the last line says which of them is wrong.
+        lines = said.getvalue().splitlines()
+        print("\n".join(lines[-1:] if ended.code == USAGE else lines), file=sys.stderr)
         if ended.code:
             return int(ended.code)
     # The jobs of a target make no file.

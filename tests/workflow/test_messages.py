@@ -69,4 +69,7 @@ def test_a_plan_says_what_a_run_would_do_and_changes_nothing(project):
     assert "chapter9" in unknown.stdout + unknown.stderr
     assert "Traceback" not in unknown.stderr
     assert "time  " not in unknown.stdout
+    wrong = plan("--nonsense")
+    assert wrong.returncode == 2
+    assert wrong.stderr == "plan_run.py: error: unrecognized arguments: --nonsense\n"
     assert state_of(project) == before
