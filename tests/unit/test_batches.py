@@ -24,7 +24,9 @@ def by_path(*cases: Case) -> dict[str, Case]:
 
 
 def taking(seconds: float, threads: int = 1):
-    return lambda case: Resources(runtime_min=11, memory_mb=700, threads=threads, seconds=seconds)
+    return lambda case: Resources(
+        runtime_min=11, memory_mb=700, threads=threads, seconds=seconds, processor_s=seconds / 2, disk_mb=1
+    )
 
 
 def paths(*cases: Case) -> tuple[str, ...]:
@@ -120,10 +122,12 @@ def test_a_disturbed_twin_is_a_job_of_its_own():
 
 def test_a_job_of_several_cases_requests_the_sum_of_their_times_and_the_largest_memory():
     parts = [
-        Resources(runtime_min=11, memory_mb=700, threads=1, seconds=60),
-        Resources(runtime_min=16, memory_mb=900, threads=1, seconds=120),
+        Resources(runtime_min=11, memory_mb=700, threads=1, seconds=60, processor_s=30, disk_mb=1),
+        Resources(runtime_min=16, memory_mb=900, threads=1, seconds=120, processor_s=70, disk_mb=2),
     ]
-    assert resources_together(parts) == Resources(runtime_min=19, memory_mb=900, threads=1, seconds=180)
+    assert resources_together(parts) == Resources(
+        runtime_min=19, memory_mb=900, threads=1, seconds=180, processor_s=100, disk_mb=3
+    )
 
 
 @pytest.fixture

@@ -24,8 +24,9 @@ def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[flo
 
 def samples_of_job(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> list[Case]:
     """A case of mean size and stiffness for each sample of a job; the samples spread evenly between the ends."""
-    fills, stiffness = fill_ratios_of(mill, uncertainty), uncertainty.parameters.young_modulus_gpa.given_range
-    mean = varied_case(mill, settings, uncertainty).model_copy(
-        update={"fill_ratio": (min(fills) + max(fills)) / 2, "young_modulus_gpa": sum(stiffness) / 2}
-    )
+    fills, (softest, stiffest) = fill_ratios_of(mill, uncertainty), uncertainty.parameters.young_modulus_gpa.given_range
+    change = {"fill_ratio": (min(fills) + max(fills)) / 2}
+    if softest is not None and stiffest is not None:
+        change["young_modulus_gpa"] = (softest + stiffest) / 2
+    mean = varied_case(mill, settings, uncertainty).model_copy(update=change)
     return [mean] * -(-uncertainty.samples // uncertainty.jobs)
