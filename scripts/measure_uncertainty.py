@@ -9,7 +9,8 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.files import read_table, write_json, write_table
 from millprint.job import job
 from millprint.uncertainty.intervals import Measured, measure
-from millprint.uncertainty.samples import fill_ratios_of, space_of, with_sweep
+from millprint.uncertainty.samples import space_of, with_sweep
+from millprint.uncertainty.varied import fill_ratios_of
 
 
 def main(

@@ -12,7 +12,8 @@ from millprint.config.uncertainty import UncertaintyConfig
 from millprint.files import write_table
 from millprint.job import job
 from millprint.uncertainty.sampler import run_samples
-from millprint.uncertainty.samples import check_contact, design_of, space_of, varied_case, with_sweep
+from millprint.uncertainty.samples import check_contact, design_of, space_of, with_sweep
+from millprint.uncertainty.varied import varied_case
 
 
 def main(

@@ -1,14 +1,11 @@
 """Writes schemas, config/keys.md (keys), workflow/descriptors.md (columns), workflow/card.md: `make reference`."""
 
-from functools import partial
 from pathlib import Path
 
-from millprint.bench.page import comparison_text
 from millprint.card.document import card_schema_text, explain_card
 from millprint.config.document import MODELS, reference_text, schema_text
 from millprint.files import whole_file
 from millprint.fingerprint.columns import explain_columns
-from millprint.growth.page import growth_text
 
 ROOT = Path(__file__).parent.parent
 PAGES = {
@@ -16,8 +13,6 @@ PAGES = {
     "workflow/descriptors.md": explain_columns,
     "workflow/card.md": explain_card,
     "workflow/schemas/card.schema.json": card_schema_text,
-    "docs/reference/comparison.md": partial(comparison_text, ROOT),
-    "docs/reference/growth.md": partial(growth_text, ROOT),
 }
 
 

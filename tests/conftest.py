@@ -28,6 +28,16 @@ with open(ROOT / "config/data/claims.tsv") as file:
     PRINTED = {row["id"]: row["value"] for row in csv.DictReader(file, delimiter="\t")}
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what opens a browser, and as slow what copies the project and starts Snakemake: all of tests/workflow."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
+        if ROOT / "tests/workflow" in item.path.parents:
+            item.add_marker("slow")
+
+
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory) -> Iterator[Browser]:
     """A browser for all tests, whose pages share nothing."""

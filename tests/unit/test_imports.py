@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+# Each script is imported in a process of its own.
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 # Libraries that each script must not import, not even through another one.
 NEEDLESS = {

@@ -43,7 +43,7 @@ from millprint.fingerprint.zones import find_zones
 from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel, check_volume
-from millprint.uncertainty.samples import varied_case
+from millprint.uncertainty.varied import varied_case
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature
 from tests.unit.factor_samples import factors_of

@@ -9,9 +9,9 @@ import yaml
 from pydantic import ValidationError
 from scipy.spatial.distance import pdist, squareform
 
-from millprint.bench.cases import emax_jar, make_setup
+from benchmarks.cases import emax_jar, make_setup
+from benchmarks.config import BenchConfig
 from millprint.calibration.drop_test import simulate_drops
-from millprint.config.bench import BenchConfig
 from millprint.config.checks import load_workflow
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named
@@ -207,7 +207,7 @@ def test_the_bench_refuses_walls_of_their_own():
         ContactConfig(**STEEL, wall_static_friction=0.5),
         emax_jar(load_named(ROOT / "config/mills", "emax", MillConfig, "mill")),
     )
-    config = check_model(yaml.safe_load((ROOT / "config/bench.yaml").read_text()), BenchConfig, "bench.yaml")
+    config = check_model(yaml.safe_load((ROOT / "benchmarks/bench.yaml").read_text()), BenchConfig, "bench.yaml")
     with pytest.raises(ConfigError, match=r"config/contacts/steel.yaml: wall_\*: the bench has one law"):
         make_setup(config, contact, jar, 10, 10)
     make_setup(config, contact.at_wall, jar, 10, 10)

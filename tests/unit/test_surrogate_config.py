@@ -37,13 +37,6 @@ def test_the_default_variant_is_the_network_of_the_thesis(content):
     assert variant.rollout.snap_back_m == -0.0049
 
 
-def test_a_training_is_quick_if_it_ends_before_its_first_checkpoint(content):
-    training = settings(content).variant("thesis").training
-    assert not training.is_quick
-    assert training.model_copy(update={"wall_time_max_s": 20.0, "checkpoint_every_s": 30.0}).is_quick
-    assert not training.model_copy(update={"wall_time_max_s": 3600.0, "checkpoint_every_s": 0.3}).is_quick
-
-
 def test_ablations_override_the_budget_and_the_budget_the_sections(content):
     content["ablation_budget"] = {"training": {"epochs": 3, "batch_size": 9}}
     content["ablations"] = {"window3": {"graph": {"window": 3}, "training": {"epochs": 5}}, "baseline": {}}

@@ -33,8 +33,9 @@ from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_in
 from millprint.uncertainty.intervals import measure
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.uncertainty.sampler import run_samples
-from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of, varied_case
+from millprint.uncertainty.samples import check_contact, contact_values, design_of, space_of
 from millprint.uncertainty.space import FROZEN, Space, contact_space, variable_of
+from millprint.uncertainty.varied import varied_case
 from tests.conftest import ROOT
 
 EMAX = load_named("config/mills", "emax", MillConfig, "mill")

@@ -19,7 +19,6 @@ from millprint.predict.regressors import (
     MODELS,
     REGRESSORS,
     TITLES,
-    is_quick,
     models_of,
     otherwise,
     regressor,
@@ -176,14 +175,3 @@ def test_models_beyond_table_5_6_are_added_after_it():
     assert check_model(thesis_yields(), YieldConfig, "config.yaml").models == [*TABLE_5_6, "gpr_starts"]
     extended = check_model(thesis_yields() | {"models": list(REGRESSORS)}, YieldConfig, "config.yaml")
     assert models_of(extended.models)[: len(MODELS)] == MODELS
-
-
-def test_regressors_of_few_fits_share_a_job_and_those_of_many_do_not():
-    thesis, quick = YieldConfig(**thesis_yields()), settings()
-    assert [name for name in REGRESSORS if is_quick(name, thesis.search)] == ["linear", "gpr_starts"]
-    few = SearchConfig(evaluations={"gpr": 2, "rf": 2, "svr": 2, "xgb": 2, "extra_trees": 26}, folds=2, repeats=1)
-    assert [name for name in REGRESSORS if not is_quick(name, few)] == ["extra_trees"]
-    assert not thesis.honest.is_quick
-    assert quick.honest.model_copy(update={"outer_folds": 2, "outer_repeats": 1, "random_splits": 1}).is_quick
-    assert not thesis.library_trial.is_quick
-    assert thesis.library_trial.model_copy(update={"permutations": 19}).is_quick

@@ -78,6 +78,7 @@ sweeps:
 """
 
 
+@pytest.mark.cluster
 @pytest.mark.skipif("MILLPRINT_SLURM" not in os.environ, reason="takes five minutes: `make slurm` runs it")
 def test_a_simulation_that_exceeds_its_time_limit_continues_in_a_second_attempt(tmp_path):
     place = partition()

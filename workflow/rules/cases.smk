@@ -1,11 +1,13 @@
 """Every simulation of this run: the sweeps of the configuration, of each mill and each set-up, and the large mill."""
 
+import math
+
 from millprint.card.cases import cases_of
 from millprint.config.checks import card_experiments
 from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
-from millprint.fingerprint.cases import described_cases, enlarged, large_case, mapped_cases, mill_cases
+from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 from millprint.patterns import any_of
 
@@ -200,8 +202,22 @@ def case_at(wildcards):
 
 def resources_at(wildcards):
     """Threads, time and memory of the case of a folder in results/dem."""
-    case = case_at(wildcards)
+    return estimate(case_at(wildcards))
+
+
+def estimate(case):
+    """Threads, time, memory and disk of a case."""
     return resources_of(case, CONFIG.dem, MILLS[case.mill], CONTACTS[case.contact])
+
+
+def likely_s(cases) -> int:
+    """Processor time that simulations are likely to take [s], for the plan of a run; 0 without any."""
+    return math.ceil(sum(estimate(case).processor_s for case in cases))
+
+
+def likely_mb(cases) -> int:
+    """Size of the files of simulations [MB], for the plan of a run."""
+    return math.ceil(sum(estimate(case).disk_mb for case in cases))
 
 
 def urgency(case) -> int:

@@ -38,6 +38,8 @@ rule run_dem_case:
     resources:
         runtime=lambda wildcards, attempt: attempt * resources_at(wildcards).runtime_min,
         mem_mb=lambda wildcards, attempt: attempt * resources_at(wildcards).memory_mb,
+        processor_s=lambda wildcards: likely_s([case_at(wildcards)]),
+        disk_mb=lambda wildcards: likely_mb([case_at(wildcards)]),
     params:
         case=lambda wildcards: case_at(wildcards).model_dump(mode="json"),
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),

@@ -84,6 +84,12 @@ rule describe_mill:
         "../../scripts/describe_mill.py"
 
 
+def new_cases(name: str) -> list:
+    """The simulations of a mill that its fit has not seen, without one for a mill whose sweep is derived in the run."""
+    mill = mill_named(name)
+    return held_out_cases(mill, CONFIG.mills) if mill.sweep else []
+
+
 rule measure_coverage:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),
@@ -97,6 +103,8 @@ rule measure_coverage:
         f"{LOGS}/mills/{{mill}}_coverage.log",
     benchmark:
         f"{BENCHMARKS}/measure_coverage/{{mill}}.tsv"
+    resources:
+        processor_s=lambda wildcards: likely_s(new_cases(wildcards.mill)),
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         sweep=own_sweep,

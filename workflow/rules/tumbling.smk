@@ -14,6 +14,8 @@ rule simulate_tumbling:
         f"{BENCHMARKS}/simulate_tumbling/{{setup}}.tsv"
     wildcard_constraints:
         setup=any_of(CONFIG.validation.tumbling),
+    resources:
+        processor_s=lambda wildcards: likely_s(simulated_inside(wildcards.setup)),
     params:
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
         mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],

@@ -1,7 +1,15 @@
 """How much a mill's fingerprint depends on contact parameters: samples, emulator, Sobol indices, intervals."""
 
+from millprint.uncertainty.varied import samples_of_job
+
 # The contact set of the predictions, then those that are compared with it.
 UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
+
+
+def samples_of(name: str) -> list:
+    """A case for each sample of a job, without one for a mill whose sweep is derived during the run."""
+    mill = mill_named(name)
+    return samples_of_job(mill, CONFIG.mills, CONFIG.uncertainty) if mill.sweep else []
 
 
 rule sample_contacts:
@@ -17,6 +25,9 @@ rule sample_contacts:
         f"{BENCHMARKS}/sample_contacts/{{mill}}_{{number}}.tsv"
     wildcard_constraints:
         number=r"\d+",
+    resources:
+        # A mill without a sweep gets one during the run, and is not counted before.
+        processor_s=lambda wildcards: likely_s(samples_of(wildcards.mill)),
     params:
         mill=lambda wildcards: dumped(mill_named(wildcards.mill)),
         sweep=own_sweep,

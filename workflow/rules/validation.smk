@@ -22,6 +22,10 @@ rule predict_setup:
         f"{LOGS}/validation/predict_{{setup}}.log",
     benchmark:
         f"{BENCHMARKS}/predict_setup/{{setup}}.tsv"
+    resources:
+        processor_s=lambda wildcards: (
+            0 if wildcards.setup in CONFIG.validation.tumbling else likely_s(simulated_inside(wildcards.setup))
+        ),
     params:
         settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
         mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],

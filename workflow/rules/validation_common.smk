@@ -13,6 +13,12 @@ def setup_inputs(name: str) -> dict:
     }
 
 
+def simulated_inside(name: str) -> list:
+    """The simulations of a set-up that a rule has inside, without a file in results/dem."""
+    setup = CONFIG.validation.chosen[name]
+    return setup.simulated_inside(MILLS[setup.mill_name]) if setup.mill_name else []
+
+
 def setup_runs(name: str) -> list[str]:
     """The files that a set-up reads of its simulations."""
     files = CONFIG.validation.chosen[name].run_files

@@ -7,7 +7,6 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from millprint.config.bench import BenchConfig
 from millprint.config.card import Experiment
 from millprint.config.contact import ContactConfig
 from millprint.config.meanings import meaning_of
@@ -19,14 +18,12 @@ MODELS: dict[str, type[BaseModel]] = {
     "config": WorkflowConfig,
     "mill": MillConfig,
     "contact": ContactConfig,
-    "bench": BenchConfig,
     "experiment": Experiment,
 }
 FILES = {
     "config": "config/config.yaml, config/smoke.yaml and your own",
     "mill": "config/mills/NAME.yaml",
     "contact": "config/contacts/NAME.yaml",
-    "bench": "config/bench.yaml",
     "experiment": "card.yaml, of scripts/write_card.py; in a table of experiments each key is a column",
 }
 

@@ -96,11 +96,6 @@ class TrainingConfig(Section):
     seed: Seed = 0
     """seed of the weights, the order of snapshots and the noise"""
 
-    @property
-    def is_quick(self) -> bool:
-        """Whether the training ends before its first checkpoint, so that a kill loses no more than that."""
-        return self.wall_time_max_s <= self.checkpoint_every_s
-
 
 class RollOutConfig(Section):
     """The recursive stage (thesis Sec. 6.2.2)."""

@@ -10,9 +10,6 @@ from millprint.config.proposals import PredictionConfig, ProposalConfig, Retrosp
 from millprint.config.regressors import TABLE_5_6, UNTUNED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
-# Outer folds that all models together go through within seconds, and shuffles that the averaged process does.
-FEW_FOLDS, FEW_SHUFFLES = 5, 20
-
 
 class SearchConfig(Section):
     """The search by hyperopt's tree-structured Parzen estimator (thesis Sec. 5.2.6)."""
@@ -49,11 +46,6 @@ class HeldOutConfig(SearchConfig):
     """of the outer folds and the bootstrap"""
     nominal: list[Fraction] = Field(default=[0.5, 0.8, 0.95], min_length=1)
     """levels at which predictive intervals are checked [-]"""
-
-    @property
-    def is_quick(self) -> bool:
-        """Whether there are so few outer folds that models share a job, as in a smoke test."""
-        return self.outer_folds * self.outer_repeats + self.random_splits <= FEW_FOLDS
 
 
 class EvaluationConfig(HeldOutConfig):
@@ -108,11 +100,6 @@ class LibraryTrialConfig(Section):
     """shuffles of the yields among the runs; the smallest p-value is 1 / (1 + permutations)"""
     seed: Seed = 42
     """of the halves and of the shuffles"""
-
-    @property
-    def is_quick(self) -> bool:
-        """Whether there are so few shuffles that they share a job, as in a smoke test."""
-        return self.permutations <= FEW_SHUFFLES
 
 
 class YieldConfig(Section):

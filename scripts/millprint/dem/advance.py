@@ -3,7 +3,6 @@
 from millprint.dem.layout import COUNTER, STATUS
 from millprint.dem.near import look, measure_strides
 from millprint.dem.neighbours import check_lists
-from millprint.dem.profile import PROFILE, lap, ticks
 from millprint.dem.recording import begin_record, count_occupancy, is_due, record, room_left
 from millprint.dem.steps import apply_forces, drift, kick
 from millprint.dem.threads import apply_forces_in_threads, move_in_threads
@@ -12,7 +11,7 @@ from millprint.mill.motion import write_poses
 
 
 @inlined()
-def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, profile):
+def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
     """Pose the bodies and bring the lists up to date; whether the step may be taken: no trouble, and room to write."""
     write_poses(clock.motions, time)
     if counters[COUNTER.check_in] <= 0:
@@ -21,25 +20,19 @@ def can_step(balls, candidates, contacts, laws, walls, clock, time, counters, ta
             return False
         measure_strides(balls, candidates, clock)
         counters[COUNTER.look_in] = 0
-    lap(profile, PROFILE.lists)
     if counters[COUNTER.look_in] <= 0:
         look(balls, candidates, clock, counters)
-        lap(profile, PROFILE.look)
     return room_left(candidates, counters, table, recorder)
 
 
 @kernel()
-def advance(
-    balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step,
-    shares, profile,
-):  # fmt: skip
+def advance(balls, candidates, contacts, laws, walls, clock, totals, counters, table, recorder, last_step, shares):
     """Run up to and including step `last_step`, or until a buffer is full or something is wrong.
 
     Everything is changed in place; counters[COUNTER.step] tells how far it came and counters[COUNTER.status] whether it
     may go on. Time is the step's number times the step; the mill starts at step 0.
 
-    shares: threads.Shares, one row for each thread, or None for the loop without threads; profile: of
-    profile.make_profile, for the ticks of the loop without threads, or None.
+    shares: threads.Shares, one row for each thread, or None for the loop without threads.
     Numba compiles one loop for each combination of types, and leaves out what is None.
     """
     # The same numbers as rows of one line each, which make fast loops.
@@ -47,16 +40,14 @@ def advance(
     # Between two calls, balls and contacts may have been changed.
     measure_strides(balls, candidates, clock)
     counters[COUNTER.look_in] = 0
-    if profile is not None:
-        profile[PROFILE.last] = ticks()
     while counters[COUNTER.step] <= last_step and counters[COUNTER.status] == STATUS.running:
         time = counters[COUNTER.step] * clock.step
-        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder, profile):
+        if not can_step(balls, candidates, contacts, laws, walls, clock, time, counters, table, recorder):
             break
         since = counters[COUNTER.step] - recorder.origin
         is_recorded = begin_record(contacts, totals, counters, recorder, since)
         if shares is None:
-            apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, profile)
+            apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table)
         else:
             apply_forces_in_threads(
                 balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, shares
@@ -65,13 +56,11 @@ def advance(
             record(balls, candidates, contacts, clock, time, since, totals, counters, recorder)
         if is_due(recorder.occupancy_every, since):
             count_occupancy(balls, clock, recorder)
-        lap(profile, PROFILE.records)
         if shares is None:
             kick(rate, rate_now, load, clock.gain, clock.fall)
             drift(balls.position, balls.rate, clock.step)
         else:
             move_in_threads(balls, clock.gain, clock.fall, clock.step, shares.counts.shape[0])
-        lap(profile, PROFILE.move)
         counters[COUNTER.step] += 1
         counters[COUNTER.check_in] -= 1
         counters[COUNTER.look_in] -= 1

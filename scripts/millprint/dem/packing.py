@@ -296,15 +296,3 @@ def pack(
         f"{count} balls of {diameter_m * 1e3:g} mm do not fit into the vessel; "
         f"the largest fill ratio that does is {fill:g}"
     )
-
-
-def pack_from_below(vessel: Vessel, diameter_m: float, count: int, seed: int) -> np.ndarray:
-    """Centres (count, 3) [m] in the vessel's frame of a dense bed: the lowest sites of a close packing of level planes.
-
-    Raises SimulationError if they do not fit.
-    """
-    spacing = diameter_m * (1 + GAP)
-    sites = _sites(vessel, diameter_m, spacing, np.random.default_rng(seed), ())
-    if len(sites) < count:
-        raise SimulationError(f"{count} balls of {diameter_m * 1e3:g} mm do not fit into the vessel; {len(sites)} do")
-    return by_cell(sites[np.argsort(sites[:, 2])[:count]], spacing)

@@ -1,7 +1,9 @@
-"""Time and memory of a simulation on a cluster, estimated. The Snakefile imports this, so no heavy imports here."""
+"""Time, memory and disk of a simulation, estimated. The Snakefile imports this, so no heavy imports here.
+
+A cluster is asked for more than a simulation is likely to take; a plan says what it is likely to take.
+"""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from millprint.config.contact import ContactConfig
@@ -9,8 +11,11 @@ from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
 from millprint.dem.timestep import rayleigh_time, requested_step
 
-# A ball-step of many balls takes 60 to 100 ns (results/bench/dem.tsv) [s].
+# A ball-step of many balls takes 60 to 100 ns (benchmarks/timings.tsv) [s].
 BALL_STEP_S = 1e-7
+# What it is likely to take, from the simulations of the thesis on an Intel Xeon at 2.8 GHz with AVX-512, November 2026:
+# 35 to 40 ns for a ball and a step below 80 balls, 50 to 62 ns above; and to import and to write [s].
+LIKELY_BALL_STEP_S, LIKELY_START_S = 55e-9, 2.1
 # Time to start and to write [min], and factor on the estimate.
 START_MIN, MARGIN = 10, 3
 # A longer case gets a cluster job of its own; shorter ones share a job [min].
@@ -22,10 +27,13 @@ BASE_MB = 700
 COPIES = 3
 # Numbers of a ball in a snapshot.
 SNAPSHOT_COLUMNS = 12
-# A row of the table of collisions; a ball's state, contacts and candidates, of a run of 200,000 (growth.tsv) [bytes].
+# A row of the table of collisions; a ball's state, contacts and candidates, of a run of 200,000 balls
+# (docs/how_to/speed.md) [bytes].
 COLLISION_BYTES, BALL_BYTES = 96, 7500
 # Collisions per ball and second: more than in any mill of the box.
 COLLISIONS_HZ = 1000
+# In run.h5: a collision of the table, a ball in a snapshot [bytes].
+STORED_COLLISION_BYTES, STORED_SNAPSHOT_BYTES = 37, 38
 
 
 @dataclass(frozen=True)
@@ -33,13 +41,16 @@ class Resources:
     """What one simulation takes.
 
     runtime_min: MARGIN times balls x steps x BALL_STEP_S, and START_MIN; memory_mb: of Python, the balls, and what the
-    window records of snapshots and collisions; threads: of the job; seconds: balls x steps x BALL_STEP_S.
+    window records of snapshots and collisions; threads: of the job; seconds: balls x steps x BALL_STEP_S; processor_s:
+    what it is likely to take [s], with a window that does not grow; disk_mb: size of run.h5 [MB].
     """
 
     runtime_min: int
     memory_mb: int
     threads: int
     seconds: float
+    processor_s: float
+    disk_mb: float
 
     @property
     def needs_own_job(self) -> bool:
@@ -54,30 +65,25 @@ def resources_of(case: Case, dem: DemConfig, mill: MillConfig, contact: ContactC
     rayleigh = rayleigh_time(min(case.sizes_mm) / 2000, contact.density_kg_m3, stiffness, contact.poisson_ratio)
     balls = ball_count(case.fill_ratio, mill.volume_ml * 1e-6, case.ball_diameter_mm / 1000)
     window = max(case.window_s, case.window_max_s or 0.0)
-    steps = (case.settle_s + case.discard_s + window) / requested_step(case, dem, rayleigh)
+    before, step = case.settle_s + case.discard_s, requested_step(case, dem, rayleigh)
     snapshots = window / case.snapshot_interval_s if case.snapshot_interval_s else 0
     collisions = min(balls * window * COLLISIONS_HZ, dem.collision_rows_max)
     recorded = balls * snapshots * SNAPSHOT_COLUMNS * 8 + collisions * COLLISION_BYTES
-    seconds = balls * steps * BALL_STEP_S
+    seconds = balls * (before + window) / step * BALL_STEP_S
+    # A table with more collisions than it may have is not written.
+    rows = balls * case.window_s * COLLISIONS_HZ
+    stored = (rows if rows < dem.collision_rows_max else 0) * STORED_COLLISION_BYTES
+    stored += balls * snapshots * STORED_SNAPSHOT_BYTES
     return Resources(
         runtime_min=runtime_of(seconds),
         memory_mb=BASE_MB + math.ceil((COPIES * recorded + balls * BALL_BYTES) / 1e6),
         threads=threads_of(case, dem),
         seconds=seconds,
+        processor_s=LIKELY_START_S + balls * (before + case.window_s) / step * LIKELY_BALL_STEP_S,
+        disk_mb=stored / 1e6,
     )
 
 
 def runtime_of(seconds: float) -> int:
-    """The time to request for simulations of an estimated length together [min]."""
+    """The time to request for a simulation of an estimated length [min]."""
     return START_MIN + math.ceil(MARGIN * seconds / 60)
-
-
-def resources_together(parts: Sequence[Resources]) -> Resources:
-    """What simulations take that run one after another in a job."""
-    seconds = sum(part.seconds for part in parts)
-    return Resources(
-        runtime_min=runtime_of(seconds),
-        memory_mb=max(part.memory_mb for part in parts),
-        threads=max(part.threads for part in parts),
-        seconds=seconds,
-    )

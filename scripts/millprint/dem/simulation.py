@@ -92,8 +92,6 @@ class Simulation:
         self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
         self.threads = threads_of(case, dem)
         self.shares = self._make_shares()
-        # An array of profile.make_profile, to measure what each part of a step costs; None otherwise.
-        self.profile: np.ndarray | None = None
         self.totals = np.zeros(TOTAL_WIDTH)
         self.counters = state.make_counters()
         self.wall_clock_s = 0.0
@@ -270,7 +268,7 @@ class Simulation:
         with use_threads(self.threads) if self.threads > 1 else nullcontext():
             advance(
                 self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
-                self.counters, table, recorder, last_step, self.shares, self.profile,
+                self.counters, table, recorder, last_step, self.shares,
             )  # fmt: skip
 
     def _write_restart_if_due(self, recording: Recording) -> None:

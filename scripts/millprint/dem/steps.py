@@ -11,7 +11,6 @@ import numpy as np
 from millprint.dem.contact import evaluate
 from millprint.dem.lanes import get, get_present, get_vector, put_present
 from millprint.dem.layout import COUNTER, GROUP, GROUPED_TO, LANE, LANES, LOAD, LOAD_WIDTH, PRESENT, RATE, TOTAL
-from millprint.dem.profile import PROFILE, lap
 from millprint.dem.touching import FAR, close_contact, open_contacts, wall_away
 from millprint.kernel import inlined
 from millprint.mill.pose import POSE
@@ -122,17 +121,14 @@ def scatter_open(balls, contacts, walls, clock, counters, block, at):
 
 
 @inlined()
-def resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, profile):
+def resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table):
     """The contacts of blocks begin to end: those that have parted are closed, the others act on their partners."""
     for block in range(begin, end):
         at = block - begin
         gather_open(balls, candidates, contacts, laws, walls, clock, block, at, time, totals, counters, table)
-    lap(profile, PROFILE.gather)
     evaluate(contacts.lanes, contacts.present, begin, end, clock.step)
-    lap(profile, PROFILE.law)
     for block in range(begin, end):
         scatter_open(balls, contacts, walls, clock, counters, block, block - begin)
-    lap(profile, PROFILE.scatter)
 
 
 @inlined()
@@ -150,19 +146,15 @@ def book_wall_work(clock, totals):
 
 
 @inlined()
-def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table, profile):
+def apply_forces(balls, candidates, contacts, laws, walls, clock, time, totals, counters, table):
     """Contact forces and torques on every ball at the present positions; energies go to `totals` and the histories."""
     open_contacts(balls, candidates, contacts, laws, walls, clock.motions, time, totals, counters, table)
-    lap(profile, PROFILE.candidates)
     blocks = blocks_in_use(counters)
     group = GROUP if blocks <= GROUPED_TO else 1
     for begin in range(0, blocks, group):
         end = min(begin + group, blocks)
-        resolve_blocks(
-            balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, profile
-        )
+        resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table)
     book_wall_work(clock, totals)
-    lap(profile, PROFILE.scatter)
 
 
 @inlined()

@@ -202,9 +202,7 @@ def resolve_waiting(balls, candidates, contacts, laws, walls, clock, time, total
     for t in range(shares.counts.shape[0]):
         for at in range(shares.counts[t, SHARE.waiting]):
             begin, end = shares.waiting[t, at], shares.waiting[t, at] + 1
-            resolve_blocks(
-                balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table, None
-            )
+            resolve_blocks(balls, candidates, contacts, laws, walls, clock, begin, end, time, totals, counters, table)
         for body in range(clock.load.shape[0]):
             for c in range(LOAD_WIDTH):
                 clock.load[body, c] += shares.body_load[t, body, c]

@@ -114,7 +114,7 @@ class World:
     def _advance(self, last_step: int, table: Table, recorder: Recorder) -> None:
         advance(
             self.balls, self.candidates, self.open_contacts, self.laws, self.walls, self.clock, self.totals,
-            self.counters, table, recorder, last_step, None, None,
+            self.counters, table, recorder, last_step, None,
         )  # fmt: skip
         counters = self.counters
         if counters[COUNTER.status] != STATUS.running:

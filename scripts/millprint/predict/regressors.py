@@ -24,8 +24,6 @@ AVERAGED = "averaged_gpr"
 # The yields of the training rows as the prediction for every condition: the reference of all scores.
 CLIMATOLOGY = "climatology"
 SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
-# Fits of a search that take less time than the start of a job.
-FEW_FITS = 50
 
 Parameters = dict[str, Any]
 # Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
@@ -337,12 +335,6 @@ def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = M
         ],
     }
     return [(*model, choice) for choice in choices for model in affected[choice]]
-
-
-def is_quick(name: str, budget: SearchConfig) -> bool:
-    """Whether training a regressor takes few fits, so that its start as a job of its own would take longer."""
-    evaluations = getattr(budget.evaluations, name) if regressor(name).space else 0
-    return evaluations * budget.folds * budget.repeats <= FEW_FITS
 
 
 def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:

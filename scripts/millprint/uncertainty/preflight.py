@@ -36,7 +36,7 @@ def uncertainty_cases(config: WorkflowConfig, mills: dict[str, MillConfig]) -> l
     settings = config.uncertainty
     if not settings.mills:
         return []
-    from millprint.uncertainty.samples import fill_ratios_of, varied_case
+    from millprint.uncertainty.varied import fill_ratios_of, varied_case
 
     _, stiffest = settings.parameters.young_modulus_gpa.given_range
     found = []

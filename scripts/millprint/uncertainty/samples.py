@@ -7,12 +7,11 @@ import pandas as pd
 
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.config.mill_sweep import MillsConfig, MillSweepConfig
-from millprint.config.sweep import Case
+from millprint.config.mill_sweep import MillSweepConfig
 from millprint.config.uncertainty import PARAMETERS, UncertaintyConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.cases import mill_cases, sweep_of
 from millprint.uncertainty.space import Space, contact_space, with_fill
+from millprint.uncertainty.varied import fill_ratios_of
 
 
 def with_sweep(mill: dict, sweep: dict | None, derived: str | Path | None) -> MillConfig:
@@ -25,21 +24,6 @@ def contact_values(contact: ContactConfig) -> dict[str, float]:
     """The varied parameters of a contact set; friction on the wall is that on balls where the set gives no other."""
     found = {name: getattr(contact, name, None) for name in PARAMETERS}
     return {name: contact.static_friction if value is None else value for name, value in found.items()}
-
-
-def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
-    """The case that is varied: the first ball size and the first speed of the mill's sweep.
-
-    It has a step of its own, and the recorded time of precision `standard`: what is compared are its samples.
-    """
-    first = mill_cases(mill, settings.model_copy(update={"precision": "standard"}))[0]
-    own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": uncertainty.closure_max}
-    return first.model_copy(update=own)
-
-
-def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
-    """The fill ratios at which intervals are given: those of the section, or of the mill's sweep."""
-    return uncertainty.fill_ratios or sorted(sweep_of(mill).fill_ratios)
 
 
 def space_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> Space:

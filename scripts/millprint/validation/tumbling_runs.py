@@ -12,7 +12,7 @@ from millprint.columns import span_of
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
-from millprint.config.sweep import Case, DemConfig, balls_of
+from millprint.config.sweep import Case, DemConfig
 from millprint.dem.layout import SNAPSHOT, SNAPSHOT_TOTAL
 from millprint.dem.ledger import check_closure, ledger_series, ledger_summary
 from millprint.dem.several import simulate_each
@@ -95,15 +95,7 @@ def design(settings: TumblingConfig, contacts: Mapping[str, ContactConfig], meas
 
 def case_of(row: Mapping[str, Any], settings: TumblingConfig, mill: MillConfig) -> Case:
     """The case of a row of the design."""
-    turn_s = 60 / row["speed_rpm"]
-    return Case(
-        mill=mill.name, contact=settings.contact, **balls_of(settings.ball_diameter_mm),
-        fill_ratio=settings.fill_ratio(row["number"], mill.volume_ml), speed_rpm=row["speed_rpm"], seed=row["seed"],
-        rayleigh_fraction=settings.rayleigh_fraction, closure_max=settings.closure_max, settle_s=settings.settle_s,
-        discard_s=max(settings.discard_turns * turn_s, settings.discard_s),
-        window_s=max(settings.window_turns * turn_s, settings.window_s),
-        snapshot_interval_s=turn_s / settings.snapshots_per_turn,
-    )  # fmt: skip
+    return settings.case(row["number"], row["speed_rpm"], row["seed"], mill)
 
 
 def tumbling_cases(settings: TumblingConfig, mills: Mapping[str, MillConfig]) -> list[Case]:

@@ -2,8 +2,9 @@
 
 from typing import ClassVar
 
+from millprint.config.mill import MillConfig
 from millprint.config.section import Name, Section
-from millprint.config.sweep import SweepConfig
+from millprint.config.sweep import Case, SweepConfig
 
 Interval = tuple[float, float]
 
@@ -37,6 +38,10 @@ class SetupConfig(Section):
     @property
     def sweeps(self) -> list[SweepConfig]:
         """Its simulations in results/dem; none for a set-up that simulates on its own. Each sweep names its mills."""
+        return []
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """The simulations that have no file in results/dem: a rule of the validation has them inside."""
         return []
 
     @property

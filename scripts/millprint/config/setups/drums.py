@@ -4,9 +4,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from millprint.config.mill import MillConfig
 from millprint.config.section import Fraction, Name, Positive, PositiveSpeed, Seed
 from millprint.config.setups.base import Interval, SetupConfig
-from millprint.config.sweep import SweepConfig
+from millprint.config.sweep import Case, DemConfig, SweepConfig, expand_sweep
 
 
 class DrumOfBallsConfig(SetupConfig):
@@ -126,3 +127,10 @@ class ReposeDrumConfig(DrumOfBallsConfig):
     def sweeps(self) -> list[SweepConfig]:
         """The whole drum."""
         return [self.sweep("whole", self.mill, [self.contact], self.seeds)]
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """The slices, one with the set that predicts: each has its share of the drum's balls."""
+        (whole,) = self.sweeps
+        share = self.slice_mm / getattr(mill.geometry, "height_mm", self.slice_mm)
+        shorter = whole.model_copy(update={"seeds": [0], "fill_ratios": [self.fill_ratio * share]})
+        return list(expand_sweep(shorter, DemConfig(), mill.name)) * (self.samples + 1)

@@ -5,9 +5,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
+from millprint.config.mill import MillConfig
 from millprint.config.mixture import BallMixture, BallSize
 from millprint.config.section import Fraction, Name, Positive, Seed
 from millprint.config.setups.base import Interval, SetupConfig
+from millprint.config.sweep import Case, balls_of
 
 
 class TumblingConfig(SetupConfig):
@@ -77,6 +79,25 @@ class TumblingConfig(SetupConfig):
     def mill_name(self) -> str:
         """The mill."""
         return self.mill
+
+    def case(self, number: int, speed_rpm: float, seed: int, mill: MillConfig) -> Case:
+        """The simulation of a number of balls at a speed [rpm]."""
+        turn_s = 60 / speed_rpm
+        return Case(
+            mill=mill.name, contact=self.contact, **balls_of(self.ball_diameter_mm),
+            fill_ratio=self.fill_ratio(number, mill.volume_ml), speed_rpm=speed_rpm, seed=seed,
+            rayleigh_fraction=self.rayleigh_fraction, closure_max=self.closure_max, settle_s=self.settle_s,
+            discard_s=max(self.discard_turns * turn_s, self.discard_s),
+            window_s=max(self.window_turns * turn_s, self.window_s),
+            snapshot_interval_s=turn_s / self.snapshots_per_turn,
+        )  # fmt: skip
+
+    def simulated_inside(self, mill: MillConfig) -> list[Case]:
+        """A case for each simulation at a speed of this section: every number, speed and seed, and the contact sets."""
+        predicting = [(number, speed, seed) for seed in self.seeds for number in self.numbers for speed in self.speeds]
+        sets = len(self.further_contacts) + self.samples
+        others = [(self.numbers[0], speed, self.seeds[0]) for speed in self.sample_speeds] * sets
+        return [self.case(number, self.speed_rpm(speed), seed, mill) for number, speed, seed in (*predicting, *others)]
 
     @property
     def own_tables(self) -> tuple[str, ...]:

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, balls_text, head_lines, law_text
-from millprint.config.bench import BenchConfig, TumblingConfig
+from benchmarks.config import BenchConfig, TumblingConfig
+from benchmarks.lammps import MEANS_FILE, SAMPLE_EVERY, Lammps, balls_text, head_lines, law_text
 from millprint.config.contact import ContactConfig
 from millprint.config.geometry import LifterDrumGeometry
 from millprint.config.mill import MillConfig

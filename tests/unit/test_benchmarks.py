@@ -2,6 +2,8 @@
 
 import math
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,8 +13,9 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from millprint.bench import compare, physics, tumbling
-from millprint.bench.cases import (
+from benchmarks import compare, drums, physics
+from benchmarks.__main__ import stamped
+from benchmarks.cases import (
     Setup,
     Timing,
     at_rest,
@@ -24,27 +27,22 @@ from millprint.bench.cases import (
     start_from,
     time_millprint,
 )
-from millprint.bench.compare import (
+from benchmarks.compare import (
     SPEED_COLUMNS,
     Entry,
-    lammps_over_jar,
-    large_over_small,
     spread,
     summarise,
     time_case,
+    timing_text,
 )
-from millprint.bench.lammps import MEANS, Lammps, data_text, input_text, read_log
-from millprint.bench.large import large_setup, large_start, scaled_mill
-from millprint.bench.table import across_text, physics_text, timing_text
-from millprint.config.bench import BenchConfig
+from benchmarks.config import BenchConfig
+from benchmarks.lammps import MEANS, Lammps, data_text, input_text, read_log
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
-from millprint.dem.packing import inside, pack
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError, SimulationError
-from millprint.mill.vessel import build_vessel
 
 ROOT = Path(__file__).parents[2]
 LOG = (ROOT / "tests/data/lammps.log").read_text()
@@ -52,7 +50,7 @@ LOG = (ROOT / "tests/data/lammps.log").read_text()
 
 @pytest.fixture(scope="module")
 def config() -> BenchConfig:
-    return check_model(read_yaml(ROOT / "config/bench.yaml"), BenchConfig, "config/bench.yaml")
+    return check_model(read_yaml(ROOT / "benchmarks/bench.yaml"), BenchConfig, "benchmarks/bench.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -296,73 +294,10 @@ def test_ratio_is_theirs_over_ours_on_the_same_case():
     assert "180.0" in text
 
 
-def test_rows_of_different_jars_are_compared_by_name(config):
-    table = summarise(repetitions())
-    small, large = table.iloc[0], table.iloc[0].copy()
-    large["case"], large["ns_per_ball_step"] = "emax_large_300x10mm", 26.0
-    table = pd.concat([table, large.to_frame().T, small.to_frame().T.assign(case="emax_24x10mm", code="other")])
-    case = config.cases[0]
-    one = config.model_copy(
-        update={"cases": [case], "large": config.large.model_copy(update={"compared_with": case.name})}
-    )
-    assert lammps_over_jar(table, one, "emax") == {"24x10mm": 18.0}
-    assert large_over_small(table, one, "emax") == ("emax_large_300x10mm", "emax_24x10mm", pytest.approx(1.3))
-    text = across_text(lammps_over_jar(table, one, "emax"), "emax", large_over_small(table, one, "emax"))
-    assert "LAMMPS in the cylinder over millprint in the emax jar" in text
-    assert "24x10mm 18.0" in text
-    assert text.endswith("emax_large_300x10mm over one of emax_24x10mm: 1.30")
-
-
-def test_large_jar_has_the_fill_of_the_case_that_it_is_compared_with(config, mill, contact):
-    """Lengths grow by the cube root of the ratio of the balls; angles, counts of facets and the motion stay."""
-    setup = large_setup(config, mill, contact)
-    small = config.case_named(config.large.compared_with)
-    ratio = 20_000 / small.balls
-    assert setup.name == "emax_large_20000x5mm"
-    assert setup.jar.vessel.volume_m3 == pytest.approx(ratio * build_vessel(mill).volume_m3, rel=1e-9)
-    assert len(setup.jar.vessel.facets) == len(build_vessel(mill).facets)
-    assert setup.amplitude_m == 0.017
-    assert setup.case(0, settle_s=0, discard_s=0, window_s=1).fill_ratio == pytest.approx(
-        small.balls * math.pi / 6 * 0.005**3 / 125e-6
-    )
-    assert setup.settle_s == config.large.settle_s
-
-
-def test_a_jar_scales_with_its_inner_parts(mill):
-    post = load_named(ROOT / "config/mills", "emax_post", MillConfig, "mill")
-    doubled = scaled_mill(post, 8.0)
-    assert doubled.geometry.post.radius_mm == pytest.approx(2 * post.geometry.post.radius_mm)
-    assert doubled.geometry.post.facets == post.geometry.post.facets
-    assert doubled.volume_ml == 8 * post.volume_ml
-    box = {"kind": "box", "x_mm": 50, "y_mm": 50, "z_mm": 50}
-    with pytest.raises(ConfigError, match=r"geometry\.kind = 'box': the bench's large case needs a stadium"):
-        scaled_mill(MillConfig.model_validate({**mill.model_dump(), "geometry": box}), 8.0)
-
-
-@pytest.mark.parametrize(("compared_with", "balls", "share"), [("764x5mm", 8000, 0.75), ("191x5mm", 2000, 0.35)])
-def test_large_start_is_a_bed_in_the_lower_part_of_the_jar(config, mill, contact, compared_with, balls, share):
-    """Also where the bed is lower than the jar's fillet, as at the lower fill ratio."""
-    few = config.large.model_copy(update={"balls": balls, "compared_with": compared_with, "settle_s": 0.0005})
-    setup = large_setup(config.model_copy(update={"large": few}), mill, contact)
-    start, vessel = large_start(setup), setup.jar.vessel
-    height = vessel.bounds[1, 2]
-    loose = pack(vessel, setup.diameter_m, balls, 0, vessel.volume_m3)
-    assert start.shape == (balls, 3)
-    assert inside(vessel, start, 0.499 * setup.diameter_m).all()
-    assert start[:, 2].max() < share * height < loose[:, 2].max()
-
-
-def test_large_start_refuses_more_balls_than_the_jar_holds(config, mill, contact):
-    setup = large_setup(config, mill, contact)
-    with pytest.raises(SimulationError, match=r"60000 balls of 5 mm do not fit into the vessel; \d+ do"):
-        large_start(replace(setup, balls=60_000))
-
-
 def test_quick_bench_runs_the_same_cases_shorter(config):
     quick = config.quickened()
     assert [case.name for case in quick.cases] == [case.name for case in config.cases]
     assert quick.cases[0].driven_s == config.quick.time_share * config.cases[0].driven_s
-    assert quick.large == config.large.model_copy(update={"repetitions": 1})
     assert quick.physics.window_s == config.quick.time_share * config.physics.window_s
     assert (quick.repetitions, quick.physics.seeds) == (config.quick.repetitions, config.quick.seeds)
 
@@ -373,14 +308,13 @@ def test_quick_bench_runs_the_same_cases_shorter(config):
         ("cylinder", "axis", "x", "must have axis = z"),
         ("cylinder", "fillet_radius_mm", 2.0, "must have axis = z and fillet_radius_mm = 0"),
         ("cylinder", "centre_mm", [0, 0, 1], r"cylinder\.centre_mm: must be left out"),
-        ("large", "compared_with", "7x1mm", "'7x1mm': must be one of the cases, 24x10mm, 191x5mm, 764x5mm"),
     ],
 )
 def test_a_bench_that_cannot_be_compared_is_refused(section, key, value, message):
-    values = read_yaml(ROOT / "config/bench.yaml")
+    values = read_yaml(ROOT / "benchmarks/bench.yaml")
     values[section][key] = value
     with pytest.raises(ConfigError, match=message):
-        check_model(values, BenchConfig, "config/bench.yaml")
+        check_model(values, BenchConfig, "benchmarks/bench.yaml")
 
 
 def test_physics_table_has_students_intervals(config):
@@ -394,7 +328,7 @@ def test_physics_table_has_students_intervals(config):
     error = math.sqrt(5 / 3 / 4)
     assert table["millprint_95"].to_numpy() == pytest.approx(3.18245 * error, rel=1e-5)
     assert table["difference_pct"].to_numpy() == pytest.approx(180)
-    text = physics_text(table)
+    text = physics.physics_text(table)
     assert law.differs in text and "4 runs, 95 % intervals" in text and "2.5 +- 2.1" in text
 
 
@@ -412,7 +346,7 @@ def test_few_runs_have_no_interval(config, runs):
     frame = pd.DataFrame({name: np.arange(1.0, 1.0 + runs) for name in MEANS})
     table = physics.compare_law(config.physics.laws[0], frame, frame + 1)
     assert table[["millprint_95", "lammps_95", "difference_pct_95"]].isna().all(axis=None)
-    text = physics_text(table)
+    text = physics.physics_text(table)
     assert "+-" not in text and f"{runs} runs, too few for an interval" in text
 
 
@@ -439,9 +373,9 @@ def drum() -> tuple[MillConfig, ContactConfig]:
 
 def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
     mill, contact = drum
-    case = tumbling.case_of(mill, contact, config.drums[0], 40.81, 0)
-    simulation = Simulation(case, mill, contact, DemConfig(ledger_samples_per_revolution=tumbling.ROW))
-    text = tumbling.input_text(simulation, mill.geometry, config, config.drums[0])
+    case = drums.case_of(mill, contact, config.drums[0], 40.81, 0)
+    simulation = Simulation(case, mill, contact, DemConfig(ledger_samples_per_revolution=drums.ROW))
+    text = drums.input_text(simulation, mill.geometry, config, config.drums[0])
     shell, *lifters = re.findall(r"^region .*", text, re.MULTILINE)
     assert "cylinder y 0 0 0.275 -0.01175 0.01175 side in rotate v_turned" in shell
     assert len(lifters) == 12 and len(re.findall("^fix lifter", text, re.MULTILINE)) == 12
@@ -455,12 +389,9 @@ def test_the_drum_of_lammps_turns_with_all_its_lifters(config, drum):
         words(text, "pair_coeff * *")[8] == "0.14"
         and words(text, "fix shell all wall/gran/region granular")[8] == "0.39"
     )
-    settle, discard, window = tumbling.steps_of(simulation, config.drums[0])
-    assert (
-        window * simulation.step == pytest.approx(2 * 60 / 40.81)
-        and discard % tumbling.ROW == settle % tumbling.ROW == 0
-    )
-    data = tumbling.data_text(simulation, mill.geometry)
+    settle, discard, window = drums.steps_of(simulation, config.drums[0])
+    assert window * simulation.step == pytest.approx(2 * 60 / 40.81) and discard % drums.ROW == settle % drums.ROW == 0
+    data = drums.data_text(simulation, mill.geometry)
     assert "120 atoms" in data and len(data.splitlines()) == 11 + 120
 
 
@@ -470,12 +401,29 @@ def test_a_drum_that_lammps_lacks_is_refused(drum, mill):
     slanted = slice_mill.model_copy(update={"geometry": slice_mill.geometry.model_copy(update={"lifters": lifters})})
     for other in (mill, slanted):
         with pytest.raises(ConfigError, match="needs a lifter_drum with square lifters"):
-            tumbling.check_drum(other)
+            drums.check_drum(other)
 
 
 def test_the_table_of_powers_has_a_row_for_each_speed():
     rows = [(40.0, 120, 20.0, 22.0, 1e-5, "x"), (40.0, 120, 22.0, 20.0, 1e-5, "x"), (20.0, 120, 10.0, 11.0, 2e-5, "x")]
-    table = tumbling.tabulate_power(rows, "drum", "steel").set_index("speed_rpm")
+    table = drums.tabulate_power(rows, "drum", "steel").set_index("speed_rpm")
     assert table.loc[40.0, ["millprint_W", "power_W", "difference_pct", "runs"]].tolist() == [21.0, 21.0, 0.0, 2]
     assert table.loc[20.0, "difference_pct"] == pytest.approx(10)
     assert table.loc[40.0, "millprint_se_W"] == pytest.approx(1.0)
+
+
+def test_a_table_of_timings_says_what_it_was_measured_with():
+    table = stamped(summarise(repetitions()), "22 Jul 2025")
+    assert list(table.columns) == ["date", "commit", "processor", "lammps", *SPEED_COLUMNS]
+    assert set(table["lammps"]) == {"22 Jul 2025"} and len(table) == 3
+
+
+def test_without_lammps_the_benchmark_ends_in_one_line(tmp_path):
+    """Also the way in which `make bench` calls it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "--lammps", str(tmp_path), "--results", str(tmp_path), "--quick"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "there is no LAMMPS in this environment" in done.stderr.strip().splitlines()[-1]
+    assert "Traceback" not in done.stderr

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from millprint.bench.cases import (
+from benchmarks.cases import (
     Jar,
     Setup,
     Timing,
@@ -25,15 +25,16 @@ from millprint.bench.cases import (
     start_from,
     time_millprint,
 )
-from millprint.bench.lammps import Lammps
-from millprint.bench.large import large_setup, large_start
-from millprint.bench.table import LAMMPS, OURS
-from millprint.config.bench import BenchCase, BenchConfig
+from benchmarks.config import BenchCase, BenchConfig
+from benchmarks.lammps import Lammps
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.progress import progress
 
 logger = logging.getLogger("millprint")
+
+OURS, LAMMPS = "millprint", "LAMMPS"
+NAMES = {"steps_per_s": "steps/s", "ns_per_ball_step": "ns a ball-step", "ratio_to_us": "ratio to us"}
 
 # Columns of results/bench/dem.tsv.
 SPEED_COLUMNS = ("case", "balls", "code", "wall", "steps_per_s", "ns_per_ball_step", "ratio_to_us")
@@ -76,15 +77,12 @@ def entries_of(config: BenchConfig, contact: ContactConfig, case: BenchCase, jar
     made = []
     for jar in jars:
         setup = make_setup(config, contact, jar, case.balls, case.ball_diameter_mm)
-        made += entries_from(setup, settle(setup, seed=0), case.driven_s)
+        start = settle(setup, seed=0)
+        simulation = start_from(setup, start, case.driven_s)
+        codes = [OURS, LAMMPS] if jar.region else [OURS]
+        steps, step_s = count_steps(simulation), simulation.step
+        made += [Entry(setup, code, start, case.driven_s, steps, step_s) for code in codes]
     return made
-
-
-def entries_from(setup: Setup, start: np.ndarray, driven_s: float) -> list[Entry]:
-    """Every code that can express the jar, from `start` (n, 3) [m]."""
-    simulation = start_from(setup, start, driven_s)
-    codes = [OURS, LAMMPS] if setup.jar.region else [OURS]
-    return [Entry(setup, code, start, driven_s, count_steps(simulation), simulation.step) for code in codes]
 
 
 def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Path, bar: tqdm) -> pd.DataFrame:
@@ -116,20 +114,17 @@ def time_case(entries: list[Entry], repetitions: int, lammps: Lammps, place: Pat
     return pd.DataFrame(rows)
 
 
-def all_entries(config: BenchConfig, mill: MillConfig, contact: ContactConfig) -> list[tuple[list[Entry], int]]:
-    """Every case of the bench: its codes and jars, and how often it is repeated."""
+def all_entries(config: BenchConfig, mill: MillConfig, contact: ContactConfig) -> list[list[Entry]]:
+    """Every case of the benchmark, with its codes and jars."""
     jars = [emax_jar(mill), cylinder_jar(config, mill)]
-    cases = [(entries_of(config, contact, case, jars), config.repetitions) for case in config.cases]
-    setup = large_setup(config, mill, contact)
-    cases.append((entries_from(setup, large_start(setup), config.large.driven_s), config.large.repetitions))
-    return cases
+    return [entries_of(config, contact, case, jars) for case in config.cases]
 
 
-def time_all(cases: list[tuple[list[Entry], int]], lammps: Lammps, place: Path) -> pd.DataFrame:
+def time_all(cases: list[list[Entry]], repetitions: int, lammps: Lammps, place: Path) -> pd.DataFrame:
     """Repetitions of all cases, as one frame; from_median_pct is how far each is from its median [%]."""
-    total = sum(repetitions * entry.cost for entries, repetitions in cases for entry in entries)
+    total = repetitions * sum(entry.cost for entries in cases for entry in entries)
     with progress(total, "timings", "s", bar_format="{desc}: {percentage:3.0f}%|{bar}| [{elapsed}<{remaining}]") as bar:
-        frames = [time_case(entries, repetitions, lammps, place, bar) for entries, repetitions in cases]
+        frames = [time_case(entries, repetitions, lammps, place, bar) for entries in cases]
     table = pd.concat(frames, ignore_index=True)
     medians = table.groupby(["case", "code"])["ns_per_ball_step"].transform("median")
     return table.assign(from_median_pct=100 * (table["ns_per_ball_step"] / medians - 1))
@@ -158,16 +153,11 @@ def spread(repetitions: pd.DataFrame) -> pd.DataFrame:
     return groups.agg(**columns, processor_ns=("processor_ns_per_ball_step", "median")).reset_index()
 
 
-def lammps_over_jar(timings: pd.DataFrame, config: BenchConfig, jar: str) -> dict[str, float]:
-    """By case, ns a ball-step of LAMMPS in the cylinder over that of millprint in a jar that LAMMPS cannot express."""
-    times = timings.set_index(["case", "code"])["ns_per_ball_step"]
-    names = [case.name for case in config.cases]
-    return {name: float(times[f"cylinder_{name}", LAMMPS] / times[f"{jar}_{name}", OURS]) for name in names}
-
-
-def large_over_small(timings: pd.DataFrame, config: BenchConfig, jar: str) -> tuple[str, str, float]:
-    """The large case, the one that it is compared with, and its ns a ball-step over the latter's."""
-    times = timings[timings["code"] == OURS].set_index("case")["ns_per_ball_step"]
-    large = next(case for case in times.index if case.startswith(f"{jar}_large_"))
-    small = f"{jar}_{config.large.compared_with}"
-    return large, small, float(times[large] / times[small])
+def timing_text(table: pd.DataFrame, spread: pd.DataFrame) -> str:
+    """The timings, with the range of the repetitions and the processor time of a ball-step."""
+    shown = table.merge(spread, on=["case", "code"])
+    shown["range"] = [f"{low:.1f} to {high:.1f}" for low, high in zip(shown.least_ns, shown.largest_ns, strict=True)]
+    shown = shown.drop(columns=["least_ns", "largest_ns"]).rename(columns=NAMES)
+    shown["processor ns"] = shown.pop("processor_ns").map("{:.1f}".format)
+    formats = {"steps/s": "{:,.0f}".format, "ns a ball-step": "{:.1f}".format, "ratio to us": "{:.1f}".format}
+    return shown.to_string(index=False, formatters=formats)

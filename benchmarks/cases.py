@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from millprint.config.bench import BenchConfig
+from benchmarks.config import BenchConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import CircleMotion, MillConfig
 from millprint.config.sweep import Case, DemConfig
@@ -118,7 +118,7 @@ def box_jar(config: BenchConfig, mill: MillConfig) -> Jar:
 
 
 def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int, diameter_mm: float) -> Setup:
-    """The setup of some balls in a jar; raises ConfigError for a mill whose motion is no circle.
+    """The setup of some balls in a jar; raises ConfigError for a mill whose motion is not a circle.
 
     LAMMPS is given one law for all contacts: a contact set with values of its own for walls is refused, and so is a jar
     with ends without friction.
@@ -132,7 +132,7 @@ def make_setup(config: BenchConfig, contact: ContactConfig, jar: Jar, balls: int
             f"config/contacts/{contact.name}.yaml: wall_*: the bench has one law for balls and walls; leave these out"
         )
     if jar.mill.geometry.smooth_axis:
-        raise ConfigError(f"config/bench.yaml: smooth_ends = true: jar {jar.name} of the bench has rough walls alone")
+        raise ConfigError(f"benchmarks/bench.yaml: smooth_ends = true: the jar {jar.name} has rough walls only")
     diameter = diameter_mm / 1e3
     return Setup(jar, contact, balls, diameter, config.speed_rpm, config.time_step_s, config.settle_s)
 
@@ -142,16 +142,13 @@ def at_rest(mill: MillConfig) -> MillConfig:
     return MillConfig.model_validate({**mill.model_dump(), "motion": {"kind": "rest"}})
 
 
-def settle(setup: Setup, seed: int, packed: np.ndarray | None = None, threads: int = 1) -> np.ndarray:
-    """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame.
-
-    packed: positions (n, 3) [m] in that frame to begin from, in place of the seed's packing.
-    """
+def settle(setup: Setup, seed: int) -> np.ndarray:
+    """Positions (n, 3) [m] of balls that have come to rest, in the jar's own frame, from the seed's packing."""
     still = replace(setup, jar=replace(setup.jar, mill=at_rest(setup.mill)))
     # A jar at rest has samples at fractions of the window: one per step, so that the step is not reduced.
     window = SAMPLES * setup.time_step_s
     times = {"settle_s": setup.settle_s, "discard_s": 0, "window_s": window}
-    simulation = still.simulation(setup.case(seed, threads=threads, **times), packed)
+    simulation = still.simulation(setup.case(seed, **times))
     simulation.run(f"{setup.name}: settle")
     return simulation.balls.position.copy()
 
@@ -172,10 +169,10 @@ class Timing:
         return self.wall_s / self.steps / self.balls * 1e9
 
 
-def start_from(setup: Setup, start: np.ndarray, driven_s: float, threads: int = 1) -> Simulation:
+def start_from(setup: Setup, start: np.ndarray, driven_s: float) -> Simulation:
     """A simulation whose mill starts at time 0, with balls at rest at `start` (n, 3) [m] in the jar's frame."""
     times = {"settle_s": ONE_STEP_S, "discard_s": driven_s, "window_s": 1e-9}
-    return setup.simulation(setup.case(0, threads=threads, **times), start)
+    return setup.simulation(setup.case(0, **times), start)
 
 
 def time_millprint(setup: Setup, start: np.ndarray, driven_s: float) -> Timing:

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from millprint.bench.cases import SAMPLES, Setup, box_jar, make_setup, settle
-from millprint.bench.lammps import MEANS, Lammps
-from millprint.config.bench import BenchConfig, PhysicsConfig, PhysicsLaw
+from benchmarks.cases import SAMPLES, Setup, box_jar, make_setup, settle
+from benchmarks.config import BenchConfig, PhysicsConfig, PhysicsLaw
+from benchmarks.lammps import MEANS, Lammps
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.dem.run import run_case
@@ -111,7 +111,7 @@ def compare_law(law: PhysicsLaw, ours: pd.DataFrame, theirs: pd.DataFrame) -> pd
 def compare_physics(
     config: BenchConfig, mill: MillConfig, contact: ContactConfig, lammps: Lammps, place: Path, cores: int
 ) -> pd.DataFrame:
-    """Means of both codes under every law; LAMMPS runs on `cores` cores, millprint beside it. Timings are no matter."""
+    """Means of both codes under every law; LAMMPS runs on `cores` cores, and millprint at the same time."""
     physics, jar = config.physics, box_jar(config, mill)
     seeds = range(physics.seeds)
     tables = []
@@ -132,3 +132,26 @@ def compare_physics(
                 bar.update(1)
             tables.append(compare_law(law, pd.DataFrame(ours), pd.DataFrame(measured)))
     return pd.concat(tables, ignore_index=True)
+
+
+def physics_text(table: pd.DataFrame) -> str:
+    """The means of both codes for each law with their 95 % intervals, and the remaining differences of the laws."""
+
+    def shown(rows: pd.DataFrame, name: str, form: str) -> list[str]:
+        pairs = zip(rows[name], rows[f"{name}_95"], strict=True)
+        return [f"{value:{form}}" + ("" if pd.isna(half) else f" +- {half:.2g}") for value, half in pairs]
+
+    parts = []
+    for (law, differs), rows in table.groupby(["law", "differs"], sort=False):
+        columns = {
+            "quantity": rows["quantity"],
+            "millprint": shown(rows, "millprint", ".4g"),
+            "LAMMPS": shown(rows, "lammps", ".4g"),
+            "difference %": shown(rows, "difference_pct", "+.1f"),
+        }
+        runs = rows["runs"].iloc[0]
+        what = "95 % intervals" if rows["difference_pct_95"].notna().all() else "too few for an interval"
+        parts.append(
+            f"law {law}: differs {differs}; {runs} runs, {what}\n{pd.DataFrame(columns).to_string(index=False)}"
+        )
+    return "\n\n".join(parts)

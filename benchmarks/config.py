@@ -1,4 +1,4 @@
-"""What `make bench` runs (config/bench.yaml): timings against LAMMPS, and means of the same motion from both codes."""
+"""What `make bench` runs (bench.yaml): timings against LAMMPS, and means of the same motion from both codes."""
 
 from typing import Annotated, Literal
 
@@ -32,23 +32,6 @@ class BenchCase(Section):
     def name(self) -> str:
         """The case without its jar, such as `24x10mm`."""
         return f"{self.balls}x{self.ball_diameter_mm:g}mm"
-
-
-class LargeCase(Section):
-    """Many balls in the mill's jar, scaled up to the fill ratio of one of the cases; only millprint runs it."""
-
-    balls: Count
-    """number of balls [-]"""
-    ball_diameter_mm: Positive
-    """their diameter [mm]"""
-    compared_with: str
-    """the case whose fill ratio it has and to whose cost a ball-step its own is compared, as 764x5mm"""
-    settle_s: Positive
-    """time to come to rest, from a dense start [s]"""
-    driven_s: Positive
-    """time of the mill's motion that is timed [s]"""
-    repetitions: Count
-    """repetitions of the timing [-]"""
 
 
 class LammpsLaw(Section):
@@ -163,25 +146,19 @@ class BenchConfig(Section):
     cylinder: CylinderGeometry
     cases: list[BenchCase] = Field(min_length=1)
     """the timed cases"""
-    large: LargeCase
     lammps: LammpsConfig
     physics: PhysicsConfig
     drums: Annotated[list[TumblingConfig], Field(min_length=1)]
     quick: QuickConfig
 
-    def case_named(self, name: str) -> BenchCase:
-        """The timed case of a name such as `764x5mm`."""
-        return next(case for case in self.cases if case.name == name)
-
     def quickened(self) -> "BenchConfig":
-        """The quick benchmark: shortened cases, but the large one once in full, since its cost changes with time."""
+        """The quick benchmark: shortened cases."""
         share, physics = self.quick.time_share, self.physics
         means = {"discard_s": physics.discard_s * share, "window_s": physics.window_s * share}
         return self.model_copy(
             update={
                 "repetitions": self.quick.repetitions,
                 "cases": [case.model_copy(update={"driven_s": case.driven_s * share}) for case in self.cases],
-                "large": self.large.model_copy(update={"repetitions": 1}),
                 "physics": physics.model_copy(update={"seeds": self.quick.seeds, **means}),
             }
         )
@@ -191,15 +168,6 @@ class BenchConfig(Section):
         for names in ([case.name for case in self.cases], [law.name for law in self.physics.laws]):
             if twice := first_repeated(names):
                 raise ValueError(f"{twice} appears twice; each case and each law is named once")
-        return self
-
-    @model_validator(mode="after")
-    def _large_has_its_case(self) -> "BenchConfig":
-        names = [case.name for case in self.cases]
-        if self.large.compared_with not in names:
-            raise ValueError(
-                f"large.compared_with = {self.large.compared_with!r}: must be one of the cases, {', '.join(names)}"
-            )
         return self
 
     @model_validator(mode="after")

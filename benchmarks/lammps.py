@@ -11,7 +11,7 @@ The contact law is ours as far as LAMMPS has the words (`pair_style granular`):
   ball's radius, so a pair of equal balls has twice the coefficient. Our torque acts against the whole relative spin,
   about the normal too, which takes `twisting sds`.
 
-Means are compared with all of that (`lammps.compared` in config/bench.yaml). What is timed is the plainer input that
+Means are compared with all of that (`lammps.compared` in bench.yaml). What is timed is the plainer input that
 its users write (`lammps.timed`): x = 1, the coefficient as it is, no twisting, `damping tsuji`, which costs it less.
 """
 
@@ -24,8 +24,8 @@ from pathlib import Path
 
 import numpy as np
 
-from millprint.bench.cases import Setup, Timing
-from millprint.config.bench import LammpsConfig, LammpsLaw
+from benchmarks.cases import Setup, Timing
+from benchmarks.config import LammpsConfig, LammpsLaw
 from millprint.config.contact import ContactConfig
 from millprint.errors import SimulationError
 
@@ -196,7 +196,7 @@ def read_log(text: str) -> LammpsLog:
 
 
 class Lammps:
-    """The LAMMPS of an environment: `folder/bin/lmp`; `version` as its last run told, empty before."""
+    """The LAMMPS of an environment: `folder/bin/lmp`; `version` is that of its last run, empty before."""
 
     version = ""
 

@@ -1,0 +1,1 @@
+"""Comparison with LAMMPS, in speed and in physics: `make bench`, or `python -m benchmarks`."""

@@ -1,1 +1,0 @@
-"""`make bench`: compares millprint with LAMMPS, in speed and in physics."""

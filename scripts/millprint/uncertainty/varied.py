@@ -1,0 +1,32 @@
+"""The case of a mill that is varied for its intervals. The Snakefile imports this, so no heavy imports here."""
+
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillsConfig
+from millprint.config.sweep import Case
+from millprint.config.uncertainty import UncertaintyConfig
+from millprint.fingerprint.cases import mill_cases, sweep_of
+
+
+def varied_case(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> Case:
+    """The case that is varied: the first ball size and the first speed of the mill's sweep.
+
+    It has a step of its own, and the recorded time of precision `standard`: what is compared are its samples.
+    """
+    first = mill_cases(mill, settings.model_copy(update={"precision": "standard"}))[0]
+    own = {"rayleigh_fraction": uncertainty.rayleigh_fraction, "closure_max": uncertainty.closure_max}
+    return first.model_copy(update=own)
+
+
+def fill_ratios_of(mill: MillConfig, uncertainty: UncertaintyConfig) -> list[float]:
+    """The fill ratios at which intervals are given: those of the section, or of the mill's sweep."""
+    return uncertainty.fill_ratios or sorted(sweep_of(mill).fill_ratios)
+
+
+def samples_of_job(mill: MillConfig, settings: MillsConfig, uncertainty: UncertaintyConfig) -> list[Case]:
+    """A case of mean size and stiffness for each sample of a job; the samples spread evenly between the ends."""
+    fills, (softest, stiffest) = fill_ratios_of(mill, uncertainty), uncertainty.parameters.young_modulus_gpa.given_range
+    change = {"fill_ratio": (min(fills) + max(fills)) / 2}
+    if softest is not None and stiffest is not None:
+        change["young_modulus_gpa"] = (softest + stiffest) / 2
+    mean = varied_case(mill, settings, uncertainty).model_copy(update=change)
+    return [mean] * -(-uncertainty.samples // uncertainty.jobs)
