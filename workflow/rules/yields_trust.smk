@@ -1,4 +1,4 @@
-"""How far the averaged model can be trusted: other models, other libraries, and chance."""
+"""How far the averaged model can be trusted: other libraries, and chance."""
 
 from millprint.config.yields import HeldOutConfig
 
@@ -15,9 +15,7 @@ rule try_alternatives:
         test=rules.split_screening.output.test,
     output:
         **(PERMUTED if CONFIG.yields.library_trial.is_quick else {}),
-        tried=f"{YIELDS}/tried.tsv",
         libraries=f"{YIELDS}/libraries.tsv",
-        members=f"{YIELDS}/library_members.tsv",
     log:
         f"{LOGS}/yields/try_alternatives.log",
     benchmark:
@@ -29,7 +27,7 @@ rule try_alternatives:
         trial=yield_settings("library_trial"),
         library=library("try_alternatives.py"),
     message:
-        "Scoring other yield models, leaving one run out, and the library declared, the one before it and random halves"
+        "Scoring the averaged model with the library declared, the one before it and random halves of both"
     script:
         "../../scripts/try_alternatives.py"
 
