@@ -7,7 +7,6 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
-from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job
 from millprint.predict.held_out import outer_folds

@@ -1,10 +1,12 @@
 """Proper scores, paired tests, libraries and permutations of the yield models, against closed forms and simulation."""
 
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import norm, ttest_1samp
-from sklearn.ensemble import RandomForestRegressor
+from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 
 from millprint.predict.averaging import AveragedModel, Candidate, fit_member, library
@@ -20,7 +22,7 @@ from millprint.predict.library_trials import (
     predict_runs,
     refit_members,
 )
-from millprint.predict.metrics import YieldWeights, bootstrap_metrics, jackknife_error, without_each
+from millprint.predict.metrics import SPREAD, YieldWeights, bootstrap_metrics, jackknife_error, without_each
 from millprint.predict.model import fit_model
 from millprint.predict.procedures import climatology, smaller_forests
 from millprint.predict.schemes import LEFT_OUT, NESTED

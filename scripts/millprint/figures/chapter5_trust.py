@@ -69,7 +69,7 @@ def draw_range(axis: Axes, rows: pd.DataFrame, height: np.ndarray, colour: str) 
 
 
 def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
-    """R2 of every model by every scheme, with intervals and ranges over repeats; printed values of Table 5.6 as markers.
+    """R2 of every model by every scheme, with intervals and ranges over repeats, and the printed values of Table 5.6.
 
     scores: model, strategy, scheme, metric, value, lower, upper, SPREAD, without climatology, whose R2 is 0 by
     definition; claims: id, value.

@@ -26,8 +26,8 @@ def score_table(held_out: pd.DataFrame, weigh: YieldWeights, budget: EvaluationC
 
     held_out: KEYS, repeat, case, yield_percent, predicted_percent. For random splits the value is the median over the
     repeats and the interval their central range. For the others the error is a jackknife and the interval a bootstrap
-    over cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too. SPREAD is that of
-    the metric over the repeats.
+    over cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too.
+    SPREAD is that of the metric over the repeats.
     """
     tables = []
     for keys, rows in held_out.groupby(KEYS, sort=False):

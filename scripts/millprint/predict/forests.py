@@ -1,4 +1,4 @@
-"""Random forests of scikit-learn for some twenty rows: trees of DecisionTreeRegressor, grown and shared without threads.
+"""Random forests of scikit-learn for some twenty rows: trees of DecisionTreeRegressor, which forests share.
 
 For so few rows, RandomForestRegressor spends nearly all of its time around each tree. The trees here are the same, to
 the last bit: each has the seed and the bootstrap that RandomForestRegressor gives it.

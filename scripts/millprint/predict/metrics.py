@@ -84,8 +84,9 @@ def bootstrap_metrics(
     Columns: metric, value, error, lower, upper, SPREAD.
 
     truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, whose spread is
-    given too, and a resample takes the same cases in all of them. The models are not fitted again: the interval shows how much the value depends
-    on the choice of cases. Resamples in which a metric is not defined (all yields equal) are left out.
+    given too, and a resample takes the same cases in all of them. The models are not fitted again: the interval shows
+    how much the value depends on the choice of cases. Resamples in which a metric is not defined (all yields equal) are
+    left out.
     """
     truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
     cases = truth.shape[1]

@@ -1,8 +1,8 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, its fields in `Spaces` and `Evaluations` of millprint.config.regressors, and its name in
-tests/unit/test_yield_regressors.py. Snakemake reads this module with the Snakefile, so a library is imported only where
-it is used.
+To add one: its record here, and in millprint.config.regressors its fields in `Spaces` and `Evaluations`, or its name in
+`UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
+Snakefile, so a library is imported only where it is used.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ class Regressor:
     by their names in the search space; columns: number of features.
     space: its search space; None for one without hyper-parameters.
     scaled: whether its features are standardised (Eq. 5.2).
+    forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
     choices: the open choices that affect it (keys of millprint.predict.choices.ALTERNATIVES).
@@ -67,6 +68,7 @@ class Regressor:
     make: Callable[[Parameters, int, TrainingConfig, int], Any]
     space: type[spaces.SearchSpace] | None = None
     scaled: bool = False
+    forest: bool = False
     two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
     choices: tuple[str, ...] = ()
@@ -259,6 +261,7 @@ REGRESSORS = {
         "chosen.",
         make=_make_forest,
         space=spaces.RfSpace,
+        forest=True,
         choices=("max_features", "seed"),
         explain=_explain_forest,
         fold_predictor=_forest_folds,
@@ -286,6 +289,7 @@ REGRESSORS = {
         settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
         make=_make_extra_trees,
         space=spaces.ExtraTreesSpace,
+        forest=True,
         choices=("max_features", "seed"),
         explain=_explain_trees,
     ),

@@ -27,9 +27,9 @@ def score_distributions(held_out: pd.DataFrame) -> pd.DataFrame:
     """Mean CRPS and logarithmic score, with the skill over climatology and jackknife errors over cases.
 
     held_out: KEYS, repeat, case, distribution, SCORE_COLUMNS, with the rows of climatology. Columns: KEYS,
-    distribution, score, value, error, skill, SPREAD. skill is 1 - CRPS / CRPS of climatology [-], and for the logarithmic score
-    the difference in nats, climatology minus model: above 0 if the model knows more. Scores of repeats are averaged for
-    each case, and SPREAD is that of their means.
+    distribution, score, value, error, skill, SPREAD. skill is 1 - CRPS / CRPS of climatology [-], and for the
+    logarithmic score the difference in nats, climatology minus model: above 0 if the model knows more. Scores of
+    repeats are averaged for each case, and SPREAD is that of their means.
     """
     found, reference = [], {}
     for keys, rows in held_out[held_out["scheme"].isin(WHOLE)].groupby(KEYS, sort=False):

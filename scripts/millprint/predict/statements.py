@@ -75,7 +75,7 @@ def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str:
         apart = "can" if against["told_apart"] == "yes" else "cannot"
         parts.append(
             f"{title}: R2 {searched['value']:.3f}{_over_repeats(searched)} with the searched start, "
-            f"{several['value']:.3f}{_over_repeats(several)} with the start of the largest marginal likelihood; with the "
+            f"{several['value']:.3f}{_over_repeats(several)} with that of the largest marginal likelihood; with the "
             f"searched one it {apart} be told apart from the {_title(AVERAGED, PRIMARY)} ({against['difference']:+.3f} "
             f"+- {against['error']:.3f}{_over_repeats(against)}, p = {against['p']:.2g})"
         )
@@ -111,8 +111,8 @@ def _distributions(scores: pd.DataFrame, coverage: pd.DataFrame) -> str:
             for _, row in held.iterrows()
         )
         values = " and ".join(
-            f"{row['value']:.2f} +- {row['error']:.2f} points by {BOTH[name]}{_over_repeats(row, 2)} (climatology worse "
-            f"by {100 * row['skill'] / (1 - row['skill']):.0f} %; log score {logs[name]['value']:.2f}"
+            f"{row['value']:.2f} +- {row['error']:.2f} points by {BOTH[name]}{_over_repeats(row, 2)} (climatology "
+            f"worse by {100 * row['skill'] / (1 - row['skill']):.0f} %; log score {logs[name]['value']:.2f}"
             f"{_over_repeats(logs[name], 2)}, {logs[name]['skill']:.2f} below climatology)"
             for name, row in rows.items()
         )
