@@ -252,9 +252,9 @@ def test_the_sentence_follows_the_test(apart, words):
     names = (("averaged_gpr", "primary"), ("gpr_starts", "two_step"), ("gpr", "two_step"))
     about = [{"model": name, "strategy": way} for name, way in names]
     schemes = [{"scheme": name} for name in (LEFT_OUT, NESTED)]
-    every = [each | scheme for each in about for scheme in schemes]
     ranges = ((1, np.nan, np.nan, np.nan), (10, 0.3, 0.75, 0.9))
     schemes = [each | dict(zip(SPREAD, own, strict=True)) for each, own in zip(schemes, ranges, strict=True)]
+    every = [each | scheme for each in about for scheme in schemes]
     rest = {"value": 0.8, "error": 0.1, "skill": 0.5, "distribution": "mixture"}
     test = {"difference": -0.1, "error": 0.05, "p": 0.2, "metric": "r2"}
     paired = [
