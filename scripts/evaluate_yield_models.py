@@ -9,7 +9,7 @@ from millprint.doe.runs import YIELD
 from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.predict.choices import compare_choices, describe_search
-from millprint.predict.evaluation import coverage_table, score_table, split_luck, time_variance
+from millprint.predict.evaluation import coverage_table, score_table, time_variance
 from millprint.predict.explanation import rank_features, shap_values
 from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
 from millprint.predict.metrics import YieldWeights
@@ -57,7 +57,6 @@ def main(inputs, output, training: TrainingConfig, budget: EvaluationConfig, lev
     write_table(paired_differences(held_out, (AVERAGED, PRIMARY), budget.level), output.differences)
     intervals = read_held_out(inputs.intervals, compared, INTERVAL_COLUMNS)
     write_table(coverage_table(intervals, budget.level), output.coverage)
-    write_table(split_luck(held_out[held_out["model"] != CLIMATOLOGY], weigh, budget.level), output.split_luck)
     write_table(time_variance(rows["time_h"].to_numpy(float), rows[YIELD].to_numpy(float)), output.time_variance)
 
 

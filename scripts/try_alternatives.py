@@ -1,4 +1,4 @@
-"""What is held against the averaged process: other models, other libraries, and yields that were shuffled."""
+"""What the averaged process is compared with: other libraries, and yields that were shuffled."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,6 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
-from millprint.doe.runs import YIELD
 from millprint.files import write_table
 from millprint.job import job
 from millprint.predict.held_out import outer_folds
@@ -15,35 +14,25 @@ from millprint.predict.library_trials import compare_libraries, permutation_p, p
 from millprint.predict.metrics import YieldWeights
 from millprint.predict.scores import WHOLE
 from millprint.predict.tables import read_rows
-from millprint.predict.trials import run_trials, trial_table
 from millprint.progress import progress
-
-
-def try_models(parts: Sequence[str], tried_path: str, training: TrainingConfig, averaging: AveragingConfig) -> None:
-    """Write one row for each alternative model, cross-validated by leaving one run out."""
-    rows = pd.concat([read_rows(path) for path in parts], ignore_index=True)
-    with threadpool_limits(1), progress(len(rows), "trying yield models", "run") as bar:
-        trials = run_trials(rows, averaging, training.seed, bar.update)
-    write_table(trial_table(trials, rows[YIELD].to_numpy(float), YieldWeights.of(training)), tried_path)
 
 
 def try_libraries(
     train: str,
     test: str,
-    output,
+    libraries_path: str,
     training: TrainingConfig,
     budget: HeldOutConfig,
     averaging: AveragingConfig,
     trial: LibraryTrialConfig,
 ) -> None:
-    """Write scores of the library, of the one before it and of random halves of both; and those of their members."""
+    """Write scores of the library, of the one before it and of random halves of both."""
     parts = [read_rows(train).assign(role="train"), read_rows(test).assign(role="test")]
     rows = pd.concat(parts, ignore_index=True)
     folds = [fold for fold in outer_folds(rows, budget) if fold.scheme in WHOLE]
     with threadpool_limits(1), progress(len(folds), "comparing libraries", "fold") as bar:
-        table, members = compare_libraries(rows, folds, averaging, trial, YieldWeights.of(training), bar.update)
-    write_table(table, output.libraries)
-    write_table(members, output.members)
+        table = compare_libraries(rows, folds, averaging, trial, YieldWeights.of(training), bar.update)
+    write_table(table, libraries_path)
 
 
 def try_shuffles(parts: Sequence[str], output, averaging: AveragingConfig, trial: LibraryTrialConfig) -> None:
@@ -60,11 +49,9 @@ if "snakemake" in globals():
     parts = snakemake.input.train, snakemake.input.test
     averaging, trial = AveragingConfig(**own.averaging), LibraryTrialConfig(**own.trial)
     with job(snakemake.log[0], "try alternatives") as log:
-        if made.get("tried"):
+        if made.get("libraries"):
             training = TrainingConfig(**own.training)
-            try_models(parts, made.tried, training, averaging)
-            log.info("tried: models")
-            try_libraries(*parts, made, training, HeldOutConfig(**own.honest), averaging, trial)
+            try_libraries(*parts, made.libraries, training, HeldOutConfig(**own.honest), averaging, trial)
             log.info("tried: libraries")
         if made.get("permutations"):
             try_shuffles(parts, made, averaging, trial)

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.predict.evaluation import coverage_table, score_table, split_luck
+from millprint.predict.evaluation import coverage_table, score_table
 from millprint.predict.held_out import outer_folds, predict_held_out
 from millprint.predict.intervals import cross_intervals, cross_validated_intervals
-from millprint.predict.metrics import YieldWeights
+from millprint.predict.metrics import SPREAD, YieldWeights
 from millprint.predict.procedures import procedure_of
 from millprint.predict.schemes import LEFT_OUT, LOCKED_AGAIN, NESTED, RANDOM
 from tests.unit.yield_settings import parts, settings
@@ -118,16 +118,15 @@ def test_nested_metrics_are_averaged_over_repeats_and_random_ones_are_a_populati
     assert found.loc[(NESTED, "mae"), "value"] == pytest.approx((2 + 4 + 6) / 3)
     # Every case has the same error, so resampling cases changes nothing.
     assert found.loc[(NESTED, "mae"), "lower"] == pytest.approx(4) == found.loc[(NESTED, "mae"), "upper"]
+    for scheme in (NESTED, RANDOM):
+        assert found.loc[(scheme, "mae"), [*SPREAD]].tolist() == pytest.approx([3, 2, 4, 6])
     assert found.loc[(RANDOM, "mae"), "value"] == pytest.approx(4)
     assert found.loc[(RANDOM, "mae"), "lower"] < 2.2 and found.loc[(RANDOM, "mae"), "upper"] > 5.8
 
 
-def test_split_luck_counts_the_splits_that_are_worse():
-    table = pd.concat([held_out(LOCKED_AGAIN, 1, 3.0), held_out(RANDOM, 4, 2.0), held_out(NESTED, 2, 2.0)])
-    found = split_luck(table, WEIGH, 0.95).set_index("metric")
-    # Errors of the random splits: 2, 4, 6, 8 against 3.
-    assert found.loc["mae", "worse_splits"] == 0.75 == found.loc["r2", "worse_splits"]
-    assert found.loc["mae", "nested"] == pytest.approx(3)
+def test_a_score_without_repeats_has_no_spread():
+    found = score_table(held_out(LEFT_OUT, 1, 2.0), WEIGH, settings().honest)
+    assert (found["repeats"] == 1).all() and found[["lowest", "median", "highest"]].isna().all(axis=None)
 
 
 def test_coverage_counts_cases_and_not_repeats():
@@ -136,4 +135,5 @@ def test_coverage_counts_cases_and_not_repeats():
     table.loc[table["case"] == "a", "upper_percent"] = 10.0
     row = coverage_table(table, 0.95).iloc[0]
     assert row["covered"] == 0.75 and row["cases"] == 4
+    assert row[[*SPREAD]].tolist() == [5, 0.75, 0.75, 0.75]
     assert row["lower"] == pytest.approx(0.194, abs=1e-3) and row["upper"] == pytest.approx(0.994, abs=1e-3)

@@ -8,9 +8,9 @@ from xgboost import XGBRegressor
 from millprint.claims.tolerances import agrees
 from millprint.errors import ConfigError
 from millprint.files import read_json, write_json
-from millprint.predict.boosting import BoostingFold, QuickBoosting
+from millprint.predict.boosting import Boosting, BoostingFold
 from millprint.predict.features import FEATURES, Standardisation, engineer
-from millprint.predict.forests import ForestFold, QuickForest
+from millprint.predict.forests import Forest, ForestFold
 from millprint.predict.metrics import METRICS, YieldWeights, metrics
 from millprint.predict.model import fit_model, plan_steps
 from millprint.predict.model_files import load_model, save_model
@@ -145,11 +145,11 @@ def test_shared_trees_are_scikit_learns_forest(count, depth, split, leaf, share)
         fold.predict(count, depth, split, leaf), plain.predict(engineer(test).to_numpy()), rtol=1e-13
     )
     shape = {"max_depth": depth, "min_samples_split": split, "min_samples_leaf": leaf, "max_features": share}
-    quick = QuickForest(count, random_state=42, **shape).fit(inputs, target)
-    for own, theirs in zip(quick.estimators_, plain.estimators_, strict=True):
-        np.testing.assert_array_equal(own.tree_.threshold, theirs.tree_.threshold)
-        np.testing.assert_array_equal(own.tree_.value, theirs.tree_.value)
-    np.testing.assert_array_equal(quick.predict(inputs), plain.predict(inputs))
+    own = Forest(count, seed=42, **shape).fit(inputs, target)
+    for tree, theirs in zip(own.trees, plain.estimators_, strict=True):
+        np.testing.assert_array_equal(tree.tree_.threshold, theirs.tree_.threshold)
+        np.testing.assert_array_equal(tree.tree_.value, theirs.tree_.value)
+    np.testing.assert_array_equal(own.predict(inputs), plain.predict(inputs))
 
 
 @pytest.mark.parametrize(("split", "leaf"), [(2, 1), (2, 2), (9, 1)])
@@ -162,7 +162,7 @@ def test_a_fold_gives_the_same_forest_whatever_depth_it_was_asked_for_before(spl
         np.testing.assert_array_equal(asked.predict(9, depth, split, leaf), fresh.predict(9, depth, split, leaf))
 
 
-def test_quick_boosting_is_xgboost_bit_for_bit():
+def test_boosting_is_xgboost_bit_for_bit():
     rows, test = parts()
     inputs, target, unseen = engineer(rows).to_numpy(), rows["yield_percent"].to_numpy(float), engineer(test).to_numpy()
     for share, trees in ((0.7, 30), (1.0, 5)):
@@ -174,11 +174,12 @@ def test_quick_boosting_is_xgboost_bit_for_bit():
             "gamma": 1.0,
         }
         plain = XGBRegressor(**shape, random_state=42, n_jobs=1).fit(inputs, target)
-        quick = QuickBoosting(**shape, random_state=42, n_jobs=1).fit(inputs, target)
-        assert quick.get_booster().save_raw("json") == plain.get_booster().save_raw("json")
+        own = Boosting(**shape, random_state=42, n_jobs=1).fit(inputs, target)
+        assert own.booster.save_raw("json") == plain.get_booster().save_raw("json")
+        np.testing.assert_array_equal(own.predict(unseen), plain.predict(unseen))
         fold = BoostingFold(inputs, target, unseen)
         for _ in range(2):
-            found = fold.predict(QuickBoosting(**shape, random_state=42, n_jobs=1))
+            found = fold.predict({**shape, "random_state": 42, "n_jobs": 1})
             np.testing.assert_array_equal(found, plain.predict(unseen))
 
 

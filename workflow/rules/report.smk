@@ -126,6 +126,7 @@ rule tabulate_pages:
 
 rule build_explorer:
     input:
+        **{f"other_{key}": paths for key, paths in explored(CONFIG.mills.explored).items()},
         fingerprints=[predicting_chapter(contact) for contact in CONFIG.contacts],
         yield_model=f"{RESULTS}/yield/models/averaged_gpr_final.json",
         spectra=rules.tabulate_spectra.output.spectra,
@@ -133,7 +134,6 @@ rule build_explorer:
         temperatures=rules.balance_heat.output.temperatures.format(mill=CONFIG.mill),
         limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
         sources=MILLS[CONFIG.mill].source_files,
-        **{f"other_{key}": paths for key, paths in explored(CONFIG.mills.explored).items()},
     output:
         html=report(
             f"{RESULTS}/report/explorer.html",

@@ -6,7 +6,6 @@ YIELD_TABLES = [
     "locked",
     "honest",
     "coverage",
-    "split_luck",
     "predictions",
     "out_of_domain",
     "hyperparameters",

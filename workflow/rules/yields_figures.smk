@@ -120,9 +120,7 @@ rule plot_yields:
 
 YIELD_OUTPUTS = [
     *rules.evaluate_yield_models.output,
-    rules.try_alternatives.output.tried,
     rules.try_alternatives.output.libraries,
-    rules.try_alternatives.output.members,
     *PERMUTED.values(),
     *rules.leave_groups_out.output,
     *rules.predict_yields.output,

@@ -1,4 +1,4 @@
-"""How far the averaged model can be trusted: other models, other libraries, and chance."""
+"""How far the averaged model can be trusted: other libraries, and chance."""
 
 from millprint.config.yields import HeldOutConfig
 
@@ -13,9 +13,7 @@ rule try_alternatives:
         train=rules.split_screening.output.train,
         test=rules.split_screening.output.test,
     output:
-        tried=f"{YIELDS}/tried.tsv",
         libraries=f"{YIELDS}/libraries.tsv",
-        members=f"{YIELDS}/library_members.tsv",
     log:
         f"{LOGS}/yields/try_alternatives.log",
     benchmark:
@@ -26,7 +24,7 @@ rule try_alternatives:
         averaging=yield_settings("averaging"),
         trial=yield_settings("library_trial"),
     message:
-        "Scoring other yield models, leaving one run out, and the library declared, the one before it and random halves"
+        "Scoring the averaged model with the library declared, the one before it and random halves of both"
     script:
         "../../scripts/try_alternatives.py"
 

@@ -23,6 +23,7 @@ SEEDED = ("seed", "search_seed")
 PRINTED_SUMS = "2.anova.A.ss 2.anova.B.ss 2.anova.C.ss 2.anova.D.ss 2.anova.AB.ss 2.anova.AC.ss 2.anova.BC.ss"
 # Other ways to split the rows, in the order in which an explanation names them.
 SCHEMES = {LEFT_OUT: "leave-one-out", NESTED: "nested cross-validation", RANDOM: "other splits of this size"}
+OVER_REPEATS = "over {repeats:g} of them {lowest:.3g} to {highest:.3g}, median {median:.3g}"
 
 
 @claim("5.linear.{metric}", "5.linear.rmse 5.linear.mae 5.linear.mape 5.linear.r2 5.linear.wmse")
@@ -48,11 +49,12 @@ def error_on_the_locked_split(
     absent = f"results/{path} has no {metric} of {model} {strategy}"
     locked = evidence.row(path, "value", f"{own} and scheme == 'locked'", absent)
     rows = int(evidence.table("yield/locked.tsv")["test_rows"].iloc[0])
-    others = evidence.table(path, own).set_index("scheme")
+    told_as, others = "{scheme} {value:.3g} ({lower:.3g} to {upper:.3g})", evidence.table(path, own).set_index("scheme")
     others = others.reindex([scheme for scheme in SCHEMES if scheme in others.index]).rename(index=SCHEMES)
     parts = (
         f"{rows} test rows decide nothing: over resamples of them {locked['lower']:.3g} to {locked['upper']:.3g}{unit}",
-        in_words(others.reset_index(), f"{{scheme}} {{value:.3g}} ({{lower:.3g}} to {{upper:.3g}}){unit}", "; "),
+        in_words(others[others["repeats"] == 1].reset_index(), f"{told_as}{unit}", "; "),
+        in_words(others[others["repeats"] > 1].reset_index(), f"{told_as}{unit}, {OVER_REPEATS}", "; "),
     )
     value, printed = float(locked["value"]), float(evidence.printed[evidence.id])
     gain = value - printed if metric in GAINS else printed - value

@@ -7,7 +7,7 @@ from pydantic import Field
 from millprint.config.averaging import AveragingConfig, LibraryConfig
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.proposals import PredictionConfig, ProposalConfig, RetrospectiveConfig
-from millprint.config.regressors import TABLE_5_6, UNTUNED, Evaluations, Interval, RegressorList, Spaces
+from millprint.config.regressors import COMPARED, Evaluations, Interval, RegressorList, Spaces
 from millprint.config.section import Count, Fraction, NonNegative, Positive, ProjectFile, Section, Seed
 
 
@@ -109,8 +109,8 @@ class YieldConfig(Section):
     """table of runs outside the trained domain (Table 5.7)"""
     interval_level: Fraction = 0.95
     """level of the predictive intervals in tables and figures [-]"""
-    models: RegressorList = [*TABLE_5_6, *UNTUNED]
-    """regressors of the models that are trained; those of Table 5.6 at least"""
+    models: RegressorList = [*COMPARED]
+    """regressors of the models that are trained; those of Table 5.6 and gpr_starts at least"""
     training: TrainingConfig = TrainingConfig()
     search: SearchConfig = SearchConfig()
     searched_again: list[Literal["search_seed", "residual_weights"]] = ["search_seed", "residual_weights"]

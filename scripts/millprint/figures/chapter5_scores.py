@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from millprint.figures.chapter5_trust import SCHEMES, model_title
+from millprint.figures.chapter5_trust import SCHEMES, draw_range, model_title
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN
 from millprint.predict.schemes import LEFT_OUT, NESTED
 
@@ -18,9 +18,9 @@ def _names(table: pd.DataFrame) -> list[tuple[str, str]]:
 
 
 def plot_scores(scores: pd.DataFrame) -> Figure:
-    """CRPS and logarithmic score of every model by both schemes; smaller is better.
+    """CRPS and logarithmic score of every model by both schemes, with ranges over repeats; smaller is better.
 
-    scores: model, strategy, scheme, score, value, error.
+    scores: model, strategy, scheme, score, value, error, SPREAD.
     """
     names = _names(scores)
     height = np.arange(len(names))[::-1]
@@ -32,6 +32,7 @@ def plot_scores(scores: pd.DataFrame) -> Figure:
             part = rows.set_index(["model", "strategy"]).loc[names]
             style = {"fmt": marker, "color": colour, "capsize": 1.5, "linewidth": 0.8}
             shown = title if score == "crps_pp" else None
+            draw_range(axis, part, height + shift, colour)
             axis.errorbar(part["value"], height + shift, xerr=part["error"], label=shown, **style)
         axis.set(xlabel=label)
         axis.tick_params(axis="y", length=0)
@@ -43,7 +44,7 @@ def plot_scores(scores: pd.DataFrame) -> Figure:
 def plot_pit(table: pd.DataFrame) -> Figure:
     """Histogram of the probability integral of every model by both schemes; flat if predictive distributions are right.
 
-    table: model, strategy, scheme, from, to, share, expected.
+    table: model, strategy, scheme, from, to, share, expected, SPREAD, whose range is shaded.
     """
     names = _names(table)
     columns = 4
@@ -59,6 +60,8 @@ def plot_pit(table: pd.DataFrame) -> Figure:
             rows = own[own["scheme"] == scheme]
             edges = [*rows["from"], rows["to"].iloc[-1]]
             axis.stairs(rows["share"], edges, color=colour, label=title if axis is axes[0, 0] else None)
+            if (rows["repeats"] > 1).all():
+                axis.stairs(rows["highest"], edges, baseline=rows["lowest"], fill=True, color=colour, alpha=0.2)
         axis.axhline(own["expected"].iloc[0], color="#999999", linewidth=0.8, zorder=0)
         axis.set_title(model_title(model, strategy), fontsize=7)
     axes[0, 0].set(xlim=(0, 1), ylim=(0, None))

@@ -3,11 +3,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from millprint.figures.chapter5 import STRATEGIES, interval_errors
 from millprint.figures.style import COLOURS, COLUMN_WIDTH_IN, PAGE_WIDTH_IN, PUBLISHED
+from millprint.predict.metrics import SPREAD
 from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, TITLES
 
 SCHEMES = {
@@ -39,7 +41,7 @@ PURPOSES = {
 DESCRIPTORS = {
     (AVERAGED, "power and share"): ("averaged GPR, power and share", COLOURS[2], "^"),
     (AVERAGED, "power alone"): ("averaged GPR, power alone", COLOURS[3], "v"),
-    ("gpr two_step", "energies and frequency"): ("two-step GPR", COLOURS[0], "o"),
+    ("gpr_starts two_step", "energies and frequency"): ("two-step GPR", COLOURS[0], "o"),
     ("xgb two_step", "energies and frequency"): ("two-step XGBoost", COLOURS[1], "s"),
 }
 ADDED = {
@@ -49,6 +51,8 @@ ADDED = {
     "other regime, 1 of the regime": "one own,\ntwo other",
 }
 R2_FROM = -1.0
+# The range of a score over its repeats, with a tick at the median.
+RANGE = {"linewidth": 4, "alpha": 0.25, "zorder": 1, "capstyle": "butt"}
 
 
 def model_title(model: str, strategy: str) -> str:
@@ -56,11 +60,19 @@ def model_title(model: str, strategy: str) -> str:
     return TITLES[model] if model in (AVERAGED, CLIMATOLOGY) else f"{TITLES[model]}, {STRATEGIES[strategy][0]}"
 
 
-def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
-    """R2 of every model by every scheme, with intervals; the values printed in Table 5.6 are shown as markers.
+def draw_range(axis: Axes, rows: pd.DataFrame, height: np.ndarray, colour: str) -> None:
+    """The range of every score over its repeats, and a tick at the median; rows: SPREAD."""
+    several = (rows["repeats"] > 1).to_numpy()
+    low, middle, high = (rows.loc[several, name] for name in ("lowest", "median", "highest"))
+    axis.hlines(height[several], low, high, color=colour, **RANGE)
+    axis.plot(middle, height[several], "|", color=colour, markersize=7)
 
-    scores: model, strategy, scheme, metric, value, lower, upper, without climatology, whose R2 is 0 by definition;
-    claims: id, value.
+
+def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
+    """R2 of every model by every scheme, with intervals and ranges over repeats, and the printed values of Table 5.6.
+
+    scores: model, strategy, scheme, metric, value, lower, upper, SPREAD, without climatology, whose R2 is 0 by
+    definition; claims: id, value.
     """
     published = claims.set_index("id")["value"]
     rows = scores[(scores["metric"] == "r2") & (scores["model"] != CLIMATOLOGY)]
@@ -71,7 +83,8 @@ def plot_evaluation(scores: pd.DataFrame, claims: pd.DataFrame) -> Figure:
     for shift, (scheme, (title, colour, marker)) in zip(shifts, SCHEMES.items(), strict=True):
         part = rows[rows["scheme"] == scheme].set_index(["model", "strategy"]).loc[names]
         # Values beyond the axis are drawn at its edge.
-        inside = part[["value", "lower", "upper"]].clip(lower=R2_FROM)
+        inside = part[["value", "lower", "upper", *SPREAD]].clip(lower=R2_FROM)
+        draw_range(axis, inside, height + shift, colour)
         axis.errorbar(
             inside["value"],
             height + shift,

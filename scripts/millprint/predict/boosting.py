@@ -1,10 +1,9 @@
-"""XGBoost for some twenty rows: the same trees, without what its Python interface does around each of them."""
-
-from ctypes import c_int
+"""XGBoost for some twenty rows: the trees of XGBRegressor, without what it does around each of them."""
 
 import numpy as np
 from xgboost import Booster, QuantileDMatrix, XGBRegressor
-from xgboost.core import _LIB, _check_call
+
+Parameters = dict[str, int | float]
 
 
 def quantile_matrix(inputs: np.ndarray, target: np.ndarray) -> QuantileDMatrix:
@@ -12,25 +11,31 @@ def quantile_matrix(inputs: np.ndarray, target: np.ndarray) -> QuantileDMatrix:
     return QuantileDMatrix(inputs, target, nthread=1)
 
 
-def boost(estimator: XGBRegressor, data: QuantileDMatrix) -> Booster:
-    """The trees of an estimator that is not fitted, grown on `data`, as `estimator.fit` grows them.
-
-    xgboost.train looks at the names of features, at evaluations and at callbacks before and after each tree, which for
-    so few rows takes longer than the tree; here its C interface grows them.
-    """
+def boost(parameters: Parameters, data: QuantileDMatrix) -> Booster:
+    """The trees that XGBRegressor(**parameters) grows on `data`; parameters: as in Table 5.5, with seed and threads."""
+    estimator = XGBRegressor(**parameters)
     booster = Booster(estimator.get_xgb_params(), [data])
     for number in range(estimator.get_num_boosting_rounds()):
-        _check_call(_LIB.XGBoosterUpdateOneIter(booster.handle, c_int(number), data.handle))
+        booster.update(data, number)
     return booster
 
 
-class QuickBoosting(XGBRegressor):
-    """XGBRegressor with a quick fit on numbers, with one thread and without any of its other arguments."""
+class Boosting:
+    """Boosted trees, Eqs 5.14 to 5.16, by XGBoost."""
 
-    def fit(self, X: np.ndarray, y: np.ndarray) -> "QuickBoosting":
+    def __init__(self, **parameters: int | float):
+        """parameters: as in Table 5.5, with random_state and n_jobs."""
+        self.parameters = parameters
+        self.booster = Booster()
+
+    def fit(self, inputs: np.ndarray, target: np.ndarray) -> "Boosting":
         """Fit on inputs (n, k) and a target (n,)."""
-        self._Booster = boost(self, quantile_matrix(X, y))
+        self.booster = boost(self.parameters, quantile_matrix(inputs, target))
         return self
+
+    def predict(self, inputs: np.ndarray) -> np.ndarray:
+        """Prediction (m,) for inputs (m, k)."""
+        return self.booster.inplace_predict(np.ascontiguousarray(inputs, dtype=float))
 
 
 class BoostingFold:
@@ -41,6 +46,6 @@ class BoostingFold:
         self._data = quantile_matrix(inputs, target)
         self._held_out = np.ascontiguousarray(held_out, dtype=float)
 
-    def predict(self, estimator: XGBRegressor) -> np.ndarray:
-        """Prediction (m,) [pp] of an estimator that is not fitted yet for the held-out rows."""
-        return boost(estimator, self._data).inplace_predict(self._held_out)
+    def predict(self, parameters: Parameters) -> np.ndarray:
+        """Prediction (m,) [pp] for the held-out rows, with these hyper-parameters, seed and threads."""
+        return boost(parameters, self._data).inplace_predict(self._held_out)

@@ -1,101 +1,64 @@
-"""Evaluation of held-out predictions: metrics with intervals, coverage, and the effect of the split."""
+"""Evaluation of held-out predictions: metrics with intervals and their spread over repeats, and coverage."""
 
 import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
 from millprint.config.yields import EvaluationConfig
-from millprint.predict.metrics import GAINS, METRICS, YieldWeights, bootstrap_metrics, metrics
-from millprint.predict.schemes import LOCKED_AGAIN, NESTED, RANDOM
+from millprint.predict.metrics import METRICS, SPREAD, YieldWeights, bootstrap_metrics, metrics, spread
+from millprint.predict.schemes import RANDOM
 
 KEYS = ["model", "strategy", "scheme"]
 
 
-def _scores(rows: pd.DataFrame, weigh: YieldWeights) -> pd.DataFrame:
-    """The metrics of the repeats, one row for each."""
-    return pd.DataFrame(
+def _over_splits(rows: pd.DataFrame, weigh: YieldWeights, level: float) -> pd.DataFrame:
+    """Each metric over random splits: the median, the ends of the central range of a level, and SPREAD."""
+    scores = pd.DataFrame(
         metrics(part["yield_percent"].to_numpy(float), part["predicted_percent"].to_numpy(float), weigh)
         for _, part in rows.groupby("repeat")
     )
-
-
-def _central(scores: pd.Series, level: float) -> dict[str, float]:
-    """Median of the repeats and the ends of their central range of a level."""
-    lower, middle, upper = np.nanquantile(scores, [(1 - level) / 2, 0.5, 1 - (1 - level) / 2])
-    return {"value": middle, "lower": lower, "upper": upper}
+    ends = scores.quantile([0.5, (1 - level) / 2, 1 - (1 - level) / 2]).set_axis(["value", "lower", "upper"])
+    return pd.DataFrame({"metric": name, "error": np.nan, **ends[name], **spread(scores[name])} for name in METRICS)
 
 
 def score_table(held_out: pd.DataFrame, weigh: YieldWeights, budget: EvaluationConfig) -> pd.DataFrame:
-    """Metrics by model, strategy and scheme: columns KEYS, metric, value, error, lower, upper.
+    """Metrics by model, strategy and scheme: columns KEYS, metric, value, error, lower, upper, SPREAD.
 
     held_out: KEYS, repeat, case, yield_percent, predicted_percent. For random splits the value is the median over the
     repeats and the interval their central range. For the others the error is a jackknife and the interval a bootstrap
     over cases; with several repeats of a cross-validation a metric is averaged over them, within each resample too.
+    SPREAD is that of the metric over the repeats.
     """
     tables = []
     for keys, rows in held_out.groupby(KEYS, sort=False):
         about = dict(zip(KEYS, keys, strict=True))
         if about["scheme"] == RANDOM:
-            scores = _scores(rows, weigh)
-            table = pd.DataFrame(
-                {"metric": name, "error": np.nan, **_central(scores[name], budget.level)} for name in METRICS
-            )
+            table = _over_splits(rows, weigh, budget.level)
         else:
             wide = rows.pivot(index="repeat", columns="case", values=["yield_percent", "predicted_percent"])
             truth, predicted = wide["yield_percent"].to_numpy(), wide["predicted_percent"].to_numpy()
             table = bootstrap_metrics(truth, predicted, weigh, budget.resamples, budget.level, budget.seed)
         tables.append(table.assign(**about))
-    return pd.concat(tables, ignore_index=True)[[*KEYS, "metric", "value", "error", "lower", "upper"]]
+    return pd.concat(tables, ignore_index=True)[[*KEYS, "metric", "value", "error", "lower", "upper", *SPREAD]]
 
 
 def coverage_table(intervals: pd.DataFrame, level: float) -> pd.DataFrame:
     """Coverage and mean width of predictive intervals by model, strategy, scheme, method and nominal level.
 
-    intervals: KEYS, method, nominal, case, yield_percent, lower_percent, upper_percent. Columns: ..., nominal,
-    covered [-] with its Clopper-Pearson interval of `level`, width_pp, cases. Predictions of one case in several
-    repeats are not independent, so the interval counts cases and not predictions.
+    intervals: KEYS, repeat, method, nominal, case, yield_percent, lower_percent, upper_percent. Columns: ..., nominal,
+    covered [-] with its Clopper-Pearson interval of `level`, width_pp, cases, and SPREAD of the share over the repeats.
+    Predictions of one case in several repeats are not independent, so the interval counts cases and not predictions.
     """
     found = []
     for keys, rows in intervals.groupby([*KEYS, "method", "nominal"], sort=False):
-        covered = float(rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"]).mean())
+        inside = rows["yield_percent"].between(rows["lower_percent"], rows["upper_percent"])
+        covered, repeats = float(inside.mean()), inside.groupby(rows["repeat"]).mean()
         cases = rows["case"].nunique()
         lower, upper = proportion_confint(covered * cases, cases, alpha=1 - level, method="beta")
         width = float((rows["upper_percent"] - rows["lower_percent"]).mean())
-        found.append((*keys, covered, lower, upper, width, cases))
-    columns = [*KEYS, "method", "nominal", "covered", "lower", "upper", "width_pp", "cases"]
+        found.append((*keys, covered, lower, upper, width, cases, *spread(repeats).values()))
+    columns = [*KEYS, "method", "nominal", "covered", "lower", "upper", "width_pp", "cases", *SPREAD]
     return pd.DataFrame(found, columns=columns)
-
-
-def split_luck(held_out: pd.DataFrame, weigh: YieldWeights, level: float) -> pd.DataFrame:
-    """How favourable the locked split is for each model and metric, all at the same search budget.
-
-    held_out: KEYS, repeat, yield_percent, predicted_percent. Columns: model, strategy, metric, locked, random_median,
-    random_lower, random_upper, nested, worse_splits. worse_splits is the share of random splits with a worse metric
-    than the locked one: 1 if the locked split is the most favourable, 0 if it is the least.
-    """
-    found = []
-    for (model, strategy), rows in held_out.groupby(["model", "strategy"], sort=False):
-        locked, random, nested = (
-            _scores(rows[rows["scheme"] == scheme], weigh) for scheme in (LOCKED_AGAIN, RANDOM, NESTED)
-        )
-        for name in METRICS:
-            on_locked = locked[name].iloc[0]
-            central = _central(random[name], level)
-            worse = random[name] < on_locked if name in GAINS else random[name] > on_locked
-            found.append(
-                {
-                    "model": model,
-                    "strategy": strategy,
-                    "metric": name,
-                    "locked": on_locked,
-                    "random_median": central["value"],
-                    "random_lower": central["lower"],
-                    "random_upper": central["upper"],
-                    "nested": nested[name].mean(skipna=False),
-                    "worse_splits": float(worse.mean()),
-                }
-            )
-    return pd.DataFrame(found)
 
 
 def time_variance(time_h: np.ndarray, yields: np.ndarray) -> pd.DataFrame:

@@ -1,17 +1,15 @@
-"""Random forests of scikit-learn for some twenty rows: its own trees, without what it does around each of them.
+"""Random forests of scikit-learn for some twenty rows: trees of DecisionTreeRegressor, which forests share.
 
-For so few rows, checks of the input and new generators of random numbers take ten times as long as growing a tree. So
-the trees are grown by scikit-learn's builder itself. They are those of RandomForestRegressor, bit for bit.
+For so few rows, RandomForestRegressor spends nearly all of its time around each tree. The trees here are the same, to
+the last bit: each has the seed and the bootstrap that RandomForestRegressor gives it.
 """
 
-import numpy as np
-from sklearn.ensemble import RandomForestRegressor
-from sklearn.tree import DecisionTreeRegressor
-from sklearn.tree._criterion import MSE
-from sklearn.tree._splitter import BestSplitter
-from sklearn.tree._tree import DepthFirstTreeBuilder, Tree
+from contextlib import AbstractContextManager
 
-OUTPUTS = np.ones(1, dtype=np.intp)
+import numpy as np
+from sklearn import config_context
+from sklearn.tree import DecisionTreeRegressor
+
 LARGEST_SEED = np.iinfo(np.int32).max
 
 
@@ -20,12 +18,10 @@ class Grower:
 
     def __init__(self, inputs: np.ndarray, target: np.ndarray, max_features: float, seed: int, trees: int):
         """trees: the largest number of trees; max_features: the share of the features that every node sees."""
-        # Trees compare in single precision, as scikit-learn's do.
+        # Trees compare in single precision, as scikit-learn's forests do.
         self._inputs = np.ascontiguousarray(inputs, dtype=np.float32)
         self._target = np.ascontiguousarray(target, dtype=float)[:, None]
-        rows, self._columns = self._inputs.shape
-        self._seen = max(1, int(max_features * self._columns))
-        self._criterion = MSE(1, rows)
+        self._max_features = max_features
         generator = np.random.RandomState(seed)
         self._seeds = [generator.randint(LARGEST_SEED) for _ in range(trees)]
         # A new generator takes a hundred times as long as another seed for an old one.
@@ -41,15 +37,23 @@ class Grower:
             self._bootstraps[index] = np.bincount(drawn, minlength=rows).astype(float)
         return self._bootstraps[index]
 
-    def grow(self, index: int, depth: int, split: int, leaf: int) -> Tree:
-        """The tree of this number; split: the rows that a node needs, at least 2 * leaf; leaf: those of a leaf."""
+    def grow(self, index: int, depth: int, split: int, leaf: int) -> DecisionTreeRegressor:
+        """The tree of this number; split: the rows that a node needs; leaf: those of a leaf."""
         weights = self._bootstrap(index)
         self._generator.seed(self._seeds[index])
-        splitter = BestSplitter(self._criterion, self._seen, leaf, 0.0, self._generator, None)
-        tree = Tree(self._columns, OUTPUTS, 1)
-        builder = DepthFirstTreeBuilder(splitter, split, leaf, 0.0, depth, 0.0)
-        builder.build(tree, self._inputs, self._target, weights, None)
-        return tree
+        tree = DecisionTreeRegressor(
+            max_depth=depth,
+            min_samples_split=split,
+            min_samples_leaf=leaf,
+            max_features=self._max_features,
+            random_state=self._generator,
+        )
+        return tree.fit(self._inputs, self._target, weights, check_input=False)
+
+
+def few_checks() -> AbstractContextManager:
+    """Numbers of ours are finite and parameters are checked by the configuration: not again for each of many trees."""
+    return config_context(assume_finite=True, skip_parameter_validation=True)
 
 
 class ForestFold:
@@ -73,7 +77,8 @@ class ForestFold:
     def predict(self, n_estimators: int, max_depth: int, min_samples_split: int, min_samples_leaf: int) -> np.ndarray:
         """Mean prediction (m,) [pp] of a forest for the held-out rows, Eq. 5.11; n_estimators: at most `trees`."""
         split = max(min_samples_split, 2 * min_samples_leaf)
-        trees = [self._predict(index, max_depth, split, min_samples_leaf) for index in range(n_estimators)]
+        with few_checks():
+            trees = [self._predict(index, max_depth, split, min_samples_leaf) for index in range(n_estimators)]
         return np.mean(trees, axis=0)
 
     def _predict(self, index: int, depth: int, split: int, leaf: int) -> np.ndarray:
@@ -84,37 +89,42 @@ class ForestFold:
         if bounded is not None:
             return bounded
         tree = self._grower.grow(index, depth, split, leaf)
-        predicted = tree.predict(self._held_out).ravel()
-        if tree.max_depth < depth:
-            self._free[index, split, leaf] = tree.max_depth + 1, predicted
+        predicted = tree.predict(self._held_out, check_input=False)
+        if tree.get_depth() < depth:
+            self._free[index, split, leaf] = tree.get_depth() + 1, predicted
         else:
             self._bounded[index, depth, split, leaf] = predicted
         return predicted
 
 
-class QuickForest(RandomForestRegressor):
-    """scikit-learn's random forest, grown and asked without what surrounds each tree: the same trees and the same bits.
+class Forest:
+    """A random forest, Eq. 5.11: the trees of scikit-learn's RandomForestRegressor, and its prediction."""
 
-    For some twenty rows, the threads and checks of RandomForestRegressor take most of its time.
-    """
+    def __init__(
+        self,
+        n_estimators: int,
+        max_depth: int,
+        max_features: float,
+        seed: int,
+        min_samples_split: int = 2,
+        min_samples_leaf: int = 1,
+    ):
+        """As in Table 5.3; max_features: the share of the features that every node sees [-]."""
+        self.shape = max_depth, min_samples_split, min_samples_leaf
+        self.count, self.max_features, self.seed = n_estimators, max_features, seed
+        self.trees: list[DecisionTreeRegressor] = []
 
-    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "QuickForest":
+    def fit(self, inputs: np.ndarray, target: np.ndarray) -> "Forest":
         """Grow the trees on inputs (n, k) and a target (n,)."""
-        grower = Grower(X, y, self.max_features, self.random_state, self.n_estimators)
-        split = max(self.min_samples_split, 2 * self.min_samples_leaf)
-        self.estimator_, self.estimators_, self.n_outputs_ = DecisionTreeRegressor(), [], 1
-        self.n_features_in_ = np.shape(X)[1]
-        for index in range(self.n_estimators):
-            tree = DecisionTreeRegressor()
-            tree.tree_ = grower.grow(index, self.max_depth, split, self.min_samples_leaf)
-            tree.n_features_in_, tree.n_outputs_ = self.n_features_in_, 1
-            self.estimators_.append(tree)
+        grower = Grower(inputs, target, self.max_features, self.seed, self.count)
+        with few_checks():
+            self.trees = [grower.grow(index, *self.shape) for index in range(self.count)]
         return self
 
-    def predict(self, X: np.ndarray) -> np.ndarray:
-        """Mean prediction (m,) of the trees for inputs (m, k), Eq. 5.11."""
-        inputs = np.ascontiguousarray(X, dtype=np.float32)
-        total = np.zeros(len(inputs))
-        for tree in self.estimators_:
-            total += tree.tree_.predict(inputs).ravel()
-        return total / len(self.estimators_)
+    def predict(self, inputs: np.ndarray) -> np.ndarray:
+        """Mean prediction (m,) of the trees for inputs (m, k)."""
+        inputs, total = np.ascontiguousarray(inputs, dtype=np.float32), np.zeros(len(inputs))
+        with few_checks():
+            for tree in self.trees:
+                total += tree.predict(inputs, check_input=False)
+        return total / len(self.trees)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from millprint.config.averaging import INPUTS, AveragingConfig, LibraryConfig
+from millprint.config.averaging import AveragingConfig, LibraryConfig
 from millprint.config.yields import LibraryTrialConfig
 from millprint.doe.runs import YIELD
 from millprint.predict.averaging import (
@@ -26,13 +26,14 @@ from millprint.predict.averaging import (
 from millprint.predict.distributions import SCORE_COLUMNS, MixtureYields
 from millprint.predict.features import describe
 from millprint.predict.held_out import OuterFold
-from millprint.predict.metrics import YieldWeights, jackknife_error, metrics, without_each
-from millprint.predict.schemes import LEFT_OUT
+from millprint.predict.metrics import SPREAD, YieldWeights, jackknife_error, metrics, spread, without_each
 from millprint.predict.scores import COMPARED, WHOLE, paired_test
 
 DECLARED, EARLIER = "declared", "earlier"
 DIFFERENCE = f"{DECLARED} minus {EARLIER}"
 SHOWN = ("r2", "rmse")
+# What a spread is over.
+REPEATS, HALVES = "repeats", "halves"
 Tick = Callable[[], None]
 
 
@@ -105,17 +106,19 @@ def _summary(name: str, scheme: str, members: int, table: pd.DataFrame, weigh: Y
     truth, predicted = wide["yield_percent"].to_numpy(), wide["predicted_percent"].to_numpy()
     left, values = without_each(truth.shape[1]), metrics(truth, predicted, weigh)
     parts = metrics(truth[:, left], predicted[:, left], weigh)
-    about = {"library": name, "scheme": scheme, "members": members, "libraries": 1}
+    about = {"library": name, "scheme": scheme, "members": members, "over": REPEATS}
     rows = [
         about
         | {"metric": key, "value": float(np.mean(values[key]))}
         | {"error": float(jackknife_error(np.asarray(parts[key]).mean(axis=0)))}
+        | spread(values[key])
         for key in SHOWN
     ]
     for key in SCORE_COLUMNS[:2]:
         means = table.groupby("case")[key].mean().to_numpy()
         error = float(jackknife_error(means[left].mean(axis=-1)))
-        rows.append(about | {"metric": key, "value": float(means.mean()), "error": error})
+        own = {"metric": key, "value": float(means.mean()), "error": error}
+        rows.append(about | own | spread(table.groupby("repeat")[key].mean()))
     return rows
 
 
@@ -128,7 +131,7 @@ def _halves(
     weigh: YieldWeights,
     scheme: str,
 ) -> list[dict]:
-    """Median and smallest and largest value of each metric over random halves of a library."""
+    """Each metric over random halves of a library: the median, and SPREAD."""
     generator, size = np.random.default_rng(trial.seed), (len(own) + 1) // 2
     scores: dict[str, list[float]] = {key: [] for key in SHOWN}
     for _ in range(trial.sub_libraries):
@@ -137,12 +140,9 @@ def _halves(
         found = metrics(*_collect(refits, [_mixed(refit, chosen, settings) for refit in refits], count), weigh)
         for key in SHOWN:
             scores[key].append(float(np.mean(found[key])))
-    about = {"library": f"random halves of the {name}", "scheme": scheme, "members": size}
+    about = {"library": f"random halves of the {name}", "scheme": scheme, "members": size, "over": HALVES}
     return [
-        about
-        | {"libraries": trial.sub_libraries, "metric": key, "value": float(np.median(values))}
-        | {"lowest": min(values), "highest": max(values)}
-        for key, values in scores.items()
+        about | {"metric": key, "value": float(np.median(values))} | spread(values) for key, values in scores.items()
     ]
 
 
@@ -153,18 +153,17 @@ def compare_libraries(
     trial: LibraryTrialConfig,
     weigh: YieldWeights,
     tick: Tick = lambda: None,
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+) -> pd.DataFrame:
     """The declared library, the one before it and random halves of both, by leave-one-out and repeated k-fold.
 
-    rows: case, the six conditions, yield_percent. First table: library, scheme, members, libraries (how many were
-    scored), metric, value (a median for halves), error (a jackknife, or that of the paired test), lowest, highest (of
-    the halves), p (of the test that both libraries are equal). Second table: every member by leave-one-out.
+    rows: case, the six conditions, yield_percent. Columns: library, scheme, members, metric, value (a median for
+    halves), error (a jackknife, or that of the paired test), p (of the test that both libraries are equal), over (the
+    repeats of a library, or random halves of it), SPREAD (over these).
     """
     whole = {DECLARED: library(settings), EARLIER: earlier_library(settings, trial.earlier)}
     candidates = list(dict.fromkeys([*whole[DECLARED], *whole[EARLIER]]))
     places = {name: np.array([candidates.index(each) for each in own]) for name, own in whole.items()}
     table: list[dict] = []
-    members = pd.DataFrame()
     for scheme in WHOLE:
         refits = refit_members(rows, candidates, [fold for fold in folds if fold.scheme == scheme], settings, tick)
         runs = {name: predict_runs(refits, own, settings, rows) for name, own in places.items()}
@@ -173,31 +172,10 @@ def compare_libraries(
             table += _halves(name, refits, own, settings, trial, weigh, scheme)
         for metric in COMPARED:
             test = paired_test(runs[DECLARED], runs[EARLIER], scheme, metric)
-            kept = {"value": test["difference"], "error": test["error"], "p": test["p"]}
+            kept = {"value": test["difference"], "over": REPEATS} | {key: test[key] for key in ("error", "p", *SPREAD)}
             table.append({"library": DIFFERENCE, "scheme": scheme, "metric": metric, **kept})
-        if scheme == LEFT_OUT:
-            members = _member_table(candidates, places, refits, weigh, rows[YIELD].to_numpy(float))
-    columns = ["library", "scheme", "members", "libraries", "metric", "value", "error", "lowest", "highest", "p"]
-    return pd.DataFrame(table, columns=columns), members
-
-
-def _member_table(
-    candidates: list[Candidate],
-    places: dict[str, np.ndarray],
-    refits: list[Refit],
-    weigh: YieldWeights,
-    yields: np.ndarray,
-) -> pd.DataFrame:
-    """One row for each member: link, structure, scales, which library holds it, and its metrics."""
-    rows = []
-    for index, each in enumerate(candidates):
-        predicted = np.array([refit.expected[index, 0] for refit in refits])
-        held = [name for name, own in places.items() if index in own]
-        scales = {f"{name}_scale": scale for name, scale in zip(INPUTS, each.scales, strict=True)}
-        about = {"libraries": ", ".join(held), "link": each.link, "structure": each.structure, **scales}
-        found = metrics(yields, predicted, weigh)
-        rows.append(about | {key: float(found[key]) for key in SHOWN})
-    return pd.DataFrame(rows)
+    columns = ["library", "scheme", "members", "metric", "value", "error", "p", "over", *SPREAD]
+    return pd.DataFrame(table, columns=columns)
 
 
 def closed_form_r2(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> float:

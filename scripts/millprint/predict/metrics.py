@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from millprint.config.yields import TrainingConfig
 
 METRICS = ("rmse", "mae", "mape", "r2", "wmse")
 # The metrics of which more is better; all others are errors.
 GAINS = ("r2",)
+# How a score that is repeated with other folds spreads.
+SPREAD = ("repeats", "lowest", "median", "highest")
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,13 @@ def metrics(truth: np.ndarray, predicted: np.ndarray, weigh: YieldWeights) -> di
     }
 
 
+def spread(scores: ArrayLike) -> dict[str, float]:
+    """SPREAD of the scores of the repeats, (r,): their number, and the lowest, median and highest where r > 1."""
+    scores = np.asarray(scores, dtype=float)
+    ends = np.quantile(scores, [0, 0.5, 1]) if len(scores) > 1 else np.full(3, np.nan)
+    return dict(zip(SPREAD, (len(scores), *ends.tolist()), strict=True))
+
+
 def jackknife_error(estimates: np.ndarray) -> np.ndarray:
     """Standard error from the n estimates (..., n) without one case each: sqrt((n - 1) / n sum (estimate - mean)^2).
 
@@ -71,25 +81,27 @@ def bootstrap_metrics(
 ) -> pd.DataFrame:
     """Each metric, its jackknife error and its percentile interval over resampled cases.
 
-    Columns: metric, value, error, lower, upper.
+    Columns: metric, value, error, lower, upper, SPREAD.
 
-    truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, and a resample
-    takes the same cases in all of them. The models are not fitted again: the interval shows how much the value depends
-    on the choice of cases. Resamples in which a metric is not defined (all yields equal) are left out.
+    truth, predicted: (cases,) yields [%], or (repeats, cases). A metric is averaged over the repeats, whose spread is
+    given too, and a resample takes the same cases in all of them. The models are not fitted again: the interval shows
+    how much the value depends on the choice of cases. Resamples in which a metric is not defined (all yields equal) are
+    left out.
     """
     truth, predicted = np.atleast_2d(truth), np.atleast_2d(predicted)
     cases = truth.shape[1]
     drawn = np.random.default_rng(seed).integers(cases, size=(resamples, cases))
     values = metrics(truth, predicted, weigh)
     # A repeat at a time: all at once would take gigabytes.
-    spread = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
+    resampled = [metrics(one[drawn], other[drawn], weigh) for one, other in zip(truth, predicted, strict=True)]
     left = metrics(truth[:, without_each(cases)], predicted[:, without_each(cases)], weigh)
     tail = (1 - level) / 2
     rows = []
     for name in METRICS:
-        lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in spread]), axis=0), [tail, 1 - tail])
+        lower, upper = np.nanquantile(np.mean(np.stack([part[name] for part in resampled]), axis=0), [tail, 1 - tail])
         error = float(jackknife_error(np.asarray(left[name]).mean(axis=0)))
         rows.append(
             {"metric": name, "value": float(np.mean(values[name])), "error": error, "lower": lower, "upper": upper}
+            | spread(values[name])
         )
     return pd.DataFrame(rows)

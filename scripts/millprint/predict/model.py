@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.yields import Choices, TrainingConfig
-from millprint.predict.estimators import fit_quietly
 from millprint.predict.features import FEATURES, TIME, Standardisation, engineer
 from millprint.predict.regressors import PRIMARY, Parameters, regressor
 from millprint.quantiles import normal_quantile
@@ -75,7 +74,7 @@ def fit_step(
     """Fit one step on the engineered features (n, 10) of the training rows and its target (n,) [pp]."""
     standard, inputs = plan.standardise(features)
     estimator = regressor(plan.regressor).make(parameters, inputs.shape[1], training, threads)
-    return Step(plan, parameters, standard, fit_quietly(estimator, inputs, target))
+    return Step(plan, parameters, standard, estimator.fit(inputs, target))
 
 
 def fit_in_turn(

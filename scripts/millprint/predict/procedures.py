@@ -17,8 +17,6 @@ from millprint.quantiles import normal_quantile
 
 # A normal distribution whose spread is that of errors of other runs.
 ERRORS = "errors"
-# Regressors whose prediction is a mean over trees that do not depend on each other.
-FORESTS = ("rf", "extra_trees")
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ def smaller_forests(training: TrainingConfig, largest: int) -> TrainingConfig:
     """The settings with forests of at most `largest` trees: more trees change a forest by its own noise alone."""
     spaces = {}
     for name, space in training.spaces:
-        if (trees := getattr(space, "n_estimators", None)) and name in FORESTS and trees[1] > largest:
+        if regressor(name).forest and (trees := space.n_estimators)[1] > largest:
             spaces[name] = space.model_copy(update={"n_estimators": [min(trees[0], largest - 1), largest]})
     return training.model_copy(update={"spaces": training.spaces.model_copy(update=spaces)})
 

@@ -1,8 +1,8 @@
 """The regressors: one record each, which holds everything that depends on which regressor it is.
 
-To add one: its record here, its fields in `Spaces` and `Evaluations` of millprint.config.regressors, and its name in
-tests/unit/test_yield_regressors.py. Snakemake reads this module with the Snakefile, so a library is imported only where
-it is used.
+To add one: its record here, and in millprint.config.regressors its fields in `Spaces` and `Evaluations`, or its name in
+`UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
+Snakefile, so a library is imported only where it is used.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from millprint.config import regressors as spaces
-from millprint.config.yields import Choices, SearchConfig, TrainingConfig
+from millprint.config.yields import Choices, TrainingConfig
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +48,7 @@ class Regressor:
     by their names in the search space; columns: number of features.
     space: its search space; None for one without hyper-parameters.
     scaled: whether its features are standardised (Eq. 5.2).
+    forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
     two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
     primary_features(choices): the features of its single step; None for all of them.
     choices: the open choices that affect it (keys of millprint.predict.choices.ALTERNATIVES).
@@ -65,6 +66,7 @@ class Regressor:
     make: Callable[[Parameters, int, TrainingConfig, int], Any]
     space: type[spaces.SearchSpace] | None = None
     scaled: bool = False
+    forest: bool = False
     two_step: bool = True
     primary_features: Callable[[Choices], Sequence[str]] | None = None
     choices: tuple[str, ...] = ()
@@ -103,39 +105,24 @@ def _restore_linear(estimator: Any, kept: dict, inputs: np.ndarray, target: np.n
 def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from millprint.predict.estimators import gaussian_process
 
-    return gaussian_process(parameters, columns, training.choices)
-
-
-def _make_gpr_of_starts(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.predict.estimators import gaussian_process_of_starts
-
-    return gaussian_process_of_starts(columns, training)
+    return gaussian_process(parameters, columns, training)
 
 
 def _keep_gpr(estimator: Any) -> dict:
-    return {"log_kernel_parameters": estimator.kernel_.theta.tolist()}
+    return {"log_kernel_parameters": estimator.logs.tolist()}
 
 
 def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
     import numpy as np
 
-    kernel = estimator.kernel.clone_with_theta(np.array(kept["log_kernel_parameters"]))
-    return estimator.set_params(kernel=kernel, optimizer=None).fit(inputs, target)
+    return estimator.condition(np.array(kept["log_kernel_parameters"]), inputs, target)
 
 
-def _gpr_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    """Eq. 5.9, noise included."""
-    return estimator.predict(inputs, return_std=True)[1]
+def _own_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    return estimator.deviation(inputs)
 
 
-def _gpr_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
-    """Eq. 5.9 without the noise."""
-    import numpy as np
-
-    return np.sqrt(np.maximum(_gpr_deviation(estimator, inputs) ** 2 - estimator.kernel_.k2.noise_level, 0))
-
-
-def _linear_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
     return estimator.mean_deviation(inputs)
 
 
@@ -143,21 +130,19 @@ def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
     """The fitted hyper-parameters of a kernel; length scales in standard deviations of their feature."""
     import numpy as np
 
-    kernel = estimator.kernel_
-    lengths = np.atleast_1d(kernel.k1.k2.length_scale)
+    constant, *lengths, noise = np.exp(estimator.logs).tolist()
     names = features if len(lengths) == len(features) else ("all",)
     return {
-        "fitted_constant": kernel.k1.k1.constant_value,
-        **{f"fitted_length_scale.{name}": float(length) for name, length in zip(names, lengths, strict=True)},
-        "fitted_noise": kernel.k2.noise_level,
+        "fitted_constant": constant,
+        **{f"fitted_length_scale.{name}": length for name, length in zip(names, lengths, strict=True)},
+        "fitted_noise": noise,
     }
 
 
 def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.predict.forests import QuickForest
+    from millprint.predict.forests import Forest
 
-    share = float(training.choices.max_features)
-    return QuickForest(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
 
 
 def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
@@ -181,6 +166,14 @@ def _explain_trees(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, floa
     return explainer.shap_values(inputs), float(np.ravel(explainer.expected_value)[0])
 
 
+def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    """The mean over the trees: SHAP values of a sum are sums."""
+    import numpy as np
+
+    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.trees), strict=True)
+    return np.mean(values, axis=0), float(np.mean(bases))
+
+
 def _make_extra_trees(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
     from sklearn.ensemble import ExtraTreesRegressor
 
@@ -194,25 +187,30 @@ def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, th
     return SVR(kernel="rbf", **parameters)
 
 
-def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
-    from millprint.predict.boosting import QuickBoosting
+def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) -> Parameters:
+    """The parameters of XGBRegressor."""
+    return {**parameters, "random_state": training.seed, "n_jobs": threads}
 
-    return QuickBoosting(**parameters, random_state=training.seed, n_jobs=threads)
+
+def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.predict.boosting import Boosting
+
+    return Boosting(**_boosting(parameters, training, threads))
 
 
 def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
     from millprint.predict.boosting import BoostingFold
 
     fits = [BoostingFold(inputs[kept], target[kept], inputs[held]) for kept, held in folds]
-    return lambda fold, parameters: fits[fold].predict(_make_xgb(parameters, inputs.shape[1], training, threads=1))
+    return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))
 
 
 def _keep_xgb(estimator: Any) -> dict:
-    return {"booster": estimator.get_booster().save_raw("json").decode()}
+    return {"booster": estimator.booster.save_raw("json").decode()}
 
 
 def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
-    estimator.load_model(bytearray(kept["booster"], "utf-8"))
+    estimator.booster.load_model(bytearray(kept["booster"], "utf-8"))
     return estimator
 
 
@@ -220,7 +218,7 @@ def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]
     """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
     from xgboost import DMatrix
 
-    values = estimator.get_booster().predict(DMatrix(inputs), pred_contribs=True)
+    values = estimator.booster.predict(DMatrix(inputs), pred_contribs=True)
     return values[:, :-1].astype(float), float(values[0, -1])
 
 
@@ -230,8 +228,8 @@ OF_A_PROCESS: dict[str, Any] = {
     "choices": ("length_scales", "kernel_bounds"),
     "keep": _keep_gpr,
     "restore": _restore_gpr,
-    "deviation": _gpr_deviation,
-    "mean_deviation": _gpr_mean_deviation,
+    "deviation": _own_deviation,
+    "mean_deviation": _own_mean_deviation,
     "fitted": _fitted_kernel,
 }
 REGRESSORS = {
@@ -245,7 +243,7 @@ REGRESSORS = {
         choices=("linear_features",),
         keep=_keep_linear,
         restore=_restore_linear,
-        mean_deviation=_linear_mean_deviation,
+        mean_deviation=_own_mean_deviation,
     ),
     "gpr": Regressor(
         title="GPR",
@@ -261,8 +259,9 @@ REGRESSORS = {
         "chosen.",
         make=_make_forest,
         space=spaces.RfSpace,
+        forest=True,
         choices=("max_features", "seed"),
-        explain=_explain_trees,
+        explain=_explain_forest,
         fold_predictor=_forest_folds,
     ),
     "svr": Regressor(
@@ -288,6 +287,7 @@ REGRESSORS = {
         settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
         make=_make_extra_trees,
         space=spaces.ExtraTreesSpace,
+        forest=True,
         choices=("max_features", "seed"),
         explain=_explain_trees,
     ),
@@ -295,7 +295,7 @@ REGRESSORS = {
         title="GPR, several starts",
         settled="Not of the thesis. Nothing is searched: of several starts within Table 5.2, the one that ends at the "
         "largest marginal likelihood.",
-        make=_make_gpr_of_starts,
+        make=_make_gpr,
         **OF_A_PROCESS,
     ),
 }

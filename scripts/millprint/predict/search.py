@@ -10,7 +10,6 @@ from sklearn.model_selection import RepeatedKFold
 
 from millprint.config.regressors import SearchSpace
 from millprint.config.yields import SearchConfig, TrainingConfig
-from millprint.predict.estimators import fit_quietly
 from millprint.predict.metrics import YieldWeights, weighted_mse
 from millprint.predict.model import Plan, Step, YieldModel, fit_in_turn, fit_step, plan_steps
 from millprint.predict.regressors import Parameters, regressor
@@ -96,7 +95,7 @@ class Trainer:
         def fit_and_predict(fold: int, parameters: Parameters) -> np.ndarray:
             kept, held = folds[fold]
             estimator = record.make(parameters, inputs.shape[1], self.training, self.threads)
-            return fit_quietly(estimator, inputs[kept], target[kept]).predict(inputs[held])
+            return estimator.fit(inputs[kept], target[kept]).predict(inputs[held])
 
         quicker = record.fold_predictor and record.fold_predictor(inputs, target, folds, self.training)
         predict = quicker or fit_and_predict

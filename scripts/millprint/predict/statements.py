@@ -10,9 +10,9 @@ from millprint.predict.schemes import LEFT_OUT, NESTED
 from millprint.predict.scores import CRPS, LOG_SCORE
 
 BOTH = {LEFT_OUT: "leave-one-out", NESTED: "repeated k-fold"}
-# The averaged model and the best of the thesis.
-STARTS = "gpr_starts"
-PAIR = (AVERAGED, PRIMARY), ("gpr", TWO_STEP)
+# The two-step process with the start of the largest marginal likelihood, and with the thesis's search for a start.
+STARTS, SEARCHED = "gpr_starts", "gpr"
+PAIR = (AVERAGED, PRIMARY), (STARTS, TWO_STEP)
 
 
 def _title(model: str, strategy: str) -> str:
@@ -27,20 +27,32 @@ def _one(table: pd.DataFrame, **where: str) -> pd.Series:
     return row
 
 
+def _over_repeats(row: pd.Series, digits: int = 3) -> str:
+    """The spread of a score over its repeats, in words; nothing for a score without repeats."""
+    if not row["repeats"] > 1:
+        return ""
+    low, middle, high = (f"{row[name]:.{digits}f}" for name in ("lowest", "median", "highest"))
+    return f" ({low} to {high} over {row['repeats']:g} repeats, median {middle})"
+
+
 def _both_schemes(honest: pd.DataFrame) -> str:
     parts = []
     for model, strategy in PAIR:
         rows = {name: _one(honest, model=model, strategy=strategy, scheme=name, metric="r2") for name in BOTH}
-        values = (f"{row['value']:.3f} +- {row['error']:.3f} by {BOTH[name]}" for name, row in rows.items())
+        values = (
+            f"{row['value']:.3f} +- {row['error']:.3f} by {BOTH[name]}{_over_repeats(row)}"
+            for name, row in rows.items()
+        )
         parts.append(f"{_title(model, strategy)}: R2 {' and '.join(values)}")
     return f"{'; '.join(parts)}. Errors are jackknife errors over the runs."
 
 
 def _told_apart(differences: pd.DataFrame) -> str:
-    rows = [_one(differences, model="gpr", strategy=TWO_STEP, scheme=name, metric="r2") for name in BOTH]
+    rows = [_one(differences, model=STARTS, strategy=TWO_STEP, scheme=name, metric="r2") for name in BOTH]
     apart = [row["told_apart"] == "yes" for row in rows]
     values = "; ".join(
-        f"{BOTH[row['scheme']]}: {row['difference']:+.3f} +- {row['error']:.3f}, p = {row['p']:.2g}" for row in rows
+        f"{BOTH[row['scheme']]}: {row['difference']:+.3f} +- {row['error']:.3f}{_over_repeats(row)}, p = {row['p']:.2g}"
+        for row in rows
     )
     verdict = {
         (True, True): "can be told apart by both schemes",
@@ -48,26 +60,24 @@ def _told_apart(differences: pd.DataFrame) -> str:
         (True, False): f"can be told apart by {BOTH[LEFT_OUT]}, but not by {BOTH[NESTED]}",
         (False, True): f"can be told apart by {BOTH[NESTED]}, but not by {BOTH[LEFT_OUT]}",
     }[apart[0], apart[1]]
-    two, averaged = _title("gpr", TWO_STEP), _title(AVERAGED, PRIMARY)
+    two, averaged = _title(STARTS, TWO_STEP), _title(AVERAGED, PRIMARY)
     return f"The {two} and the {averaged} {verdict} (R2 of the first minus that of the second: {values})."
 
 
-def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str | None:
-    """What the search for a start costs the process of the thesis; None without the model of several starts."""
-    if STARTS not in set(honest["model"]):
-        return None
+def _starts(honest: pd.DataFrame, differences: pd.DataFrame) -> str:
+    """What the search for a start costs the process of the thesis."""
     parts = []
     for scheme, title in BOTH.items():
         searched, several = (
-            _one(honest, model=name, strategy=TWO_STEP, scheme=scheme, metric="r2") for name in ("gpr", STARTS)
+            _one(honest, model=name, strategy=TWO_STEP, scheme=scheme, metric="r2") for name in (SEARCHED, STARTS)
         )
-        against = _one(differences, model=STARTS, strategy=TWO_STEP, scheme=scheme, metric="r2")
+        against = _one(differences, model=SEARCHED, strategy=TWO_STEP, scheme=scheme, metric="r2")
         apart = "can" if against["told_apart"] == "yes" else "cannot"
         parts.append(
-            f"{title}: R2 {searched['value']:.3f} with the searched start, {several['value']:.3f} +- "
-            f"{several['error']:.3f} with the start of the largest marginal likelihood, which {apart} be told apart "
-            f"from the {_title(AVERAGED, PRIMARY)} ({against['difference']:+.3f} +- {against['error']:.3f}, p = "
-            f"{against['p']:.2g})"
+            f"{title}: R2 {searched['value']:.3f}{_over_repeats(searched)} with the searched start, "
+            f"{several['value']:.3f}{_over_repeats(several)} with that of the largest marginal likelihood; with the "
+            f"searched one it {apart} be told apart from the {_title(AVERAGED, PRIMARY)} ({against['difference']:+.3f} "
+            f"+- {against['error']:.3f}{_over_repeats(against)}, p = {against['p']:.2g})"
         )
     return (
         "The marginal likelihood of the thesis's process has several maxima, and a search by cross-validation in a "
@@ -101,9 +111,9 @@ def _distributions(scores: pd.DataFrame, coverage: pd.DataFrame) -> str:
             for _, row in held.iterrows()
         )
         values = " and ".join(
-            f"{row['value']:.2f} +- {row['error']:.2f} points by {BOTH[name]} (climatology worse by "
-            f"{100 * row['skill'] / (1 - row['skill']):.0f} %; log score {logs[name]['value']:.2f}, "
-            f"{logs[name]['skill']:.2f} below climatology)"
+            f"{row['value']:.2f} +- {row['error']:.2f} points by {BOTH[name]}{_over_repeats(row, 2)} (climatology "
+            f"worse by {100 * row['skill'] / (1 - row['skill']):.0f} %; log score {logs[name]['value']:.2f}"
+            f"{_over_repeats(logs[name], 2)}, {logs[name]['skill']:.2f} below climatology)"
             for name, row in rows.items()
         )
         parts.append(f"{_title(model, strategy)}: CRPS {values}; its intervals hold {shares} of the left-out runs")
@@ -129,7 +139,7 @@ def _choice(libraries: pd.DataFrame) -> str:
         parts.append(f"{row['lowest']:.3f} to {row['highest']:.3f} by {title}")
     return (
         "Some 130 kernels were tried by leave-one-out before the earlier library was fixed. "
-        f"{row['libraries']:g} random halves of it reach R2 from {', and from '.join(parts)}: the error of that choice."
+        f"{row['repeats']:g} random halves of it reach R2 from {', and from '.join(parts)}: the error of that choice."
     )
 
 
@@ -139,8 +149,9 @@ def _priors(libraries: pd.DataFrame) -> str:
         old, new = (_one(libraries, library=name, scheme=scheme, metric="r2") for name in (EARLIER, DECLARED))
         change = _one(libraries, library=DIFFERENCE, scheme=scheme, metric="r2")
         parts.append(
-            f"{title}: R2 {new['value']:.3f} with the declared and {old['value']:.3f} with the earlier library "
-            f"(difference {change['value']:+.3f} +- {change['error']:.3f}, p = {change['p']:.2g})"
+            f"{title}: R2 {new['value']:.3f}{_over_repeats(new)} with the declared and {old['value']:.3f}"
+            f"{_over_repeats(old)} with the earlier library (difference {change['value']:+.3f} +- {change['error']:.3f}"
+            f"{_over_repeats(change)}, p = {change['p']:.2g})"
         )
     return f"{'; '.join(parts)}. The declared library was written down before any score of it was computed."
 
@@ -179,5 +190,4 @@ def state(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
         "prior": _priors(tables["libraries"]),
         "next experiments": _next_experiments(tables["search"], tables["learning"]),
     }
-    said = {about: sentence for about, sentence in sentences.items() if sentence is not None}
-    return pd.DataFrame({"about": list(said), "statement": list(said.values())})
+    return pd.DataFrame({"about": list(sentences), "statement": list(sentences.values())})
