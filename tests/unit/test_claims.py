@@ -32,6 +32,7 @@ from millprint.claims.tolerances import agrees, allowed_width, deviation
 from millprint.digest import library_files
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
+from millprint.fingerprint.descriptors import NOTHING
 from millprint.fingerprint.published import read_published
 from tests.conftest import PRINTED, ROOT
 
@@ -325,3 +326,27 @@ def test_a_published_value_that_no_table_has_is_refused(tmp_path, text, said):
     (tmp_path / "published.tsv").write_text(text + "\n")
     with pytest.raises(ConfigError, match=re.escape(said)):
         read_published(tmp_path / "published.tsv", CLAIMS_TSV)
+
+
+def test_a_difference_of_ball_sizes_that_deviates_is_told_with_both_contact_sets_and_directions(tmp_path):
+    rows = [
+        {"contact": contact, "speed_rpm": speed, "ball_diameter_mm": size, "normal_mean_J": 1.0}
+        | {"tangential_mean_J": 1.0 if size == 5 else {"calibrated": 1.2, "steel": 1.3}[contact]}
+        for contact in ("calibrated", "steel")
+        for speed in (600, 800, 1000, 1200)
+        for size in (5, 10)
+    ]
+    table = pd.DataFrame(rows).assign(mill="emax", varied=NOTHING, fill_ratio=0.08)
+    write_table(table, tmp_path / "fingerprint/cycles.tsv")
+    found = collect_findings(tmp_path, CLAIMS_TSV, "3.size")
+    assert found["3.size.steel.t"].value == pytest.approx(30) and found["3.size.calibrated.n"].value == 0
+    told = "calibrated normal +0 %, tangential +20 %; with steel normal +0 %, tangential +30 %"
+    for finding in found.values():
+        assert told in finding.explanation and "Table 3.5 implies: normal +1 %, tangential +14 %" in finding.explanation
+    # One that is reproduced needs no cause, and a sweep without a speed has no value.
+    write_table(table.replace({"tangential_mean_J": {1.3: 1.13}}), tmp_path / "fingerprint/cycles.tsv")
+    (reproduced,) = collect_findings(tmp_path, CLAIMS_TSV, "3.size.steel").values()
+    assert reproduced.value == pytest.approx(13) and "in both directions" not in reproduced.explanation
+    write_table(table[table["speed_rpm"] > 600], tmp_path / "fingerprint/cycles.tsv")
+    (absent,) = collect_findings(tmp_path, CLAIMS_TSV, "3.size.steel").values()
+    assert absent.value is None

@@ -51,7 +51,7 @@ def test_a_jar_that_cannot_hold_the_volume_is_refused():
 
 
 def test_mills_on_other_motions_have_the_fitted_jar():
-    for name in ("emax_motion1", "emax_motion2", "emax_post"):
+    for name in ("emax_motion1", "emax_motion2", "emax_post", "emax_rest"):
         other = load_named(ROOT / "config/mills", name, MillConfig, "mill")
         assert other.geometry.model_copy(update={"post": None}) == EMAX.geometry
 

@@ -10,13 +10,14 @@ from jinja2 import Environment
 
 from millprint.claims.evidence import Finding
 from millprint.claims.sources import source_in
-from millprint.claims.tabulate import INTERVAL_PARTS
+from millprint.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
 from millprint.files import write_table
 from millprint.machine import commit, provenance
 from millprint.pages import embed_json
 from millprint.report.runtimes import sum_stages, tabulate_runtimes
 from millprint.report.summary import claims_page, front_text, largest_deviations, summary_page, what_falls
 from millprint.report.tables import Section, tables_page
+from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 
 
@@ -64,7 +65,12 @@ def claims(*rows) -> pd.DataFrame:
         columns=columns,
     )
     return table.assign(
-        nature="simulated", basis="stated", tolerance="15%", interval_verdict="", **dict.fromkeys(INTERVAL_PARTS, "")
+        nature="simulated",
+        basis="stated",
+        tolerance="15%",
+        interval_verdict="",
+        source="",
+        **dict.fromkeys(INTERVAL_PARTS, ""),
     )
 
 
@@ -139,6 +145,40 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
     assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule tabulate_experiments, millprint.doe" in text
     assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
     assert "1.5 (1.4 to 1.6, 5 of trainings)" in text and "1.5 (" not in text.replace("1.5 (1.4 to 1.6", "")
+    assert "why<details><summary>source</summary>tolerance: 15%; from <a" in text
+    assert "tolerance: 15%; from no file</details>" in text
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+def test_no_claim_is_wider_than_the_page_and_a_fold_has_its_source(tmp_path, browser, width):
+    """Every claim of the thesis, each with an interval, both verdicts, an explanation and a source."""
+    source = source_in("fingerprint/descriptors.tsv", "normal_energy_J", "mill == 'emax' and fill_ratio == 0.08")
+    path = ROOT / "config/data/claims.tsv"
+    findings = dict.fromkeys(read_claims(path)["id"], Finding(None, "of 24 revolutions", sources=(source,)))
+    table = tabulate_claims(path, findings).assign(reproduced="0.00012345", deviation="-87.1", verdict="reproduced")
+    table = table.assign(lower="0.000112345", upper="0.000134567", interval_from="simulations", repeats="200")
+    table = table.assign(interval_verdict="wider than the tolerance")
+    (tmp_path / "claims.html").write_text(claims_page("test", table, findings, tmp_path))
+    with browser.page(width, 1200) as page:
+        page.open(tmp_path / "claims.html")
+        spill = """
+          const table = document.querySelector(".cards");
+          return [table.scrollWidth - table.parentElement.clientWidth, table.querySelector("details").innerText];"""
+        wider, closed = page.run(spill)
+        assert wider <= 0 and closed == "source" and page.measure()["beyond"] <= 0
+        assert page.measure()["smallest"] >= 10
+        page.run('document.querySelectorAll("details").forEach((fold) => { fold.open = true; });')
+        wider, shown = page.run(spill)
+        assert wider <= 0 and "tolerance: printed; from fingerprint/descriptors.tsv" in shown
+        left = page.run("""
+          const search = document.querySelector("input[type=search]");
+          search.value = "descriptors.tsv 3.size"; search.dispatchEvent(new Event("input"));
+          const rows = [...document.querySelectorAll("tbody tr")];
+          return rows.filter((row) => !row.hidden).map((row) => row.cells[0].textContent);""")
+        assert left == ["3.size.steel.t", "3.size.calibrated.n"]
+        page.run('document.querySelectorAll("tbody tr:nth-child(n + 6)").forEach((row) => row.remove());')
+        assert page.accessibility_faults() == [] and page.errors == []
 
 
 def test_runtimes_are_those_of_benchmarks_and_else_of_logs(tmp_path):

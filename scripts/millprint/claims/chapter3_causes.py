@@ -38,11 +38,11 @@ def _jar(evidence: Evidence, name: str) -> str:
         "the jar's shape is not published: one step of a fitted parameter moves it by "
         f"{change.min():+.0f} to {change.max():+.0f} %"
     )
-    mending = steps[np.sign(change) == -np.sign(own["error_percent"].iloc[0])]
-    if mending.empty:
-        return f"{words}, and no step mends it"
-    best = mending.loc[mending["change_percent"].abs().idxmax()]
-    told = f"{best['parameter']} {best['parameter_value']:g} mends it most, by {best['change_percent']:+.0f} %"
+    correcting = steps[np.sign(change) == -np.sign(own["error_percent"].iloc[0])]
+    if correcting.empty:
+        return f"{words}, and no step corrects it"
+    best = correcting.loc[correcting["change_percent"].abs().idxmax()]
+    told = f"{best['parameter']} {best['parameter_value']:g} corrects it most, by {best['change_percent']:+.0f} %"
     return _join(words, told + _price(evidence, name, best))
 
 

@@ -86,25 +86,30 @@ def link_to(path: str, results: Path) -> Markup:
     return Markup('<a href="{}">{}</a>').format(PAGES.get(path, f"../{path}"), path)
 
 
+def _with_source(claim, finding: Finding, results: Path) -> Markup:
+    """The explanation of a claim, then a fold with the tolerance of its verdict and its sources."""
+    sources = Markup("; ").join(link_to(source.path, results) + source.details for source in finding.sources)
+    fold = Markup("<details><summary>source</summary>tolerance: {}; from {}</details>")
+    return Markup.escape(claim.explanation) + fold.format(claim.tolerance, sources or "no file")
+
+
 def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], results: Path) -> str:
     """The page of every claim; claims and findings as tabulate_claims and collect_findings give, of the run `name`."""
-    sources = [
-        Markup("; ").join(link_to(source.path, results) + source.details for source in findings[claim].sources)
-        for claim in claims["id"]
-    ]
+    explanations = [_with_source(claim, findings[claim.id], results) for claim in claims.itertuples()]
     # Of type object, as pandas would make plain text of it.
-    shown = claims.assign(source=pd.Series(sources, dtype=object, index=claims.index))
+    shown = claims.assign(explanation=pd.Series(explanations, dtype=object, index=claims.index))
     # In one cell with the value: the page is no wider than a screen.
     origin = claims["repeats"] + " of " + claims["interval_from"]
     interval = " (" + claims["lower"] + " to " + claims["upper"] + ", " + origin + ")"
     shown["reproduced"] += interval.where(claims["interval_from"] != "", "")
-    shown["nature"] = claims["nature"].map(NATURES)
-    shown = shown.drop(columns=["basis", *INTERVAL_PARTS])
+    shown["nature"] = claims["nature"].str.replace("_", " ")
+    shown = shown.drop(columns=["basis", "tolerance", "source", *INTERVAL_PARTS])
     note = (
-        "Deviation in per cent of the printed value. The source names what decides the claim: the file, the rows (in "
-        "brackets, as pandas.DataFrame.query takes them) and the columns, then the rule that wrote the file and the "
-        "function that computed it. What chance has a part in has an interval in brackets, with how many repeats it is "
-        "of and what was drawn again, and a verdict by the interval next to that by the value."
+        "Deviation in per cent of the printed value. What chance has a part in has an interval in brackets, with how "
+        "many repeats it is of and what was drawn again, and a verdict by the interval next to that by the value. "
+        "Under source: the tolerance of the verdict, then the file, the rows (in brackets, as pandas.DataFrame.query "
+        "takes them) and the columns that decide the claim, the rule that wrote the file and the function that "
+        "computed it."
     )
     introduction = f"What the run {name} computed for each claim, and its verdicts. {count_natures(claims)}."
     return tables_page("Claims of the thesis", introduction, [Section("Every claim", shown, note, cards=True)])
