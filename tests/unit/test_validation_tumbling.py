@@ -238,7 +238,7 @@ def test_the_effect_of_contact_parameters_on_an_angle_is_a_difference_the_short_
     changes = contact_changes(runs, ANGLES["shoulder_deg"])
     # 355 to 3 is 8 degrees on; 10 to 4 is 6 degrees back.
     assert changes.to_numpy() == pytest.approx(np.array([[0.0, 8.0], [-6.0, 0.0]]))
-    row = intervals(runs, SliceMillConfig(numbers=[120])).iloc[0]
+    row = intervals(runs, SliceMillConfig(numbers=[120], fillings=[0.25])).iloc[0]
     assert row["shoulder_deg"] == pytest.approx(357.0)
     ends = [f"shoulder_{by}_{end}_deg" for by in ("scatter", "contact") for end in ("lower", "upper")]
     assert row[ends].tolist() == pytest.approx([357 - 12.706 * 2, 357 + 12.706 * 2, 357.0, 365.0], abs=1e-2)
@@ -249,7 +249,7 @@ def test_a_charge_without_an_angle_has_no_effect_on_it():
     assert contact_changes(runs, ANGLES["toe_deg"]).index.tolist() == [20.0]
     nowhere = runs_of(POWERS, toe_deg=[np.nan] * 6)
     assert contact_changes(nowhere, ANGLES["toe_deg"]).empty
-    assert intervals(nowhere, SliceMillConfig(numbers=[120]))["toe_deg"].isna().all()
+    assert intervals(nowhere, SliceMillConfig(numbers=[120], fillings=[0.25]))["toe_deg"].isna().all()
 
 
 def test_toe_and_shoulder_are_predicted_with_an_interval_by_contact_parameters_too(tmp_path):
