@@ -197,11 +197,11 @@ OURS = [(10.0, 50.0), (20.0, 60.0), (30.0, 99.0), (40.0, 101.0)]
     ("variant", "explained", "text"),
     [
         # It meets both misses and spoils nothing.
-        ([98, 97, 100, 105], [True, True], "met by: slip. It meets 4 of the 4 numbers of this set-up that it predicts"),
+        ([98, 97, 100, 105], [True, True], "met by: slip. It meets 4 of all 4 numbers that it predicts, ours 2"),
         # It meets both misses, and misses a number that we meet.
-        ([98, 97, 100, 130], [False, False], "slip meets this number, but 3 of the 4 numbers of this set-up"),
-        # It meets one miss only: nothing confirms it.
-        ([98, 70, 100, 105], [False, False], "slip meets this number only"),
+        ([98, 97, 100, 130], [False, False], "slip meets this number, and 3 of 4 of its row, 3 of all 4 numbers"),
+        # It meets one miss, and misses the other.
+        ([98, 70, 100, 105], [False, False], "slip meets this number, and 3 of 4 of its row"),
         # It meets none.
         ([70, 70, 100, 105], [False, False], NOT_EXPLAINED),
     ],
@@ -223,7 +223,24 @@ def test_what_another_code_computed_confirms_no_explanation(tmp_path):
     ours = pd.concat([predictions_of((10, 50)), predictions_of((20, 50), id="t2")])
     slip = predictions_of((10, 99), (20, 99), model="slip", id="")
     rows = judge(points, pd.concat([ours, slip]), variants=["slip"])
-    assert rows["explanation"].tolist() == [f"{NOT_EXPLAINED}; slip meets this number only"] * 2
+    text = "slip meets this number, and 1 of 1 of its row, 1 of all 1 numbers that it predicts, ours 0"
+    assert rows["explanation"].tolist() == [f"{NOT_EXPLAINED}; {text}"] * 2
+
+
+@pytest.mark.parametrize(("elsewhere", "explained"), [(99, True), (80, False)])
+def test_an_explanation_has_to_stand_in_other_setups_too(tmp_path, elsewhere, explained):
+    other = {**SERIES, "setup": "bond_mill", "value": "10:100"}
+    points = points_of(tmp_path, {**SERIES, "value": "10:100;20:100"}, other)
+    predicted = {
+        "alumina_impact": pd.concat(
+            [predictions_of((10, 50), (20, 50)), predictions_of((10, 99), (20, 99), model="slip", id="")]
+        ),
+        "bond_mill": pd.concat(
+            [predictions_of((10, 99), id="t2"), predictions_of((10, elsewhere), model="slip", id="")]
+        ),
+    }
+    rows = give_verdicts(points, predicted, {}, {name: ["slip"] for name in predicted})
+    assert rows["explanation"].str.startswith("met by: slip").tolist() == [explained, explained, False]
 
 
 def test_the_intervals_are_counted_by_setup_and_kind(tmp_path):

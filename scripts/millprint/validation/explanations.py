@@ -1,17 +1,18 @@
 """Why a prediction misses a measured number: what the tables show and other numbers confirm, or `not explained`.
 
 Some set-ups have variants: predictions that change one thing of ours, such as the contact law in an impact or the
-contact set in a drum. A variant that meets a missed number explains it only if it stands the test on the other
-measured numbers of the set-up:
+contact set in a drum. A variant explains a missed number only if it stands the test on all others:
 
-- it meets at least one more number that our prediction misses, and
-- it misses none that our prediction meets.
+- it meets every number of the same measured row, such as all speeds of a mill,
+- it meets at least one more number that our prediction misses, in this set-up or in another one, and
+- it misses none that our prediction meets, in any set-up.
 
-A number is met within the tolerance of its verdict. Numbers of another class, such as those of another code, do not
-count. All else that may be the cause was not tested, and is not said.
+A number is met within the tolerance of its verdict. Only numbers that the variant predicts count, and only those of one
+class: what another code computed confirms no explanation of a measurement. All else that may be the cause was not
+tested, and is not said.
 """
 
-from collections.abc import Collection
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -33,37 +34,42 @@ def values_at(predictions: pd.DataFrame, quantity: str, places: pd.Series) -> np
     return found
 
 
-def met_by(numbers: pd.DataFrame, predictions: pd.DataFrame) -> pd.DataFrame:
-    """Which measured numbers our prediction (column `ours`) and a variant (`variant`) meet; those that both predict.
+def met_by(model: str, numbers: pd.DataFrame, variants: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Which numbers our prediction (column `ours`) and a variant (`variant`) meet: those that both predict; with id.
 
-    numbers: rows of the verdicts of a set-up; predictions: of the variant.
+    numbers: rows of the verdicts; variants: predictions of all variants, by set-up.
     """
     value = pd.Series(np.nan, index=numbers.index)
-    for quantity, group in numbers.groupby("quantity"):
-        value[group.index] = values_at(predictions, str(quantity), group["x"])
-    deviations = {"ours": numbers["predicted"] - numbers["measured"], "variant": value - numbers["measured"]}
-    met = pd.DataFrame({name: each.abs() <= numbers["tolerance"] * (1 + 1e-9) for name, each in deviations.items()})
+    for (setup, quantity), group in numbers.groupby(["setup", "quantity"]):
+        if str(setup) in variants:
+            own = variants[str(setup)]
+            value[group.index] = values_at(own[own["model"] == model], str(quantity), group["x"])
+    met = pd.DataFrame({"id": numbers["id"]})
+    for name, predicted in (("ours", numbers["predicted"]), ("variant", value)):
+        met[name] = (predicted - numbers["measured"]).abs() <= numbers["tolerance"] * (1 + 1e-9)
     return met[value.notna() & numbers["predicted"].notna()]
 
 
-def explain(missed: Collection[int], numbers: pd.DataFrame, predictions: pd.DataFrame) -> dict[int, str]:
+def explain(numbers: pd.DataFrame, missed: pd.Series, variants: Mapping[str, pd.DataFrame]) -> pd.Series:
     """A text for each missed number: the variant that meets it and stands the test, or why none does.
 
-    missed: places in `numbers`, the verdicts on the numbers of one set-up and one class; predictions: of its variants.
+    numbers: rows of the verdicts, all of one class; missed: which of them; variants: their predictions, by set-up.
     """
-    judged = {str(name): met_by(numbers, own) for name, own in predictions.groupby("model", sort=False)}
-    return {place: _explanation(place, judged) for place in missed}
+    models = {model: None for own in variants.values() for model in own["model"]}
+    judged = {model: met_by(model, numbers, variants) for model in models}
+    places = numbers.index[missed]
+    return pd.Series([_explanation(place, judged) for place in places], index=places, dtype=object)
 
 
-def _explanation(place: int, judged: dict[str, pd.DataFrame]) -> str:
+def _explanation(place: int, judged: Mapping[str, pd.DataFrame]) -> str:
     refused = []
-    for name, met in judged.items():
+    for model, met in judged.items():
         if place not in met.index or not met.loc[place, "variant"]:
             continue
+        row = met[met["id"] == met.loc[place, "id"]]
         gained, lost = (met["variant"] & ~met["ours"]).sum(), (met["ours"] & ~met["variant"]).sum()
-        theirs, ours = met["variant"].sum(), met["ours"].sum()
-        counts = f"{theirs} of the {len(met)} numbers of this set-up that it predicts, ours {ours}"
-        if gained > 1 and not lost:
-            return f"met by: {name}. It meets {counts}"
-        refused.append(f"{name} meets this number, but {counts}" if lost else f"{name} meets this number only")
+        counts = f"{met['variant'].sum()} of all {len(met)} numbers that it predicts, ours {met['ours'].sum()}"
+        if row["variant"].all() and gained > 1 and not lost:
+            return f"met by: {model}. It meets {counts}"
+        refused.append(f"{model} meets this number, and {row['variant'].sum()} of {len(row)} of its row, {counts}")
     return "; ".join([NOT_EXPLAINED, *refused])

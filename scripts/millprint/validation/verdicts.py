@@ -111,12 +111,10 @@ def give_verdicts(
                 }
             )
     verdicts = pd.DataFrame(rows, columns=list(VERDICT_COLUMNS))
-    for (name, _), numbers in verdicts.groupby(["setup", "class"]):
-        missed = numbers.index[numbers["verdict"] == OFF]
-        if len(missed):
-            own = predictions[str(name)]
-            own = own[own["model"].str.startswith(tuple(variants.get(str(name), ())))]
-            verdicts["explanation"] = pd.Series(explain(missed, numbers, own)).combine_first(verdicts["explanation"])
+    other = {name: own[own["model"].str.startswith(tuple(variants.get(name, ())))] for name, own in predictions.items()}
+    for _, numbers in verdicts.groupby("class"):
+        texts = explain(numbers, numbers["verdict"] == OFF, other)
+        verdicts.loc[texts.index, "explanation"] = texts
     return verdicts
 
 
