@@ -1,7 +1,7 @@
-"""Records that the settings of the set-ups are fixed today: python scripts/fix_predictions.py [SETUP ...].
+"""Records that the settings of the set-ups are fixed now: python scripts/fix_predictions.py [SETUP ...] [--why WHY].
 
-Writes the date and a digest of the settings to the table `validation.fixed` of the configuration. Do this before a
-prediction is compared with what was measured. A set-up whose settings have not changed keeps its date.
+Adds date, time and a digest of the settings to the table `validation.fixed` of the configuration. Do this before a
+prediction is compared with what was measured. A set-up whose settings have not changed gets no new row.
 """
 
 import argparse
@@ -32,8 +32,9 @@ def main(names: list[str], config_file: str, why: str = "") -> list[str]:
         for name, setup in known.items()
         if not names or name in names
     }
-    changed = fix(config.validation.fixed, digests, datetime.date.today().isoformat(), why)
-    return [f"{name}: {'fixed today' if name in changed else 'unchanged'}" for name in digests]
+    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M")
+    changed = fix(config.validation.fixed, digests, now, why)
+    return [f"{name}: {'fixed now' if name in changed else 'unchanged'}" for name in digests]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What was measured in each set-up, beside its prediction: verdicts, what is assumed and when it was fixed, figures.
+"""What was measured in each set-up and its prediction: verdicts, coverage, what is assumed, when it was fixed, figures.
 
 Of a tumbling mill also its charge at several speeds, and a table of power with both intervals, toe, shoulder and rings.
 """
@@ -18,10 +18,11 @@ from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.mill.bodies import build_bodies
 from millprint.report.chapter_pages import write_chapter
-from millprint.validation.fixed import read_fixed, settings_digest, status_of
+from millprint.validation.coverage import tabulate_coverage
+from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, assumption_table, setup_named
-from millprint.validation.tumbling import intervals
+from millprint.validation.tumbling_intervals import intervals
 from millprint.validation.verdicts import count_verdicts, give_verdicts
 
 
@@ -43,24 +44,37 @@ def read_predictions(path: str) -> pd.DataFrame:
     )
 
 
-def tabulate(setups: dict[str, dict], dem: DemConfig, predicted, points: pd.DataFrame, fixed_path: str, output) -> None:
-    """Write the verdicts, their counts and the assumptions. setups: as `read_setup` takes them, by name."""
-    fixed, statuses, assumed = read_fixed(fixed_path), {}, []
+def tabulate(
+    setups: dict[str, dict],
+    dem: DemConfig,
+    predicted: dict[str, pd.DataFrame],
+    points: pd.DataFrame,
+    fixed_path: str,
+    output,
+) -> None:
+    """Write the verdicts, counts, coverage, assumptions and dates. By name: setups, as `read_setup` takes them, and
+    what is predicted of each.
+    """
+    fixed, digests, statuses, assumed = read_fixed(fixed_path), {}, {}, []
     for name, given in setups.items():
         settings, mill, contacts = read_setup(name, given)
-        statuses[name] = status_of(name, settings_digest(settings, mill, contacts, dem), fixed)
-        assumed += [{**row, "settings": statuses[name]} for row in assumption_table(name, settings, mill, contacts)]
+        digests[name] = settings_digest(settings, mill, contacts, dem)
+        statuses[name] = status_of(name, digests[name], fixed)
+        assumed += assumption_table(name, settings, mill, contacts)
+    variants = {name: setup.variants for name, setup in SETUPS.items()}
     unknown = [name for name, setup in SETUPS.items() if not setup.known]
-    verdicts = give_verdicts(points, pd.concat(predicted), statuses, unknown=unknown)
+    verdicts = give_verdicts(points, predicted, statuses, variants, unknown)
     write_table(verdicts, output.verdicts)
     write_table(count_verdicts(verdicts), output.counts)
+    write_table(tabulate_coverage(verdicts), output.coverage)
     write_table(pd.DataFrame(assumed), output.assumptions)
+    write_table(fixed_table(fixed, digests), output.fixed)
 
 
 def draw(
     name: str, predictions: pd.DataFrame, points: pd.DataFrame, svg: str, png: str, first_svg: str, first_png: str
 ) -> None:
-    """Draw every quantity of a set-up and, for a page, its first alone. points: what was measured in all set-ups."""
+    """Draw every quantity of a set-up and, for a page, only its first. points: what was measured in all set-ups."""
     own, title = points[points["setup"] == name], setup_named(name).title
     save(plot_setup(predictions, own, title), svg, png)
     first = predictions[predictions["quantity"] == predictions["quantity"].iloc[0]]
@@ -82,10 +96,11 @@ if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params
     with job(snakemake.log[0], "judge set-ups") as log:
         points = measured_points(read_measurements(given.measured, SETUPS))
-        predicted = [read_predictions(path) for path in given.predictions]
+        predicted = {name: read_predictions(path) for name, path in zip(own.setups, given.predictions, strict=True)}
         tabulate(own.setups, DemConfig(**own.dem), predicted, points, given.fixed, made)
-        write_chapter(own.chapter, own.name, (made.verdicts, made.counts, made.assumptions), own.results, made.page)
-        figures = zip(predicted, made.svgs, made.pngs, made.first_svgs, made.first_pngs, strict=True)
+        tables = (made.verdicts, made.counts, made.coverage, made.assumptions, made.fixed)
+        write_chapter(own.chapter, own.name, tables, own.results, made.page)
+        figures = zip(predicted.values(), made.svgs, made.pngs, made.first_svgs, made.first_pngs, strict=True)
         for name, (predictions, *paths) in zip(own.setups, figures, strict=True):
             draw(name, predictions, points, *paths)
             log.info("drawn: %s", name)

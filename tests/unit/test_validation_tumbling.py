@@ -23,12 +23,15 @@ from millprint.validation.charge import (
 )
 from millprint.validation.inputs import Inputs, read_other_codes
 from millprint.validation.power_formulas import Mill, half_angle, hogg_fuerstenau, morrell, morrell_shape
-from millprint.validation.tumbling import (
+from millprint.validation.predictions import CONTACT, DEM, SCATTER, check_predictions
+from millprint.validation.tumbling import powers_of_other_codes, predict_tumbling
+from millprint.validation.tumbling_intervals import (
+    ANGLES,
+    POWER_W,
     combined,
-    contact_factors,
+    contact_changes,
     intervals,
     mean_interval,
-    powers_of_other_codes,
     without_jump,
 )
 from millprint.validation.tumbling_runs import CONTACT_KEYS, case_of, design, run_all, sampled_contacts
@@ -174,14 +177,33 @@ def test_intervals_by_scatter_and_by_contact_parameters():
     assert combined(10.0, (7.0, 13.0), (6.0, 10.0)) == pytest.approx((5.0, 13.0))
 
 
-def runs_of(powers: dict[tuple[str, int, float, int], float]) -> pd.DataFrame:
-    columns = {"speed_rpm": 30.0, "toe_deg": 150.0, "shoulder_deg": 300.0, "rings": 0, "carried": 12}
+@pytest.mark.parametrize(
+    ("values", "least", "lower"),
+    [
+        ([1.0, 10.0], 0.0, 0.0),  # the interval would begin at -52
+        ([1.0, 10.0], -math.inf, 5.5 - 12.706 * 4.5),
+        ([9.0, 10.0], 0.0, 9.5 - 12.706 * 0.5),
+        ([-2.0, 1.0], 0.0, -0.5),  # noise about 0: the mean stays in its own interval
+    ],
+)
+def test_an_interval_ends_at_the_smallest_value_that_can_be(values, least, lower):
+    mean, low, high = mean_interval(np.array(values), least)
+    assert low == pytest.approx(lower, abs=1e-3)
+    assert low <= mean < high
+    # Two such intervals together, too.
+    both = combined(mean, (low, high), (low, high), least)
+    assert both[0] == pytest.approx(max(mean - math.sqrt(2) * (mean - low), min(mean, least)))
+
+
+def runs_of(powers: dict[tuple[str, int, float, int], float], **angles: list[float]) -> pd.DataFrame:
+    """A table of runs; angles: toe_deg or shoulder_deg of each run."""
+    columns = {"speed_rpm": 30.0, "toe_deg": 150.0, "shoulder_deg": 300.0, "rings": 0, "carried": 12, "contact": "set"}
     return pd.DataFrame(
         [
             {"role": role, "number": number, "speed": speed, "seed": seed, "power_W": power, **columns}
             for (role, number, speed, seed), power in powers.items()
         ]
-    )
+    ).assign(**angles)
 
 
 def test_the_effect_of_contact_parameters_is_relative_to_the_same_seed_and_interpolated():
@@ -193,15 +215,59 @@ def test_the_effect_of_contact_parameters_is_relative_to_the_same_seed_and_inter
             ("predicts", 169, 20.0, 0): 7.0, ("predicts", 169, 20.0, 1): 7.0,
         }
     )  # fmt: skip
-    factors = contact_factors(runs, "power_W")
+    factors = contact_changes(runs, POWER_W)
     assert factors.to_numpy() == pytest.approx(np.array([[0.8, 1.0], [1.0, 1.2]]))
     table = intervals(runs, SliceMillConfig(numbers=[169, 120])).set_index(["number", "speed"])
     assert list(table.index) == [(169, 20.0), (120, 20.0), (120, 30.0), (120, 40.0)]
-    assert table.loc[(120, 30.0), ["contact_lower_W", "contact_upper_W"]].tolist() == pytest.approx(
-        [8.1 * 0.9, 8.1 * 1.1]
-    )
-    assert table.loc[(169, 20.0), ["contact_lower_W", "contact_upper_W"]].tolist() == pytest.approx([5.6, 7.0])
+    ends = ["power_contact_lower_W", "power_contact_upper_W"]
+    assert table.loc[(120, 30.0), ends].tolist() == pytest.approx([8.1 * 0.9, 8.1 * 1.1])
+    assert table.loc[(169, 20.0), ends].tolist() == pytest.approx([5.6, 7.0])
     assert table.loc[(120, 20.0), "carried_share"] == pytest.approx(0.1)
+
+
+POWERS = {
+    ("predicts", 120, 20.0, 0): 5.0, ("predicts", 120, 20.0, 1): 5.5,
+    ("predicts", 120, 40.0, 0): 10.0, ("predicts", 120, 40.0, 1): 10.4,
+    ("further", 120, 20.0, 0): 4.0, ("further", 120, 40.0, 0): 12.0,
+}  # fmt: skip
+
+
+def test_the_effect_of_contact_parameters_on_an_angle_is_a_difference_the_short_way_round():
+    shoulders = [355.0, 359.0, 10.0, 12.0, 3.0, 4.0]
+    runs = runs_of(POWERS, shoulder_deg=shoulders)
+    changes = contact_changes(runs, ANGLES["shoulder_deg"])
+    # 355 to 3 is 8 degrees on; 10 to 4 is 6 degrees back.
+    assert changes.to_numpy() == pytest.approx(np.array([[0.0, 8.0], [-6.0, 0.0]]))
+    row = intervals(runs, SliceMillConfig(numbers=[120], fillings=[0.25])).iloc[0]
+    assert row["shoulder_deg"] == pytest.approx(357.0)
+    ends = [f"shoulder_{by}_{end}_deg" for by in ("scatter", "contact") for end in ("lower", "upper")]
+    assert row[ends].tolist() == pytest.approx([357 - 12.706 * 2, 357 + 12.706 * 2, 357.0, 365.0], abs=1e-2)
+
+
+def test_a_charge_without_an_angle_has_no_effect_on_it():
+    runs = runs_of(POWERS, toe_deg=[140.0, 141.0, np.nan, np.nan, 138.0, 130.0])
+    assert contact_changes(runs, ANGLES["toe_deg"]).index.tolist() == [20.0]
+    nowhere = runs_of(POWERS, toe_deg=[np.nan] * 6)
+    assert contact_changes(nowhere, ANGLES["toe_deg"]).empty
+    assert intervals(nowhere, SliceMillConfig(numbers=[120], fillings=[0.25]))["toe_deg"].isna().all()
+
+
+def test_toe_and_shoulder_are_predicted_with_an_interval_by_contact_parameters_too(tmp_path):
+    settings = SliceMillConfig(numbers=[120], fillings=[0.25])
+    runs = runs_of(POWERS, toe_deg=[150.0, 150.2, 140.0, 140.2, 145.0, 141.0])
+    runs.to_csv(tmp_path / "runs.tsv", sep="\t", index=False)
+    places = pd.DataFrame(columns=["id", "quantity", "unit", "x"])
+    contact = contact_set(settings.contact)
+    inputs = Inputs(settings, MILL, {contact.name: contact}, DemConfig(), {}, tmp_path, places, tmp_path)
+    table = check_predictions(predict_tumbling(inputs), "slice_mill")
+    toe = table[table["quantity"] == "toe angle"].set_index("x")
+    assert set(toe["interval"]) == {f"{SCATTER} and {CONTACT}"}
+    half = 12.706 * 0.1
+    assert toe.loc[20.0, ["lower", "predicted", "upper"]].tolist() == pytest.approx(
+        [150.1 - math.hypot(half, 5.0), 150.1, 150.1 + half], abs=1e-3
+    )
+    power = table[(table["quantity"] == "power") & (table["model"] == DEM)]
+    assert (power["lower"] >= 0).all()
 
 
 def test_the_design_has_every_measured_speed_and_every_contact_set_once():

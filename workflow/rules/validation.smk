@@ -50,12 +50,14 @@ rule judge_setups:
     output:
         verdicts=f"{VALIDATION}/verdicts.tsv",
         counts=f"{VALIDATION}/counts.tsv",
+        coverage=f"{VALIDATION}/coverage.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
+        fixed=f"{VALIDATION}/fixed.tsv",
         page=report(
             f"{VALIDATION}/tables.html",
             caption="../report/validation.rst",
             category="Validation",
-            labels={"figure": "tables", "shows": "verdicts, and what was assumed, to sort and filter"},
+            labels={"figure": "tables", "shows": "verdicts, coverage, and what was assumed, to sort and filter"},
         ),
         svgs=[
             report(
@@ -67,7 +69,7 @@ rule judge_setups:
             for name in CONFIG.validation.chosen
         ],
         pngs=expand(f"{VALIDATION}/{{setup}}/predictions.png", setup=CONFIG.validation.chosen),
-        # The first quantity alone, for a page.
+        # Only the first quantity, for a page.
         first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
         first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
         charge_svgs=[

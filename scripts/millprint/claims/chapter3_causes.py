@@ -1,4 +1,7 @@
-"""Possible causes of deviations in chapter 3, from our runs: single conditions, jar shape, counting rules."""
+"""What our runs show of deviations in chapter 3: single conditions, steps of the jar's shape, counting rules.
+
+Each text is computed from the results, and says what moves a value by how much. None is said to be the cause.
+"""
 
 import numpy as np
 import pandas as pd
@@ -38,12 +41,12 @@ def _jar(evidence: Evidence, name: str) -> str:
         "the jar's shape is not published: one step of a fitted parameter moves it by "
         f"{change.min():+.0f} to {change.max():+.0f} %"
     )
-    correcting = steps[np.sign(change) == -np.sign(own["error_percent"].iloc[0])]
-    if correcting.empty:
-        return f"{words}, and no step corrects it"
-    best = correcting.loc[correcting["change_percent"].abs().idxmax()]
-    told = f"{best['parameter']} {best['parameter_value']:g} corrects it most, by {best['change_percent']:+.0f} %"
-    return _join(words, told + _price(evidence, name, best))
+    nearer = steps[np.sign(change) == -np.sign(own["error_percent"].iloc[0])]
+    if nearer.empty:
+        return f"{words}, and no step brings it nearer"
+    best = nearer.loc[nearer["change_percent"].abs().idxmax()]
+    step = f"{best['parameter']} {best['parameter_value']:g} brings it nearest, by {best['change_percent']:+.0f} %"
+    return _join(words, step + _price(evidence, name, best))
 
 
 def _price(evidence: Evidence, name: str, step: pd.Series) -> str:
@@ -64,7 +67,7 @@ def _values(evidence: Evidence) -> pd.DataFrame:
 
 
 def curve_cause(evidence: Evidence, fill: str, quantity: str) -> str:
-    """Why a value of the master curves deviates."""
+    """What is shown of a value of the master curves."""
     causes = {"ratio": _ratio_cause, "f": _frequency_cause}
     return causes[quantity](evidence, fill) if quantity in causes else _power_cause(evidence, fill, quantity)
 
@@ -74,7 +77,7 @@ def _power_cause(evidence: Evidence, fill: str, quantity: str) -> str:
 
 
 def large_ball_cause(evidence: Evidence, quantity: str) -> str:
-    """Why the power of 10 mm balls at fill 0.08 deviates."""
+    """What is shown of the power of 10 mm balls at fill 0.08."""
     channel = {"Pn": "normal", "Pt": "tangential"}[quantity]
     return _join(_conditions(evidence, "0.08", quantity), _jar(evidence, f"{channel}_d10_n1200"))
 
@@ -87,7 +90,7 @@ def _ratio_cause(evidence: Evidence, fill: str) -> str:
 
 
 def elbow_cause(evidence: Evidence) -> str:
-    """Why the ratio at fill 0.10 deviates."""
+    """What is shown of the ratio at fill 0.10."""
     return _ratio_cause(evidence, "0.10")
 
 
@@ -104,24 +107,24 @@ def _frequency_cause(evidence: Evidence, fill: str) -> str:
         worst[rule] = max(off, key=abs)
     best = min(worst, key=lambda rule: abs(worst[rule]))
     within = [rule for rule, off in worst.items() if abs(off) <= TOLERANCE_PERCENT]
-    told = f"rules within {TOLERANCE_PERCENT:g} % at all published fills: {', '.join(within) or 'none'}"
+    near = f"rules within {TOLERANCE_PERCENT:g} % at all published fills: {', '.join(within) or 'none'}"
     fills = f"the best at its worst fill is {best}, off by {worst[best]:+.0f} %"
-    return _join(_conditions(evidence, fill, "f"), f"of {len(worst)} counting rules, {told}; {fills}")
+    return _join(_conditions(evidence, fill, "f"), f"of {len(worst)} counting rules, {near}; {fills}")
 
 
 def mean_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> str:
-    """Why a mean per revolution deviates: how far it is off at each speed, and what the jar's shape does to it."""
+    """How far a mean per revolution is off at each speed, and what the jar's shape does to it."""
     channel = CHANNELS[letter]
     fit = evidence.table(FIT, f"record == 'value' and quantity == '{channel}' and ball_diameter_mm == {diameter}")
     if fit.empty:
         return ""
     words = in_words(fit.sort_values("speed_rpm"), "{error_percent:+.0f} % at {speed_rpm:g} rpm")
-    told = f"{channel} dissipation of {diameter} mm balls is off by {words}"
-    return _join(told, _jar(evidence, f"{channel}_d{diameter}_n1200"))
+    deviations = f"{channel} dissipation of {diameter} mm balls is off by {words}"
+    return _join(deviations, _jar(evidence, f"{channel}_d{diameter}_n1200"))
 
 
 def spread_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> str:
-    """Whether chance explains a coefficient of variation: its interval for independent normal revolutions."""
+    """Whether chance may explain a coefficient of variation: its interval for independent normal revolutions."""
     column = f"{CHANNELS[letter]}_cv_percent"
     where = f"contact == '{CONTACT}' and ball_diameter_mm == {diameter}"
     table = evidence.table("fingerprint/table_3_5.tsv", where)
@@ -137,7 +140,7 @@ def spread_cause(evidence: Evidence, diameter: str, speed: str, letter: str) -> 
 
 
 def energy_cause(evidence: Evidence, letter: str) -> str:
-    """Why a value of the reference case deviates: an energy is a power over a frequency, and either may be off."""
+    """How far powers and frequency of the reference case are off: an energy is a power over a frequency."""
     values = _values(evidence)
     where = f"{AS_BUILT} and fill_ratio == 0.10 and ball_diameter_mm == 10 and speed_rpm == 600"
     found = evidence.table(DESCRIPTORS, where)

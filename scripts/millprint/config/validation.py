@@ -1,6 +1,6 @@
 """The section `validation`: set-ups that others measured, and the settings by which each is predicted.
 
-The settings of a set-up are fixed before the prediction is held against the measured values: `python
+The settings of a set-up are fixed before the prediction is compared with the measured values: `python
 scripts/fix_predictions.py` records their digest and the date. To add a set-up, write a section with its defaults in
 millprint/config/setups and a record in millprint/validation/setups.py, and name the section here as the record.
 """
@@ -29,9 +29,9 @@ class ValidationConfig(Section):
     measured: ProjectFile = "config/data/measured.tsv"
     """what others measured, with sources"""
     other_codes: ProjectFile = "config/data/other_codes.tsv"
-    """power of the same mills by other DEM codes, which the figures show beside ours"""
+    """power of the same mills by other DEM codes, which the figures show with ours"""
     fixed: ProjectFile = "config/data/fixed_predictions.tsv"
-    """when the settings of each set-up were fixed, and their digest"""
+    """when the settings of each set-up were fixed, why again, and their digest"""
     alumina_impact: AluminaImpactConfig = AluminaImpactConfig()
     elastic_impact: ElasticImpactConfig = ElasticImpactConfig()
     slice_mill: SliceMillConfig = SliceMillConfig()

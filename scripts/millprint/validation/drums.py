@@ -29,7 +29,7 @@ ACROSS = [0, 2]
 SPEED, ANGLE, ZERO = "speed down the slope", "angle of the surface", "place at which the speed is zero"
 REPOSE = "angle of repose"
 TURNING, SHORT = "turning with the drum", "shorter slice"
-# Places at which the speed is predicted, beside the measured ones, in a ball diameter.
+# Places at which the speed is predicted, in addition to the measured ones, in a ball diameter.
 PLACES_PER_DIAMETER = 1
 # The parameters that are varied, and whether in their logarithm.
 VARIED = {"restitution": False, "static_friction": False, "rolling_friction": True}
@@ -62,7 +62,7 @@ def read_motion(path: Path, radius: float) -> Motion:
 
 
 def _drum(inputs: Inputs) -> tuple[MillConfig, CylinderGeometry]:
-    """The mill and its shape. Raises ConfigError for one that is no cylinder about y."""
+    """The mill and its shape. Raises ConfigError for one that is not a cylinder about y."""
     mill = inputs.mill
     if mill is None or not isinstance(mill.geometry, CylinderGeometry) or mill.geometry.axis != "y":
         raise ConfigError(f"validation: mill {inputs.settings.mill}: must be a cylinder about the axis y")
@@ -226,7 +226,7 @@ def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
     motions = [read_motion(inputs.runs / path / "run.h5", _radius(inputs)) for path in inputs.cases]
     angles = np.array([motion.surface(settings).angle_deg for motion in motions])
     blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
-    # Two seeds alone say little of their scatter; the blocks of time of all add to it.
+    # Two seeds say little about their scatter; the blocks of time of all add to it.
     scatter = float(block_uncertainty(np.concatenate(blocks)))
     case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
     base = _slice_angle(inputs, case, inputs.contact, "slice")

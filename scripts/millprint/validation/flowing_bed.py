@@ -17,7 +17,7 @@ SURFACE_SHARE = 0.5
 # Rows of the histogram of a column in a width of it.
 ROWS_PER_CELL = 2
 TURNS_MAX, TURN_END = 20, 1e-4
-# A mean of fewer balls than these is none.
+# A mean needs at least this number of balls.
 FEWEST = 20
 
 

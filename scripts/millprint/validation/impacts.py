@@ -21,9 +21,9 @@ from millprint.validation.partial_slip import partial_slip
 from millprint.validation.predictions import CONTACT, prediction
 from millprint.validation.rebound import Rebound, impact_duration
 
-# The run ends after so many durations of the elastic impact; damping makes an impact longer.
+# Length of the run in durations of the elastic impact; damping makes an impact longer.
 DURATIONS = 4.0
-# The box is so many radii wide; nothing of it but the floor is ever near the sphere.
+# Width of the box in radii; only its floor is ever near the sphere.
 WIDTH_RADII = 200.0
 # Reference lines.
 SLIDING, PARTIAL = "full sliding (Walton 1993)", "partial slip (Maw, Barber and Fawcett 1976)"

@@ -34,7 +34,7 @@ def _no_codes() -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What a prediction may use; of what was measured it is given the places x alone.
+    """What a prediction may use; of what was measured it is given the places x only.
 
     settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
     predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,

@@ -36,7 +36,7 @@ BOUND = re.compile(rf"(below|above) ({NUMBER})")
 
 @dataclass(frozen=True)
 class Point:
-    """A measured number at x (nan for a single number), with the bounds of a range (nan if it is no range)."""
+    """A measured number at x (nan for a single number), with the bounds of a range (nan if it is not a range)."""
 
     x: float
     value: float
@@ -74,7 +74,7 @@ def _is_value(text: str) -> bool:
 
 
 def read_measurements(path: str | Path, setups: Collection[str]) -> pd.DataFrame:
-    """The measured rows as they are in the file. setups: the names that a row may have, beside `unknown`.
+    """The measured rows as they are in the file. setups: the names that a row may have, and also `unknown`.
 
     Raises ConfigError, in one line with file, row, key and value, for an unknown unit or set-up, a value that is no
     number, series, range or bound, and an uncertainty without a unit or in another one than the value or per cent.

@@ -1,4 +1,4 @@
-"""Formulas for the net power of tumbling mills, as reference lines beside the simulation.
+"""Formulas for the net power of tumbling mills, as reference lines for the simulation.
 
 Both take the charge as a continuum of one bulk density that fills a share J of the drum, its voids included. Neither
 knows lifters, friction, or balls that are carried past the top.

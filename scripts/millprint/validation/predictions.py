@@ -2,6 +2,7 @@
 
 from math import nan
 
+import numpy as np
 import pandas as pd
 
 DEM = "DEM"
@@ -11,6 +12,8 @@ CONTACT = "contact parameters"
 BALLS = "spread of the balls"
 # By what an interval is; both where the two are added.
 INTERVALS = ("", SCATTER, BLOCKS, CONTACT, f"{SCATTER} and {CONTACT}", f"{BLOCKS} and {CONTACT}", BALLS)
+# Units of quantities that are not negative, so that their intervals end at 0 at the lowest.
+NOT_NEGATIVE = ("W", "J/rev")
 PREDICTION_COLUMNS = ("id", "x", "quantity", "unit", "model", "predicted", "lower", "upper", "interval")
 
 
@@ -32,7 +35,7 @@ def prediction(
 
 
 def check_predictions(table: pd.DataFrame, setup: str) -> pd.DataFrame:
-    """The table with its columns in order. Raises ValueError for a column, an interval or a bound that is not right."""
+    """The table with its columns in order. Raises ValueError for a column, an interval or an end that is not right."""
     if set(table.columns) != set(PREDICTION_COLUMNS):
         raise ValueError(f"{setup}: columns {sorted(table.columns)}; expected {', '.join(PREDICTION_COLUMNS)}")
     if unknown := sorted(set(table["interval"]) - set(INTERVALS)):
@@ -41,4 +44,8 @@ def check_predictions(table: pd.DataFrame, setup: str) -> pd.DataFrame:
     if outside.any():
         row = table[outside].iloc[0]
         raise ValueError(f"{setup}: {row['quantity']} at {row['x']:g}: predicted value outside its own interval")
+    negative = (table["lower"] < np.minimum(table["predicted"], 0)) & table["unit"].isin(NOT_NEGATIVE)
+    if negative.any():
+        row = table[negative].iloc[0]
+        raise ValueError(f"{setup}: {row['quantity']} at {row['x']:g}: interval from {row['lower']:g} {row['unit']} on")
     return table[list(PREDICTION_COLUMNS)]

@@ -12,12 +12,12 @@ from millprint.config.mill import MillConfig
 from millprint.config.setups.base import SetupConfig
 from millprint.config.sweep import Case, DemConfig
 from millprint.errors import ConfigError
-from millprint.validation.drums import predict_bead_drum, predict_repose_drum
-from millprint.validation.impacts import predict_alumina_impact, predict_elastic_impact
+from millprint.validation.drums import SHORT, predict_bead_drum, predict_repose_drum
+from millprint.validation.impacts import PARTIAL, predict_alumina_impact, predict_elastic_impact
 from millprint.validation.inputs import PLACE_COLUMNS, Inputs
 from millprint.validation.predictions import check_predictions
 from millprint.validation.shaker import predict_ball_speeds
-from millprint.validation.tumbling import predict_tumbling
+from millprint.validation.tumbling import OTHER_CONTACT, predict_tumbling
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,10 @@ class Setup:
     """A set-up. The name is that of its section in the configuration.
 
     number: in the literature list of measured machines; title: in figures and tables; predict: its predictions from its
-    inputs, a table with PREDICTION_COLUMNS; assumptions: beside those that the files of mill and contact sets state;
-    known: False where the source says too little, so that the prediction is an order of magnitude and is not judged.
+    inputs, a table with PREDICTION_COLUMNS; assumptions: those that the files of mill and contact sets do not state;
+    variants: with what the names of the models begin that change one thing of ours, and may explain a miss
+    (`millprint.validation.explanations`); known: False where the source says too little, so that the prediction is an
+    order of magnitude and is not judged.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Setup:
     title: str
     predict: Callable[[Inputs], pd.DataFrame]
     assumptions: tuple[Assumption, ...] = ()
+    variants: tuple[str, ...] = ()
     known: bool = True
 
 
@@ -67,6 +70,7 @@ SETUPS = {
             number="3",
             title="Sphere of aluminium oxide on glass",
             predict=predict_alumina_impact,
+            variants=(PARTIAL,),
             assumptions=(
                 Assumption("sphere", "5 mm, 3.9 m/s", "Kharaz, Gorham and Salman 2001"),
                 Assumption("plate", "soda-lime glass, 72 GPa, Poisson's ratio 0.23", "Pilkington ATS-129"),
@@ -79,6 +83,7 @@ SETUPS = {
             number="9",
             title="Elastic sphere on a plate",
             predict=predict_elastic_impact,
+            variants=(PARTIAL,),
             assumptions=(
                 Assumption("sphere", "10 um, 5 m/s along the normal; the result has no scale", "Chung and Ooi 2011"),
             ),
@@ -88,8 +93,9 @@ SETUPS = {
             number="4",
             title="Drum of glass beads",
             predict=predict_bead_drum,
+            variants=(SHORT,),
             assumptions=(
-                Assumption("slice", "24 mm of 360 mm, with smooth ends", "a slice of 12 mm is predicted beside it"),
+                Assumption("slice", "24 mm of 360 mm, with smooth ends", "a slice of 12 mm is predicted too"),
                 Assumption(
                     "frame",
                     "down the slope and along the normal of the surface that the simulation itself has",
@@ -141,6 +147,7 @@ SETUPS = {
             number="1",
             title="Slice mill with lifters, 550 mm",
             predict=predict_tumbling,
+            variants=(OTHER_CONTACT,),
             assumptions=(
                 *TUMBLING,
                 Assumption("filling for the formulas", "25 and 35 %", "printed with the numbers of balls"),
@@ -152,6 +159,7 @@ SETUPS = {
             number="2",
             title="Drum with lifters, 900 mm",
             predict=predict_tumbling,
+            variants=(OTHER_CONTACT,),
             assumptions=(*TUMBLING, Assumption("filling for the formulas", "20 %", "printed")),
         ),
         Setup(
@@ -159,6 +167,7 @@ SETUPS = {
             number="5",
             title="Bond mill, 305 mm",
             predict=predict_tumbling,
+            variants=(OTHER_CONTACT,),
             assumptions=(
                 *TUMBLING,
                 Assumption("ore", "none in the mill; its friction and restitution are in the contact set", "assumed"),

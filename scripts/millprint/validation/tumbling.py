@@ -9,91 +9,15 @@ import pandas as pd
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
 from millprint.mill.bodies import build_bodies
-from millprint.quantiles import student_quantile
 from millprint.validation.inputs import Inputs
 from millprint.validation.power_formulas import LIFT_ANGLE_DEG, Mill, hogg_fuerstenau, morrell
-from millprint.validation.predictions import CONTACT, DEM, SCATTER, prediction
-from millprint.validation.tumbling_runs import FURTHER, PREDICTS, SAMPLE
+from millprint.validation.predictions import DEM, prediction
+from millprint.validation.tumbling_intervals import ANGLES, POWER_W, intervals, whole_interval
+from millprint.validation.tumbling_runs import FURTHER, PREDICTS
 
-PROBABILITY = 0.95
 POWER, RINGS, TOE, SHOULDER = "power", "complete rings of centrifuging balls", "toe angle", "shoulder angle"
 TURN_ENERGY = "energy a revolution"
-BOTH = f"{SCATTER} and {CONTACT}"
-
-
-def mean_interval(values: np.ndarray, probability: float = PROBABILITY) -> tuple[float, float, float]:
-    """Mean of values over the seeds, and its interval by Student's t; without an interval (nan) for a single value."""
-    values = np.asarray(values, dtype=float)
-    mean = float(values.mean())
-    if len(values) < 2:
-        return mean, math.nan, math.nan
-    half = float(student_quantile(0.5 + probability / 2, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
-    return mean, mean - half, mean + half
-
-
-def without_jump(angles_deg: np.ndarray) -> np.ndarray:
-    """The same angles [deg] within half a turn of their circular mean, so that 359 and 1 are two degrees apart."""
-    angles = np.asarray(angles_deg, dtype=float)
-    if not angles.size:
-        return angles
-    # Slow to import, and every set-up imports this module.
-    from scipy.stats import circmean
-
-    middle = circmean(angles, high=360)
-    return middle + (angles - middle + 180) % 360 - 180
-
-
-def contact_factors(runs: pd.DataFrame, column: str, probability: float = PROBABILITY) -> pd.DataFrame:
-    """By what factor contact parameters change a quantity: index speed, columns lower and upper [-].
-
-    Each run of the sample and of the further contact sets over the prediction with the same seed and speed. The ends
-    are quantiles over the sample, widened to the further sets, and never leave out 1: the prediction itself.
-    """
-    first = runs[runs["role"] != PREDICTS]
-    own = runs[(runs["role"] == PREDICTS) & (runs["number"] == runs["number"].iloc[0])]
-    base = own[own["seed"] == own["seed"].iloc[0]].set_index("speed")[column]
-    ratio = first[column] / first["speed"].map(base)
-    tail = (1 - probability) / 2
-    rows = {}
-    for speed, group in first.assign(ratio=ratio).groupby("speed"):
-        sampled = group.loc[group["role"] == SAMPLE, "ratio"]
-        named = [1.0, *group.loc[group["role"] == FURTHER, "ratio"]]
-        ends = sampled.quantile([tail, 1 - tail]) if len(sampled) else pd.Series([1.0, 1.0])
-        rows[speed] = {"lower": min(ends.iloc[0], *named), "upper": max(ends.iloc[1], *named)}
-    return pd.DataFrame.from_dict(rows, orient="index").sort_index()
-
-
-def combined(value: float, scatter: tuple[float, float], contact: tuple[float, float]) -> tuple[float, float]:
-    """Ends of two independent intervals about a value together: their distances from it, added in squares."""
-    low = math.hypot(value - scatter[0], value - contact[0])
-    high = math.hypot(scatter[1] - value, contact[1] - value)
-    return value - low, value + high
-
-
-def intervals(runs: pd.DataFrame, settings: TumblingConfig) -> pd.DataFrame:
-    """Power over speed with both intervals said apart, a row for each number of balls and speed.
-
-    Columns: number, speed, speed_rpm, power_W, scatter_lower_W, scatter_upper_W, contact_lower_W, contact_upper_W, and
-    the means of toe, shoulder, rings and share of the balls that are carried round. The effect of contact parameters is
-    that of the first number of balls, interpolated over the speed and constant beyond the sampled speeds.
-    """
-    factors = contact_factors(runs, "power_W")
-    own = runs[runs["role"] == PREDICTS]
-    rows = []
-    for (number, speed), group in own.groupby(["number", "speed"]):
-        power, low, high = mean_interval(group["power_W"].to_numpy())
-        ends = [float(np.interp(speed, factors.index, factors[end])) for end in ("lower", "upper")]
-        rows.append(
-            {
-                "number": number, "speed": speed, "speed_rpm": group["speed_rpm"].iloc[0], "seeds": len(group),
-                "power_W": power, "scatter_lower_W": low, "scatter_upper_W": high,
-                "contact_lower_W": power * ends[0], "contact_upper_W": power * ends[1],
-                **{name: pd.Series(without_jump(group[name].dropna())).mean() for name in ("toe_deg", "shoulder_deg")},
-                "rings": group["rings"].mean(), "carried_share": group["carried"].mean() / number,
-            }
-        )  # fmt: skip
-    rank = {number: place for place, number in enumerate(settings.numbers)}
-    return pd.DataFrame(sorted(rows, key=lambda row: (rank[row["number"]], row["speed"])))
+OTHER_CONTACT = f"{DEM}, contact set"
 
 
 def _named(quantity: str, number: int, settings: TumblingConfig) -> str:
@@ -117,25 +41,19 @@ def _dem_rows(inputs: Inputs, curve: pd.DataFrame, runs: pd.DataFrame, settings:
     single = len(curve["speed"].unique()) == 1
     for row in curve.to_dict("records"):
         x = math.nan if single else row["speed"]
-        power = row["power_W"]
-        low, high = combined(
-            power,
-            (row["scatter_lower_W"], row["scatter_upper_W"]),
-            (row["contact_lower_W"], row["contact_upper_W"]),
-        )
+        low, high, by = whole_interval(row, POWER_W)
         if single:
             turn_s = 60 / row["speed_rpm"]
-            rows += _rows(inputs, TURN_ENERGY, "J/rev", x, power * turn_s, low * turn_s, high * turn_s, BOTH)
+            rows += _rows(inputs, TURN_ENERGY, "J/rev", x, row["power_W"] * turn_s, low * turn_s, high * turn_s, by)
             continue
-        rows += _rows(inputs, _named(POWER, row["number"], settings), "W", x, power, low, high, BOTH)
+        rows += _rows(inputs, _named(POWER, row["number"], settings), "W", x, row["power_W"], low, high, by)
         group = runs[(runs["role"] == PREDICTS) & (runs["number"] == row["number"]) & (runs["speed"] == row["speed"])]
         rings = float(np.median(group["rings"]))
         rows += _rows(inputs, _named(RINGS, row["number"], settings), "rings", x, rings, math.nan, math.nan, "")
-        for quantity, column in ((TOE, "toe_deg"), (SHOULDER, "shoulder_deg")):
-            if group[column].notna().all():
-                mean, lower, upper = mean_interval(without_jump(group[column].to_numpy()))
-                name = _named(quantity, row["number"], settings)
-                rows += _rows(inputs, name, "deg", x, mean, lower, upper, SCATTER)
+        for name, quantity in ((TOE, ANGLES["toe_deg"]), (SHOULDER, ANGLES["shoulder_deg"])):
+            if group[quantity.column].notna().all():
+                ends = whole_interval(row, quantity)
+                rows += _rows(inputs, _named(name, row["number"], settings), "deg", x, row[quantity.column], *ends)
     return rows
 
 
@@ -151,7 +69,7 @@ def charge_of(settings: TumblingConfig, mill: MillConfig, density: float, number
 def formula_powers(
     settings: TumblingConfig, mill: MillConfig, density: float, number: int, speed_rpm: float
 ) -> dict[str, float]:
-    """Net power by each formula [W]; one that says nothing at this speed is left out."""
+    """Net power by each formula [W]; one that does not hold at this speed is left out."""
     charge = charge_of(settings, mill, density, number)
     share = speed_rpm / 60 * 2 * math.pi / math.sqrt(9.81 / charge.radius_m)
     powers = {}
@@ -162,7 +80,7 @@ def formula_powers(
 
 
 def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
-    """Power, toe, shoulder and rings over the speed, or the energy of a revolution at one speed; formulas beside."""
+    """Power, toe, shoulder and rings over the speed, or the energy of a revolution at one speed; also by formulas."""
     settings: TumblingConfig = inputs.settings
     mill = inputs.mill
     assert mill is not None, "a tumbling mill is in a file of config/mills"
@@ -181,7 +99,7 @@ def predict_tumbling(inputs: Inputs) -> pd.DataFrame:
             else:
                 rows.append(prediction(_named(POWER, number, settings), "W", power, x=speed, model=model))
     for row in further.to_dict("records"):
-        model = f"{DEM}, contact set {row['contact']}"
+        model = f"{OTHER_CONTACT} {row['contact']}"
         if single:
             rows.append(prediction(TURN_ENERGY, "J/rev", row["power_W"] * 60 / row["speed_rpm"], model=model))
         else:

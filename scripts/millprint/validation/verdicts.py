@@ -2,75 +2,51 @@
 
 - `within both intervals`: the predicted value lies within the measured interval, and the measured value within the
   predicted one. Where either has no interval, this verdict is not given.
-- `within 10 %`: the deviation is at most 10 % of the measured value. For angles, places and counts it is at most the
-  tolerance of their unit (millprint.validation.measured.UNITS); in a series that changes its sign, at most 10 % of the
-  measured value or of the mean size of the series, since a ratio says nothing near zero. The column `tolerance` has the
-  number that was used.
-- `off`: anything else. The explanation is that of explanations.yaml, or `unexplained`.
+- `within 10 %`: the deviation is at most 10 % of the measured value.
+- `near`: where a ratio says little, the deviation is at most a fixed one. For angles, places and counts that is the
+  deviation of their unit (millprint.validation.measured.UNITS); in a series that changes its sign, 10 % of the measured
+  value or of the mean size of the series. The column `tolerance` has the number that was used.
+- `off`: anything else, with a text of millprint.validation.explanations.
 - `set-up unknown`: the source does not say enough for a prediction. Where there is a number all the same, it is an
   order of magnitude and is not judged.
 """
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
 from math import inf, isclose, nan
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
 
+from millprint.validation.explanations import explain
 from millprint.validation.measured import UNITS, UNKNOWN
 from millprint.validation.predictions import DEM
 
-BOTH, NEAR, OFF, NO_SETUP = "within both intervals", "within 10 %", "off", "set-up unknown"
+BOTH, TENTH, NEAR, OFF, NO_SETUP = "within both intervals", "within 10 %", "near", "off", "set-up unknown"
 NOT_RUN = "not run"
-VERDICTS = (BOTH, NEAR, OFF, NO_SETUP, NOT_RUN)
-UNEXPLAINED = "unexplained"
+VERDICTS = (BOTH, TENTH, NEAR, OFF, NO_SETUP, NOT_RUN)
 SHARE = 0.10
 VERDICT_COLUMNS = (
     *("id", "setup", "quantity", "x", "measured", "measured_uncertainty", "unit", "class"),
     *("predicted", "predicted_lower", "predicted_upper", "interval", "ratio", "tolerance", "verdict"),
-    *("settings", "explanation"),
+    *("settings", "note", "explanation"),
 )
 
 
-@dataclass(frozen=True)
-class Explanation:
-    """Why predictions of a measured row are off, or what is known of it; from x `low` to `high`."""
-
-    id: str
-    text: str
-    low: float = -inf
-    high: float = inf
-
-    def fits(self, id: str, x: float) -> bool:
-        """Whether it is about this number."""
-        return self.id == id and (x != x or self.low <= x <= self.high)
-
-
-EXPLANATIONS = [
-    # YAML reads an id such as 9 as a number.
-    Explanation(**{**each, "id": str(each["id"])})
-    for each in yaml.safe_load(Path(__file__).with_name("explanations.yaml").read_text())
-]
-
-
-def tolerance_of(series: pd.DataFrame) -> pd.Series:
-    """The tolerated deviation of each point of one measured row; see the head of this file."""
+def tolerance_of(series: pd.DataFrame) -> tuple[pd.Series, str]:
+    """The tolerated deviation of each point of one measured row, and the verdict on a smaller one."""
     absolute = UNITS[series["unit"].iloc[0]]
     sizes = series["measured"].abs()
     if absolute is not None:
-        return pd.Series(absolute, index=series.index)
+        return pd.Series(absolute, index=series.index), NEAR
     if series["measured"].min() < 0 < series["measured"].max():
-        return SHARE * sizes.clip(lower=sizes.mean())
-    return SHARE * sizes
+        return SHARE * sizes.clip(lower=sizes.mean()), NEAR
+    return SHARE * sizes, TENTH
 
 
-def verdict_of(point: dict, tolerance: float, unknown: Collection[str] = ()) -> str:
+def verdict_of(point: dict, tolerance: float, close: str, unknown: Collection[str] = ()) -> str:
     """The verdict on one measured number with its prediction; keys as in the columns of both tables.
 
-    unknown: set-ups of which too little is known.
+    close: the verdict on a deviation within the tolerance; unknown: set-ups of which too little is known.
     """
     if point["setup"] in (UNKNOWN, *unknown):
         return NO_SETUP
@@ -80,15 +56,7 @@ def verdict_of(point: dict, tolerance: float, unknown: Collection[str] = ()) -> 
     # Comparisons with a bound that is not a number are false.
     if point["measured_lower"] <= predicted <= point["measured_upper"] and point["lower"] <= measured <= point["upper"]:
         return BOTH
-    return NEAR if abs(predicted - measured) <= tolerance * (1 + 1e-9) else OFF
-
-
-def find_explanation(id: str, x: float, verdict: str, explanations: list[Explanation]) -> str:
-    """The texts about a number; `unexplained` for a miss without one, empty for a hit without one."""
-    texts = [each.text.strip() for each in explanations if each.fits(id, x)]
-    if texts and verdict != BOTH:
-        return " ".join(texts)
-    return UNEXPLAINED if verdict == OFF else ""
+    return close if abs(predicted - measured) <= tolerance * (1 + 1e-9) else OFF
 
 
 def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
@@ -107,27 +75,27 @@ def _predicted_at(predictions: pd.DataFrame, id: str, x: float) -> dict:
 
 def give_verdicts(
     points: pd.DataFrame,
-    predictions: pd.DataFrame,
-    settings: dict[str, str],
-    explanations: list[Explanation] = EXPLANATIONS,
+    predictions: Mapping[str, pd.DataFrame],
+    settings: Mapping[str, str],
+    variants: Mapping[str, Collection[str]],
     unknown: Collection[str] = (),
 ) -> pd.DataFrame:
     """A row (VERDICT_COLUMNS) for each measured number.
 
-    points: of `measured_points`; predictions: of all set-ups that were run, together; settings: for each, whether its
-    settings are those that were fixed, in words; unknown: set-ups of which too little is known for a verdict. A set-up
-    that was not run has the verdict `not run`.
+    points: of `measured_points`; by set-up: predictions of those that were run; settings: whether they are those that
+    were fixed, in words; variants: with what the names of the models begin that may explain a miss. unknown: set-ups of
+    which too little is known for a verdict. A set-up that was not run has the verdict `not run`.
     Raises ValueError for a prediction in another unit than the measured value.
     """
+    together = pd.concat(predictions.values())
     rows = []
     for id, series in points.groupby("id", sort=False):
-        tolerances = tolerance_of(series)
+        tolerances, close = tolerance_of(series)
         for place, point in series.iterrows():
-            found = _predicted_at(predictions, str(id), point["x"])
+            found = _predicted_at(together, str(id), point["x"])
             if found["unit"] not in (None, point["unit"]):
                 raise ValueError(f"{id}: predicted in {found['unit']}, measured in {point['unit']}")
             both = {**point.to_dict(), **{name: value for name, value in found.items() if name != "unit"}}
-            verdict = verdict_of(both, tolerances[place], unknown)
             half = (point["measured_upper"] - point["measured_lower"]) / 2
             rows.append(
                 {
@@ -137,12 +105,17 @@ def give_verdicts(
                     "predicted_upper": found["upper"],
                     "ratio": found["predicted"] / point["measured"] if point["measured"] else nan,
                     "tolerance": tolerances[place],
-                    "verdict": verdict,
+                    "verdict": verdict_of(both, tolerances[place], close, unknown),
                     "settings": settings.get(point["setup"], ""),
-                    "explanation": find_explanation(str(id), point["x"], verdict, explanations),
+                    "explanation": "",
                 }
             )
-    return pd.DataFrame(rows, columns=list(VERDICT_COLUMNS))
+    verdicts = pd.DataFrame(rows, columns=list(VERDICT_COLUMNS))
+    other = {name: own[own["model"].str.startswith(tuple(variants.get(name, ())))] for name, own in predictions.items()}
+    for _, numbers in verdicts.groupby("class"):
+        texts = explain(numbers, numbers["verdict"] == OFF, other)
+        verdicts.loc[texts.index, "explanation"] = texts
+    return verdicts
 
 
 def count_verdicts(verdicts: pd.DataFrame) -> pd.DataFrame:

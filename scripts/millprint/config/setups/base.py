@@ -27,7 +27,7 @@ class SetupConfig(Section):
 
     @property
     def further_mills(self) -> list[str]:
-        """Mills beside it that its sweeps simulate, such as a shorter slice."""
+        """Further mills that its sweeps simulate, such as a shorter slice."""
         return []
 
     @property

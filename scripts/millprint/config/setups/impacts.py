@@ -43,7 +43,7 @@ class AluminaImpactConfig(ImpactConfig):
     speed_m_s: Positive = 3.9
     """speed of the sphere before the impact [m/s]"""
     angles_deg: list[Angle] = Field(default=[float(a) for a in (*range(1, 15), *range(15, 90, 5), 88)], min_length=1)
-    """angles of incidence from the normal, beside the measured ones [deg]"""
+    """angles of incidence from the normal, in addition to the measured ones [deg]"""
 
 
 class ElasticImpactConfig(ImpactConfig):
@@ -56,4 +56,4 @@ class ElasticImpactConfig(ImpactConfig):
     normal_speed_m_s: Positive = 5.0
     """normal speed of the sphere before the impact [m/s]"""
     slopes: list[Positive] = Field(default=[0.1, 0.5, 1.0, 1.5, 2.0, 2.5, *map(float, range(3, 15))], min_length=1)
-    """tangential over mu times normal speed at the contact point, beside the measured ones [-]"""
+    """tangential over mu times normal speed at the contact point, in addition to the measured ones [-]"""

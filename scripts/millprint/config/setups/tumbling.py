@@ -29,7 +29,7 @@ class TumblingConfig(SetupConfig):
     fillings: list[Fraction] = Field(min_length=1)
     """share of the drum that each number fills, voids included, for the power formulas [-]"""
     speeds: list[Positive] = Field(min_length=1)
-    """speeds, beside the measured ones"""
+    """speeds, in addition to the measured ones"""
     critical_speed_rpm: Positive | None = None
     """critical speed that the speeds are per cent of; left out, they are in rpm [rpm]"""
     drawn_speeds: list[Positive] = []
