@@ -80,7 +80,7 @@ DRAWN = "small_planetary"
 def write_folder(folder: Path) -> None:
     """Write the configuration, the mills, and the drawing of one of them."""
     (folder / "config/mills").mkdir(parents=True, exist_ok=True)
-    settings = {"box": list(JARS), "precision": "standard", "held_out": 8}
+    settings = {"box": list(JARS), "precision": "quick", "held_out": 8}
     config = {"name": "new_jars", "mill": next(iter(JARS)), "contacts": ["calibrated"], "mills": settings}
     (folder / "config/config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     for name, own in JARS.items():
