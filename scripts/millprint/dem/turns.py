@@ -73,7 +73,8 @@ def has_impacts(energies: Sequence[float], scale: float) -> bool:
 
     scale: rho omega^2 A^2 d^3 of all balls [J]. Where all balls go round with the wall as one layer, or lie on it, a
     turn dissipates less than LEAST_HIT of that: a hit by 1 % of the wall's speed v = 2 pi omega A has m v^2 / 2 times
-    1e-4, which is 1e-3 of the scale for balls of mass m = pi / 6 rho d^3. Half of the turns decide, since the layer may
-    form within the window.
+    1e-4, which is 1e-3 of the scale for balls of mass m = pi / 6 rho d^3. The last quarter of the turns decides, by its
+    median, since such a layer may form within the window, and then lasts.
     """
-    return float(np.median(energies)) >= LEAST_HIT * scale
+    last = energies[-max(1, len(energies) // 4) :]
+    return float(np.median(last)) >= LEAST_HIT * scale
