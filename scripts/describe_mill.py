@@ -6,7 +6,7 @@ from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
 from millprint.files import write_table
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
-from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
+from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors, with_impacts
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.inputs import charges_of, read_summaries
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
@@ -33,13 +33,14 @@ def main(
     runs = read_summaries(summaries)
     descriptors = tabulate_descriptors(runs, counting_rule)
     write_table(descriptors, output.descriptors)
-    write_table(average_curves(descriptors), output.means)
-    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, interval, charges_of(runs))
-    fills = fill_grid(descriptors["fill_ratio"].unique(), smooth_points)
+    fitted = with_impacts(descriptors)
+    write_table(average_curves(fitted), output.means)
+    fingerprint = Fingerprint.fit(fitted, mill.volume_ml * 1e-6, interval, charges_of(runs))
+    fills = fill_grid(fitted["fill_ratio"].unique(), smooth_points)
     write_table(fingerprint.curve(fills)[CURVE_COLUMNS], output.curves)
     fingerprint.write(output.fingerprint)
-    write_table(fit_exponents(descriptors, tabulate_counting_rules(runs), interval), output.exponents)
-    collapse = tabulate_mill_collapse(descriptors, interval, collapse_max)
+    write_table(fit_exponents(fitted, tabulate_counting_rules(runs), interval), output.exponents)
+    collapse = tabulate_mill_collapse(fitted, interval, collapse_max)
     write_table(collapse, output.collapse)
     zones = find_zones(fingerprint)
     write_table(zones, output.zones)

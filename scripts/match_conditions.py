@@ -34,7 +34,7 @@ from millprint.config.fingerprint import DESCRIPTOR_SETS, MatchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
 from millprint.files import write_table
-from millprint.fingerprint.bands import FURTHER, interval_columns
+from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
@@ -71,9 +71,9 @@ FORMATS |= {"powder/g": "{:.3g}".format, "W/g": "{:.3g}".format, "h for the dose
 
 
 def _words(lower: pd.Series, upper: pd.Series, number: str) -> list[str]:
-    """Intervals in words, "-" for one that is not known; number: the format of an end."""
+    """Intervals in words, or that one is not known; number: the format of an end."""
     ends = zip(lower, upper, strict=True)
-    return [f"{low:{number}} to {high:{number}}" if low == low else "-" for low, high in ends]
+    return [f"{low:{number}} to {high:{number}}" if low == low else NOT_KNOWN for low, high in ends]
 
 
 def shown(rows: pd.DataFrame) -> pd.DataFrame:

@@ -7,6 +7,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.uncertainty import UncertaintyConfig
 from millprint.files import read_table, write_json, write_table
+from millprint.fingerprint.descriptors import with_impacts
 from millprint.job import job
 from millprint.uncertainty.intervals import Measured, measure
 from millprint.uncertainty.samples import space_of, with_sweep
@@ -16,13 +17,16 @@ from millprint.uncertainty.varied import fill_ratios_of
 def main(
     inputs, output, mill: MillConfig, contact: ContactConfig, others: list[ContactConfig], settings: UncertaintyConfig
 ) -> Measured:
-    """Write the samples of all jobs as one table, the tables of emulator, indices and intervals, and contact.json."""
+    """Write the samples of all jobs as one table, the tables of emulator, indices and intervals, and contact.json.
+
+    Samples without impacts have no part in the latter; the table of emulators has the number of the others.
+    """
     parts = [read_table(path, text=["mill", "contact", "varied", "counting_rule"]) for path in inputs.samples]
     samples = pd.concat(parts).sort_values("sample", ignore_index=True)
     space, fills = space_of(mill, settings), fill_ratios_of(mill, settings)
     # Threads of linear algebra would stand in the way of the jobs beside this one.
     with threadpool_limits(1):
-        measured = measure(samples, space, fills, contact, others, settings)
+        measured = measure(with_impacts(samples).reset_index(drop=True), space, fills, contact, others, settings)
     write_table(samples, output.samples)
     for name in ("emulator", "indices", "intervals", "sets"):
         write_table(getattr(measured, name), getattr(output, name))

@@ -11,7 +11,9 @@ from millprint.config.view import ViewConfig
 from millprint.dem.layout import SNAPSHOT
 from millprint.dem.ledger import closure, ledger_series
 from millprint.dem.run import run_case
+from millprint.dem.run import simulate as simulated
 from millprint.dem.simulation import Simulation
+from millprint.fingerprint.descriptors import said_of, tabulate_descriptors
 from millprint.mill.bodies import build_bodies
 from millprint.mill.pose import POSE
 from millprint.view.frames import read_movie
@@ -116,6 +118,21 @@ def test_the_jar_of_the_mixer_mill_stays_on_its_horizontal_arc(mills):
     along = jar.motion.rotation(times) @ np.array([1.0, 0, 0])
     assert np.abs((along * arm).sum(axis=1)).max() < 1e-12
     assert np.abs(arm[:, 0]).max() == pytest.approx(0.02, rel=0.01)
+
+
+def test_a_planetary_jar_with_few_balls_has_no_impacts_and_says_so(mills, contacts):
+    """All balls go round the smooth wall as one layer, rubbing it (fill 0.08); more balls fall and hit (0.20)."""
+    summaries = []
+    for fill in (0.08, 0.20):
+        case = Case(
+            mill="planetary", contact="calibrated", ball_diameter_mm=10, fill_ratio=fill, speed_rpm=400, seed=0,
+            settle_s=0.1, discard_s=0.3, window_s=0.6, rayleigh_fraction=0.11,
+        )  # fmt: skip
+        summaries.append(simulated(case, mills["planetary"], contacts["calibrated"], DEM))
+    table = tabulate_descriptors(summaries, "gap_0_02")
+    assert said_of(table, "no_impacts").tolist() == [True, False]
+    assert (table["tangential_power_W"] > 5).all()
+    assert table["normal_power_W"].iloc[0] < 0.1 < 1 < table["normal_power_W"].iloc[1]
 
 
 def test_a_ball_of_the_mixer_mill_flies_from_end_to_end_and_back_in_a_turn(mills, contacts):

@@ -1,12 +1,15 @@
-"""Errors from turns and seeds of known motions: correlated, locked onto the drive, or one of several."""
+"""Errors from turns and seeds of known motions: correlated, locked onto the drive, one of several, or no impacts."""
 
 import numpy as np
 import pytest
 
-from millprint.dem.turns import mean_of_turns, relative_error, repeats
-from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.dem.turns import has_impacts, mean_of_turns, relative_error, repeats
+from millprint.errors import ConfigError
+from millprint.fingerprint.bands import factor_of
+from millprint.fingerprint.descriptors import said_of, tabulate_descriptors
+from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.seeds import MOTIONS, variance_of_run
-from tests.unit.synthetic_mill import summary
+from tests.unit.synthetic_mill import VOLUME, summary
 
 
 def correlated(rng: np.random.Generator, turns: int, memory: float) -> np.ndarray:
@@ -90,3 +93,50 @@ def test_the_error_of_several_seeds_contains_their_spread_and_the_motion_is_said
     (short,) = [summary(0.10)]
     short["per_revolution"] = {name: values[:3] for name, values in short["per_revolution"].items()}
     assert tabulate_descriptors([short], "gap_0_03").iloc[0]["motion"] == MOTIONS["few_turns"].word
+
+
+def test_a_layer_that_goes_round_with_the_wall_is_no_milling():
+    """As simulated in a planetary jar of 250 mL at 400 rpm and fill 0.08: hits die away within the window."""
+    scale = 38 * 7800 * (400 / 60) ** 2 * 0.108**2 * 0.01**3
+    assert not has_impacts([1.5e-7, 5.7e-10, 2.7e-10, 2.5e-10, 2.6e-10, 2.4e-10], scale)
+    assert not has_impacts([0.5, 0.3, 1e-9], scale)
+    assert has_impacts([1.1, 0.9, 1.2], scale) and has_impacts([1.0] * 6 + [0.0, 1.0], scale)
+    # One hit of every ball by 1 % of the wall's speed decides.
+    speed = 0.01 * 2 * np.pi * 400 / 60 * 0.108
+    hit = 38 * 7800 * np.pi / 6 * 0.01**3 * speed**2 / 2
+    assert has_impacts([hit], scale) and not has_impacts([0.9 * hit], scale)
+
+
+def still(fill, **changes) -> dict:
+    """The summary of a run without impacts, whose hits have died away."""
+    own = summary(fill, **changes)
+    turns = own["per_revolution"]["normal_J"]
+    own["per_revolution"]["normal_J"] = [turns[0] * 1e-9**place for place in range(1, len(turns) + 1)]
+    own["power_W"]["normal"] *= 1e-9
+    return own
+
+
+def test_conditions_without_impacts_are_said_and_no_curve_is_made_of_them():
+    layer = [still(0.04, speed_rpm=speed) for speed in (600.0, 900.0)]
+    rest = [summary(fill, speed_rpm=speed) for fill in (0.08, 0.14, 0.20, 0.30) for speed in (600.0, 900.0)]
+    table = tabulate_descriptors(layer + rest, "gap_0_03")
+    assert table.loc[said_of(table, "no_impacts"), "fill_ratio"].tolist() == [0.04, 0.04]
+    own = Fingerprint.fit(table, VOLUME, 0.95)
+    assert own.fill_range == (0.08, 0.30) and len(own.processes["Pn"].logs) == 8
+    bands = own.scaled(own.condition(speed_hz=12.0, ball_diameter_m=0.01, fill_ratio=0.1))
+    assert bands["Pn_upper"].iloc[0] < 3 * bands["Pn_lower"].iloc[0]
+    # One of two starts that goes round is another matter: seeds differ.
+    both = tabulate_descriptors([still(0.08), summary(0.08, seed=1)], "gap_0_03")
+    assert not said_of(both, "no_impacts").any()
+
+
+def test_too_few_conditions_with_impacts_are_refused_in_one_line():
+    runs = [still(fill) for fill in (0.04, 0.06)] + [summary(fill) for fill in (0.10, 0.20)]
+    with pytest.raises(ConfigError, match=r"emax: sweep\.fill_ratios: at 0\.04, 0\.06 all balls move with") as error:
+        Fingerprint.fit(tabulate_descriptors(runs, "gap_0_03"), VOLUME, 0.95)
+    assert "\n" not in str(error.value)
+
+
+def test_an_interval_of_several_orders_of_magnitude_is_not_known():
+    assert factor_of(np.log(50.0)) == pytest.approx(50.0)
+    assert np.isnan(factor_of(np.array([5.0, 80.0]))).all()

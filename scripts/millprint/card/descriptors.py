@@ -7,7 +7,7 @@ import pandas as pd
 from millprint.card.inputs import CardSettings, Runs
 from millprint.card.model import Descriptors, Ends, Quantity
 from millprint.card.scatter import read_window, spread
-from millprint.fingerprint.bands import FURTHER
+from millprint.fingerprint.bands import FURTHER, factor_of
 from millprint.fingerprint.condition import SCALED_BY
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
@@ -67,9 +67,11 @@ def describe_runs(
     return Descriptors(**found), missing, against
 
 
-def _around(value: float, half: float, name: str) -> Ends:
-    """Ends from half the width of the logarithm's interval; no share is over 1."""
-    factor = math.exp(half)
+def _around(value: float, half: float, name: str) -> Ends | None:
+    """Ends from half the width of the logarithm's interval; no share is over 1. None where they are not known."""
+    factor = float(factor_of(half))
+    if math.isnan(factor):
+        return None
     return Ends(lower=value / factor, upper=min(value * factor, 1.0) if name == SHARE else value * factor)
 
 

@@ -216,7 +216,7 @@ class CardFingerprint(Record):
     missing: dict[str, str] = {}
     """why an interval is not known, by its name"""
     motion: list[str] = []
-    """what turns and seeds say against the bands and what to do: few turns, a motion that repeats, seeds that differ"""
+    """what turns and seeds say against the bands and what to do: no impacts, few turns, repeats, seeds differ"""
 
 
 class Bins(Record):

@@ -1,4 +1,4 @@
-"""What the turns of one run say of their mean: its standard error, and whether the motion repeats itself.
+"""What the turns of one run say of their mean: its standard error, and whether the motion repeats or has no impacts.
 
 Neighbouring turns are alike. They are averaged in pairs again and again, and the largest of the errors of the mean at
 the sizes of block that leave at least FEWEST_BLOCKS is taken (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461). So
@@ -16,6 +16,8 @@ import numpy as np
 FEWEST_BLOCKS = 8
 # A motion repeats if turns so many apart differ by less than this part of what independent collisions would make them.
 LONGEST_PERIOD, FEWEST_PAIRS, ALIKE = 4, 8, 1 / 3
+# Normal dissipation of a ball in a turn over rho omega^2 A^2 d^3 of one hit by 1 % of the wall's speed.
+LEAST_HIT = 1e-3
 
 
 class MeanOfTurns(NamedTuple):
@@ -64,3 +66,15 @@ def repeats(energies: Sequence[float], collisions: float) -> bool:
     periods = range(1, min(LONGEST_PERIOD, len(values) - FEWEST_PAIRS) + 1)
     apart = min(float(np.sqrt(np.mean((values[period:] - values[:-period]) ** 2) / 2)) for period in periods)
     return apart < ALIKE * values.mean() / math.sqrt(collisions)
+
+
+def has_impacts(energies: Sequence[float], scale: float) -> bool:
+    """Whether balls hit anything, by the normal dissipation of all balls in each turn [J].
+
+    scale: rho omega^2 A^2 d^3 of all balls [J]. Where all balls go round with the wall as one layer, or lie on it, a
+    turn dissipates less than LEAST_HIT of that: a hit by 1 % of the wall's speed v = 2 pi omega A has m v^2 / 2 times
+    1e-4, which is 1e-3 of the scale for balls of mass m = pi / 6 rho d^3. The last quarter of the turns decides, by its
+    median, since such a layer may form within the window, and then lasts.
+    """
+    last = energies[-max(1, len(energies) // 4) :]
+    return float(np.median(last)) >= LEAST_HIT * scale

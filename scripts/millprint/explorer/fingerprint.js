@@ -15,6 +15,8 @@ const SCALED_BY = {
 };
 // The charge of balls of one size.
 const ONE_SIZE = "";
+// The factor between a value and an end of its interval, over which the end is not known; as in Python.
+const WIDEST = 100;
 
 /** A Gaussian process of the logarithm of one scaled quantity (millprint.fingerprint.processes). */
 class LogProcess {
@@ -222,7 +224,8 @@ class Fingerprint {
     );
     const values = complete(Object.fromEntries(BASIC.map((name) => [name, Math.exp(logs[name].log)])));
     const ends = (value, deviation) => {
-      const factor = Math.exp(this.width * deviation);
+      const half = this.width * deviation;
+      const factor = half <= Math.log(WIDEST) ? Math.exp(half) : NaN;
       return { lower: value / factor, upper: value * factor };
     };
     return Object.fromEntries(

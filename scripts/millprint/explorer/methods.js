@@ -49,7 +49,11 @@ function wallWords(about) {
 function furtherWords({ mill, fingerprint, state }, found, origin) {
   const { title } = mill.content.origins[origin];
   const interval = found.power_W.further[origin];
-  if (origin === "mean") return `The mean power of very many simulations lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
+  if (origin === "mean") {
+    return Number.isNaN(interval.lower)
+      ? "The mean power of very many simulations is not known."
+      : `The mean power of very many simulations lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`;
+  }
   return interval
     ? `By ${title} alone the power lies between ${digits(interval.lower)} and ${digits(interval.upper)} W.`
     : `The interval by ${title} is not known (${fingerprint.missing(origin, state.fill_ratio)}).`;

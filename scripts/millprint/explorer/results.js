@@ -39,7 +39,7 @@ const RESULTS = {
 const unitOf = ({ kind, unit, factor }, units) => (kind ? units.of(kind) : fixedUnit(unit, factor));
 /** A band in a unit that is proportional to SI. */
 const inUnit = (band, scale) => times(band, scale.to(1));
-const between = ({ lower, upper }) => `${digits(lower)} to ${digits(upper)}`;
+const between = ({ lower, upper }) => (Number.isNaN(lower + upper) ? "not known" : `${digits(lower)} to ${digits(upper)}`);
 /** The name of a setting within a sentence. */
 const nameOf = (name) => (SETTINGS[name]?.label ?? NAMES[name]).toLowerCase();
 

@@ -17,7 +17,7 @@ from millprint.figures.chapter3 import FILL_LABEL, draw_curve
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
-from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, interval_columns
+from millprint.fingerprint.bands import FURTHER, MEAN, NOT_KNOWN, SCATTER, interval_columns
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE
@@ -104,7 +104,9 @@ def _lines_of(sheet: pd.DataFrame) -> tuple[str, str]:
 
 
 def _between(lower: float, upper: float) -> str:
-    """A range, or the one number that it is."""
+    """A range, or the one number that it is; not known where an end is not."""
+    if np.isnan(lower + upper):
+        return NOT_KNOWN
     return " to ".join(dict.fromkeys((_number(lower), _number(upper))))
 
 
@@ -113,9 +115,7 @@ def _precision_lines(section: pd.DataFrame) -> list[str]:
     said = section.set_index("quantity")
     recorded, seeds = (_between(*said.loc[name, ["lower", "upper"]]) for name in (RECORDED, SIMULATED))
     columns = ["value", "lower", "upper"]
-    widths = ", ".join(
-        "{} {:.2g} % ({:.2g} to {:.2g})".format(name, *said.loc[name, columns]) for name in STATED.values()
-    )
+    widths = ", ".join(f"{name} {_width(*said.loc[name, columns])}" for name in STATED.values())
     lines = [
         f"precision: {recorded} s recorded, simulations of a condition: {seeds}",
         f"a new simulation within these ranges is known to within: {widths}",
@@ -123,6 +123,12 @@ def _precision_lines(section: pd.DataFrame) -> list[str]:
         f"for more: {said.at['for more', 'text']}",
     ]
     return [part for line in lines for part in textwrap.wrap(line, LINE, subsequent_indent="  ")]
+
+
+def _width(median: float, smallest: float, largest: float) -> str:
+    """Half the width of a band [%], the median and the range."""
+    known = [NOT_KNOWN if np.isnan(width) else f"{width:.2g}" for width in (smallest, largest)]
+    return NOT_KNOWN if np.isnan(median) else f"{median:.2g} % ({' to '.join(known)})"
 
 
 def _has_intervals(sheet: pd.DataFrame) -> bool:

@@ -44,6 +44,15 @@ FURTHER = {
     ),
 }
 ENDS = ("lower", "upper")
+# An interval with an end farther from its value than by this factor says nothing: its ends are not known.
+WIDEST = 100.0
+NOT_KNOWN = "not known"
+
+
+def factor_of(half: np.ndarray | float) -> np.ndarray:
+    """The factor from a value to the ends of its interval, by half the width of its logarithm; NaN if not known."""
+    half = np.asarray(half, dtype=float)
+    return np.exp(np.where(half <= np.log(WIDEST), half, np.nan))
 
 
 @dataclass(frozen=True)

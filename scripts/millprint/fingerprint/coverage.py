@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from statsmodels.stats.proportion import proportion_confint
 
+from millprint.fingerprint.bands import factor_of
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.processes import LEFT_OUT, grouped
 
@@ -65,11 +66,12 @@ def tabulate_coverage(fingerprint: Fingerprint) -> pd.DataFrame:
 def half_widths(fingerprint: Fingerprint) -> dict[str, np.ndarray]:
     """Half of the band of a new simulation over its value [-], for each quantity: median, smallest, largest.
 
+    NaN where the band is not known.
     Over the range of fill ratios, at the simulated speeds and balls; the band is that of `Fingerprint.scaled`.
     """
     inputs = fingerprint.at_settings(np.geomspace(*fingerprint.fill_range, FILLS_WITHIN))
     found = {}
     for quantity, predictor in fingerprint.predictors.items():
         deviations = predictor.predict(inputs).of_new
-        found[quantity] = np.expm1(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0]))
+        found[quantity] = factor_of(fingerprint.width * np.quantile(deviations, [0.5, 0.0, 1.0])) - 1
     return found

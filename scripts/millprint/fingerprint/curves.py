@@ -17,7 +17,6 @@ CURVE_COLUMNS = [
     "fill_ratio",
     *(f"{name}{end}" for name in dict.fromkeys((*PANELS, *SHEET_PANELS)) for end in ("", "_lower", "_upper")),
 ]
-FEWEST_FILLS = 3  # that a master curve needs
 
 
 def conditions_of(descriptors: pd.DataFrame, mill: str, contact: str) -> pd.DataFrame:

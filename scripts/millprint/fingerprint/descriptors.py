@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
-from millprint.dem.turns import mean_of_turns, repeats
+from millprint.dem.turns import has_impacts, mean_of_turns, repeats
+from millprint.errors import ConfigError
 from millprint.files import read_table
 from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
-from millprint.fingerprint.condition import specific_frequency
+from millprint.fingerprint.condition import Condition, energy_scale, specific_frequency
 from millprint.fingerprint.inputs import counted
-from millprint.fingerprint.seeds import Run, motion_of, variance_of_run
+from millprint.fingerprint.seeds import MOTIONS, Run, motion_of, variance_of_run
 
 # The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
 # `charge` names balls of several sizes; ONE_SIZE for others.
@@ -21,6 +22,7 @@ CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_
 CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
 NOTHING = "nothing"
 CHANNELS = ("normal", "tangential")
+FEWEST_FILLS = 3  # that a master curve needs
 OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
 
 # Columns that later stages need.
@@ -64,6 +66,28 @@ def as_built(table: pd.DataFrame) -> pd.DataFrame:
     return table[table["varied"] == NOTHING]
 
 
+def said_of(table: pd.DataFrame, name: str) -> pd.Series:
+    """Whether each condition has the word of a motion, by its name in MOTIONS."""
+    return table["motion"].fillna("").str.split(", ").map(lambda words: MOTIONS[name].word in words).astype(bool)
+
+
+def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
+    """The conditions in which balls hit anything: of the others, a logarithm has nothing to tell.
+
+    Raises ConfigError where these leave too few fill ratios for a curve.
+    """
+    still = said_of(table, "no_impacts")
+    kept = table[~still]
+    fills = as_built(kept)["fill_ratio"].nunique()
+    if still.any() and fills < FEWEST_FILLS:
+        without = ", ".join(f"{fill:g}" for fill in sorted(table.loc[still, "fill_ratio"].unique()))
+        raise ConfigError(
+            f"{table['mill'].iloc[0]}: sweep.fill_ratios: at {without} all balls move with the wall, without impacts; "
+            f"that leaves {fills} of the {FEWEST_FILLS} fill ratios that a curve needs: take higher ones"
+        )
+    return kept
+
+
 def run_row(summary: dict, rule_name: str) -> dict:
     """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
     rule = counted(summary, rule_name)
@@ -80,7 +104,8 @@ def run_row(summary: dict, rule_name: str) -> dict:
 
 
 def _turns_row(summary: dict, collisions: float) -> dict:
-    """Variance of each power of a run and its degrees of freedom, independent turns, and whether the motion repeats.
+    """Variance of each power of a run and its degrees of freedom, and what its turns say: whether balls hit anything,
+    independent turns, and whether the motion repeats.
 
     collisions: of a turn.
     """
@@ -93,7 +118,20 @@ def _turns_row(summary: dict, collisions: float) -> dict:
         row[f"{name}_freedom"] = 0 if of_turns is None or error is None else of_turns.freedom
     independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
     locked = all(repeats(own, collisions) for own in energies.values())
-    return row | {"independent_turns": min(independent), "repeating_runs": int(locked)}
+    hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
+    return row | {"runs_with_impacts": int(hits), "independent_turns": min(independent), "repeating_runs": int(locked)}
+
+
+def _of_a_turn(summary: dict) -> float:
+    """Normal dissipation of all balls in a turn [J]."""
+    return summary["power_W"]["normal"] / summary["frequency_hz"]
+
+
+def _energy_scale(summary: dict) -> float:
+    """Scale of the energy of one collision of a run [J]."""
+    names = ("ball_diameter_m", "density_kg_m3", "amplitude_m")
+    own = {name: summary[name] for name in names}
+    return energy_scale(Condition(fill_ratio=summary["case"]["fill_ratio"], speed_hz=summary["frequency_hz"], **own))
 
 
 # Column of a relative variance, then of a relative standard error, with the channel and the kind in a summary.
@@ -133,9 +171,10 @@ def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
         mean[name] = np.sqrt(mean[name] / mean["seeds"])
     mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
     mean["balls"] = mean["balls"].round().astype(int)
-    turns = zip(groups["independent_turns"].sum(), groups["repeating_runs"].sum(), differ, strict=True)
+    told = ["runs_with_impacts", "independent_turns", "repeating_runs"]
+    turns = zip(*(groups[name].sum() for name in told), differ, strict=True)
     mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
-    return mean.drop(columns=["independent_turns", "repeating_runs"]).reset_index()
+    return mean.drop(columns=told).reset_index()
 
 
 def _variance_of_run(seeds: pd.DataFrame, channel: str) -> Run:

@@ -9,7 +9,7 @@ from millprint.config.mixture import balls_in_words
 from millprint.fingerprint.bands import ENDS, FURTHER, MEAN, SCATTER
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.condition import SCALED_BY, Condition
-from millprint.fingerprint.descriptors import as_built
+from millprint.fingerprint.descriptors import as_built, said_of
 from millprint.fingerprint.inputs import WALL
 from millprint.fingerprint.seeds import MOTIONS
 
@@ -148,8 +148,8 @@ def _precision_rows(fingerprint: "Fingerprint", descriptors: pd.DataFrame) -> li
     for name, title in STATED.items():
         median, smallest, largest = 100 * widths[name]
         rows.append(Row("precision", title, median, smallest, largest, "%", WIDTH))
-    for motion in MOTIONS.values():
-        held = descriptors["motion"].str.split(", ").map(lambda words, own=motion.word: own in words)
+    for name, motion in MOTIONS.items():
+        held = said_of(descriptors, name)
         if held.any():
             text = f"{held.sum()} of {held.size} conditions, {_fills(descriptors[held])}: {motion.meaning}"
             rows.append(Row("precision", motion.word, float(held.sum()), unit="-", text=text))

@@ -19,6 +19,7 @@ from millprint.fingerprint.bands import (
     Factors,
     Interval,
     checked_factors,
+    factor_of,
     interval_columns,
     mean_columns,
     new_columns,
@@ -34,8 +35,8 @@ from millprint.fingerprint.condition import (
     power_scale,
     scaled_quantities,
 )
-from millprint.fingerprint.curves import CURVES, FEWEST_FILLS
-from millprint.fingerprint.descriptors import CHARGE, OF_RULE, as_built
+from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.descriptors import CHARGE, FEWEST_FILLS, OF_RULE, as_built, with_impacts
 from millprint.fingerprint.inputs import FORMAT, WALL, read_content
 from millprint.fingerprint.processes import (
     Predictor,
@@ -135,12 +136,12 @@ class Fingerprint:
         probability: float,
         charges: Mapping[str, BallMixture] = NO_CHARGES,
     ) -> "Fingerprint":
-        """The fingerprint of the conditions of one mill and contact set, all counted by one rule.
+        """The fingerprint of the conditions of one mill and contact set, all counted by one rule, that have impacts.
 
         charges: every charge of several sizes among the conditions, by its name.
         Raises ConfigError for fewer than three fill ratios of the mill as built, or a quantity that is not positive.
         """
-        contact = descriptors["contact"].iloc[0]
+        descriptors, contact = with_impacts(descriptors), descriptors["contact"].iloc[0]
         fills = as_built(descriptors)["fill_ratio"].nunique()
         if fills < FEWEST_FILLS:
             raise ConfigError(
@@ -430,12 +431,13 @@ def bands(table: pd.DataFrame) -> dict[str, Band]:
 def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
     """Q, then Q_lower and Q_upper of a new simulation and Q_mean_lower and Q_mean_upper of the mean, of every quantity.
 
+    Ends that are not known are NaN.
     told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
     """
     values = scaled_quantities({name: np.exp(told[name].logs) for name in KNOWN})
     table: dict[str, np.ndarray] = {}
     for name in CURVES:
-        new, mean = (np.exp(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
+        new, mean = (factor_of(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
         table[name] = values[name]
         for columns, factor in ((new_columns(name), new), (mean_columns(name), mean)):
             table |= dict(zip(columns, (values[name] / factor, values[name] * factor), strict=True))

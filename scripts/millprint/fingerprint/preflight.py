@@ -6,7 +6,7 @@ from millprint.config.sweep import Case
 from millprint.config.workflow import ChapterSections, WorkflowConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.cases import described_cases, has_chapters, is_as_built, mapped_cases
-from millprint.fingerprint.curves import FEWEST_FILLS
+from millprint.fingerprint.descriptors import FEWEST_FILLS
 from millprint.fingerprint.published import read_published
 from millprint.fingerprint.regimes import read_regimes
 

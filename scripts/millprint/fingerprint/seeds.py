@@ -57,6 +57,11 @@ class Motion(NamedTuple):
 
 
 MOTIONS: Mapping[str, Motion] = {
+    "no_impacts": Motion(
+        "no impacts",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is made "
+        "of that: take a higher fill ratio or another speed",
+    ),
     "few_turns": Motion(
         "few turns",
         f"fewer than {FEWEST_TURNS} independent turns were recorded, so that the scatter of a run is hardly known: "
@@ -75,10 +80,16 @@ MOTIONS: Mapping[str, Motion] = {
 }
 
 
-def motion_of(independent: float, repeating: int, differ: bool) -> list[Motion]:
+def motion_of(impacts: int, independent: float, repeating: int, differ: bool) -> list[Motion]:
     """What turns and seeds of a condition say against its errors, of MOTIONS.
 
-    independent: turns of all seeds; repeating: seeds whose motion repeats; differ: whether seeds differ beyond chance.
+    impacts: seeds whose balls hit anything; independent: turns of all seeds; repeating: seeds whose motion repeats;
+    differ: whether seeds differ beyond chance.
     """
-    said = {"few_turns": independent < FEWEST_TURNS, "repeats": repeating > 0, "seeds_differ": differ}
+    said = {
+        "no_impacts": impacts == 0,
+        "few_turns": independent < FEWEST_TURNS,
+        "repeats": repeating > 0,
+        "seeds_differ": differ,
+    }
     return [MOTIONS[name] for name, holds in said.items() if holds]
