@@ -16,22 +16,29 @@ from millprint.figures.style import save
 from millprint.files import read_table, write_table
 from millprint.job import job
 from millprint.surrogate.ablations import DISSIPATION
-from millprint.surrogate.baselines import baseline_rows, baseline_table
+from millprint.surrogate.baselines import baseline_rows, baseline_table, with_motion
 from millprint.surrogate.scene import read_scene
 from millprint.surrogate.spread import tabulate_trainings, with_spread
 from millprint.surrogate.tables import covered_share, join_tables
 from millprint.surrogate.trajectory import read_attributes
 
 
-def collect(tables: list[str], known: str, trainings: dict[str, list[str]], outputs: dict[str, str]) -> None:
-    """Write the measures of each variant and of the baselines, those of each training, and both side by side."""
+def collect(
+    tables: list[str], known: str, trainings: dict[str, list[str]], trained_test: str, outputs: dict[str, str]
+) -> None:
+    """Write the measures of each variant and of the baselines, those of each training, and both side by side.
+
+    trained_test: the test on the motion of the training; all others are on motions that no training has seen.
+    """
     found = join_tables([read_table(path, text=["variant", "test", "measure"]) for path in tables])
     controls = read_table(known, text=["rollout", "test", "measure"])
     repeated = tabulate_trainings(found, trainings)
-    write_table(join_tables([with_spread(found, trainings), baseline_rows(controls)]), outputs["metrics"])
-    write_table(repeated, outputs["trainings"])
+    metrics = join_tables([with_spread(found, trainings), baseline_rows(controls)])
+    write_table(with_motion(metrics, trained_test), outputs["metrics"])
+    write_table(with_motion(repeated, trained_test), outputs["trainings"])
     errors = found[found["measure"] == DISSIPATION].drop_duplicates("test").set_index("test")
-    write_table(baseline_table(repeated, controls, errors["thesis"].to_dict()), outputs["baselines"])
+    baselines = baseline_table(repeated, controls, errors["thesis"].to_dict(), trained_test)
+    write_table(baselines, outputs["baselines"])
 
 
 def draw_data(
@@ -65,18 +72,19 @@ def draw_variant(tables: dict[str, list[str]], spread_path: str, variant: str, t
         for kind in ("errors", "dissipation", "distributions")
     }
     own = {kind: parts[0][parts[0]["test"].isin(tests)] for kind, parts in read.items()}
+    measured = spread[spread["variant"] == variant]
     return [
         plot_loss(read_table(tables["loss"][0])),
         plot_error_growth(own["errors"]),
-        plot_dissipation(own["dissipation"], spread[spread["variant"] == variant], read["dissipation"][1:]),
-        plot_distributions(own["distributions"]),
+        plot_dissipation(own["dissipation"], measured, read["dissipation"][1:]),
+        plot_distributions(own["distributions"], measured),
     ]
 
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "draw the surrogates"):
         given, made, own = snakemake.input, snakemake.output, snakemake.params
-        collect(list(given.measured), given.controls, own.trainings, dict(made.items()))
+        collect(list(given.measured), given.controls, own.trainings, own.trained_test, dict(made.items()))
         draw_data(
             given.run,
             given.wall_contacts,

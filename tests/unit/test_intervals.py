@@ -270,6 +270,7 @@ def test_a_claim_is_computed_again_by_its_own_code_with_each_training(tmp_path, 
     assert tuple(table.loc["6.energy", ["verdict", "interval_verdict"]]) == expected
     assert table["interval_from"]["6.energy"] == "trainings"
     told = table["explanation"]["6.energy"]
+    assert "over 1.5 s of the motion of the training" in told
     assert ("1 of 5 repeats failed, which are misses" in told) == (len(held) < len(errors))
     assert table["interval_from"]["2.full_factorial"] == ""
 
@@ -279,7 +280,7 @@ def test_a_correlation_of_a_roll_out_that_failed_widens_nothing(tmp_path):
         tests = (("motion1", 0.9985), ("motion2", lowest))
         rows = [{"variant": "thesis", "test": test, "measure": "cumulative_pearson_r", "value": r} for test, r in tests]
         rows += [{**row, "measure": "increments_5ms_r"} for row in rows]
-        return pd.DataFrame(rows).assign(dem_reference=0.9998)
+        return pd.DataFrame(rows).assign(dem_reference=0.9998, length_s=1.5)
 
     path = "surrogate/thesis/metrics.tsv"
     write_table(correlations(0.9984), tmp_path / path)
@@ -289,6 +290,7 @@ def test_a_correlation_of_a_roll_out_that_failed_widens_nothing(tmp_path):
     assert (row["lower"], row["upper"], row["failed"]) == (0.998, 0.9984, 1)
     table = tabulate_claims(CLAIMS_TSV, collect_findings(tmp_path, CLAIMS_TSV, intervals=intervals)).set_index("id")
     assert table.loc["6.pearson", ["verdict", "interval_verdict"]].tolist() == [DEVIATES, DEVIATES]
+    assert "over 1.5 s of a motion that was not trained on" in table["explanation"]["6.pearson"]
 
 
 def test_an_interval_ends_where_the_quantity_does():

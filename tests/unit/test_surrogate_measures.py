@@ -265,7 +265,7 @@ def test_every_training_stands_beside_what_needs_no_network():
             for number, test, error, out in draws
         ]
     )
-    table = baseline_table(trainings, controls, {"trained": 2.78})
+    table = baseline_table(trainings, controls, {"trained": 2.78}, "trained")
     assert set(baseline_rows(controls)["variant"]) == {"no_network", "long_step"}
     trained = table[table["test"] == "trained"]
     assert trained["model"].tolist() == ["thesis", "thesis", "long_step", "no_network", "other_seed"]
@@ -274,6 +274,7 @@ def test_every_training_stands_beside_what_needs_no_network():
     assert trained["ran_away"].tolist() == ["no", "yes", "no", "no", "no"]
     assert np.isnan(trained["dissipation_error_percent"].iloc[1]) and trained["balls_left"].iloc[1] == 3
     assert table[table["test"] == "post"]["thesis_percent"].isna().all()
+    assert set(trained["motion"]) == {"of the training"} and set(table["motion"][table["test"] == "post"]) == {"unseen"}
     stored = with_machine(with_machine(table.assign(measured_on="a"), trained, "b"), table, "b")
     assert stored["measured_on"].tolist() == ["a"] * 9 + ["b"] * 9
 

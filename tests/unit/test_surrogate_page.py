@@ -8,8 +8,13 @@ from millprint.surrogate.baselines import BASELINE_COLUMNS, BASELINES
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs/why/surrogate.md").read_text()
-STORED = read_table(ROOT / "docs/why/surrogate_baselines.tsv", text=["test", "model", "measured_on"])
-MOTIONS = {"trained": "trained", "motion1": "motion 1", "motion2": "motion 2", "post": "jar with a post"}
+STORED = read_table(ROOT / "docs/why/surrogate_baselines.tsv", text=["test", "motion", "model", "measured_on"])
+MOTIONS = {
+    "trained": "of the training",
+    "motion1": "unseen: motion 1",
+    "motion2": "unseen: motion 2",
+    "post": "unseen: jar with a post",
+}
 NETWORK = "thesis"
 
 
@@ -53,6 +58,11 @@ def test_the_sentences_below_the_errors_hold():
         len(STORED[(STORED["model"] == NETWORK) & (STORED["test"] == "post") & (STORED["measured_on"] != "bbb1706")])
         == 9
     )
+
+
+def test_the_page_says_which_motions_are_unseen_as_the_table_does():
+    stored = STORED.drop_duplicates("test").set_index("test")["motion"]
+    assert {test: motion.split(":")[0] for test, motion in MOTIONS.items()} == stored[list(MOTIONS)].to_dict()
 
 
 def test_what_is_stored_is_of_one_length_and_of_every_baseline():

@@ -72,6 +72,7 @@ rule plot_surrogates:
         edges=CONFIG.surrogate.edges.model_dump(mode="json"),
         snap_back_m=CONFIG.surrogate.rollout.snap_back_m,
         tests=MOVING_TESTS,
+        trained_test=CONFIG.surrogate.trained_test,
         trainings=TRAININGS,
     message:
         "Collecting the measures of every surrogate, and drawing their input, losses and roll-outs"

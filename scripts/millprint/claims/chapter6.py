@@ -11,6 +11,8 @@ from millprint.surrogate.tables import covered_share
 
 VARIANT = "thesis"
 METRICS = "surrogate/metrics.tsv"
+# What a test is on, in words. On the trained motion, the roll-out begins after the time of the training.
+TRAINED_TEST, TRAINED, UNSEEN = "trained", "the motion of the training", "a motion that was not trained on"
 # What an interval is over.
 TRAININGS = "trainings"
 CORRELATIONS = -1.0, 1.0
@@ -55,6 +57,11 @@ def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
     )
 
 
+def _over(row: pd.Series, test: str) -> str:
+    """The length of the roll-out behind a measure, and whether its motion was trained on, as text."""
+    return f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}"
+
+
 def _all_measures(evidence: Evidence, test: str) -> pd.Series:
     """All measures of the variant of the thesis in a test, by name, for explanations."""
     return evidence.table(METRICS, f"variant == '{VARIANT}' and test == '{test}'").set_index("measure")["value"]
@@ -67,7 +74,7 @@ def plateau(evidence: Evidence) -> Finding:
     centroid = _all_measures(evidence, "trained")["position_mse_centroid_m2"]
     return Finding(
         float(row["value"]),
-        f"over {row['length_s']:g} s, on time after the training; two DEM seeds are {row['dem_reference']:.2g} m2 "
+        f"{_over(row, 'trained')}, after the time of the training; two DEM seeds are {row['dem_reference']:.2g} m2 "
         f"apart and every ball at the centre of mass scores {centroid:.2g} m2, so a plateau says nothing of "
         f"trajectories{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
     )
@@ -80,7 +87,7 @@ def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
     row, own = _measure(evidence, test, DISSIPATION), _all_measures(evidence, test)
     return Finding(
         float(row["value"]),
-        f"over {row['length_s']:g} s, against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single "
+        f"{_over(row, test)}, against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single "
         f"steps from DEM states, with the edges of the roll-out, are off by "
         f"{own['one_step_dissipation_bias_percent']:+.3g} % and explain {100 * own['one_step_acceleration_r2']:.3g} % "
         f"of the accelerations; {_course(own)}{_budget(evidence)}"
@@ -141,8 +148,8 @@ def correlation(evidence: Evidence) -> Finding:
     own = [row["value"] for row in rows]
     text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
     explanation = (
-        f"the smaller of the two; two unrelated DEM runs score {min(row['dem_reference'] for row in rows):.4f}, so "
-        f"this measure is empty; increments over 5 ms correlate at {text}"
+        f"{_over(rows[0], 'motion1')}, the smaller of two; two unrelated DEM runs score "
+        f"{min(row['dem_reference'] for row in rows):.4f}, so this measure is empty; increments over 5 ms correlate at {text}"
     )
     if not np.isfinite(own).all():
         explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"
@@ -156,7 +163,8 @@ def modified_geometry(evidence: Evidence) -> Finding:
     stable, own = _measure(evidence, "post", "stable"), _all_measures(evidence, "post")
     return yes_no(
         stable["value"] == 1,
-        f"{_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the modified jar"
+        f"{_over(stable, 'post')}: {_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the "
+        f"modified jar"
         f"{_others(evidence, 'post', 'balls_left', 'ball(s) out')}",
     )
 
@@ -166,7 +174,8 @@ def dissipation_of_the_original(evidence: Evidence) -> Finding:
     """Sec. 6.3.3: the roll-out in the jar with a post against the simulation of the jar without one."""
     row = _measure(evidence, "post", "dissipation_error_original_percent")
     return Finding(
-        float(row["value"]), "the thesis says itself that this agreement has no physical validity; see 6.geometry"
+        float(row["value"]),
+        f"{_over(row, 'post')}; the thesis says itself that this agreement has no physical validity; see 6.geometry",
     )
 
 

@@ -34,10 +34,10 @@ BOX_IN, GAP_IN = 0.44, 0.16
 # What r_c bounds, by its reading.
 READINGS = {"surface_gap": "gap of surfaces", "centre_distance": "distance of centres"}
 TITLES = {
-    "trained": "trained motion",
+    "trained": "motion of the training",
     "motion1": "unseen motion 1",
     "motion2": "unseen motion 2",
-    "post": "central post, motion 1",
+    "post": "unseen: central post, motion 1",
 }
 
 
@@ -198,7 +198,7 @@ def plot_dissipation(
         for number, other in enumerate(trainings):
             own, label = other[other["test"] == test], "other trainings" if number == 0 else None
             panel.plot(own["time_s"], own["surrogate_J"], label=label, **OTHER_TRAININGS)
-        note = f"error {errors['value'][test]:.3g} %"
+        note = f"error after {errors['length_s'][test]:g} s: {errors['value'][test]:.3g} %"
         if trainings:
             ends = f"{errors['lowest'][test]:.3g} to {errors['highest'][test]:.3g} %"
             note += f"\n{len(trainings) + 1} trainings {ends}"
@@ -223,8 +223,12 @@ DISTRIBUTIONS = {
 }
 
 
-def plot_distributions(distributions: pd.DataFrame) -> Figure:
-    """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test."""
+def plot_distributions(distributions: pd.DataFrame, metrics: pd.DataFrame) -> Figure:
+    """Densities of speed, wall distance, contacts a ball and dissipation increments, a row a test.
+
+    metrics: as `millprint.surrogate.spread.with_spread`, of which the length of each roll-out is taken.
+    """
+    lengths_s = metrics.groupby("test")["length_s"].max()
     tests = list(distributions["test"].unique())
     figure, panels = plt.subplots(
         len(tests), len(DISTRIBUTIONS), figsize=(PAGE_WIDTH_IN, 1.6 * len(tests) + 0.3), squeeze=False
@@ -237,21 +241,22 @@ def plot_distributions(distributions: pd.DataFrame) -> Figure:
                 panel.plot(middle, part[name].where(part[name] > 0) / scale, label=LABELS[name][0], **LABELS[name][1])
             panel.set(xlabel=label, ylabel=f"density / {unit}", yscale="log")
             panel.xaxis.set_major_locator(MaxNLocator(4, integer=True))
-        row[0].set_title(TITLES.get(test, test), loc="left")
+        row[0].set_title(f"{TITLES.get(test, test)}, {lengths_s[test]:g} s", loc="left")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3)
     return figure
 
 
 def plot_ablations(ablations: pd.DataFrame, scatter: str = "") -> Figure:
-    """Dissipation error and position error of each ablation beside the baseline and the thesis (appendix A).
+    """Dissipation error and position error of each ablation next to the baseline and the thesis (appendix A).
 
     lower_percent and upper_percent, where they are known, are drawn as error bars; scatter: a sentence on them.
     """
     figure, panels = plt.subplots(1, 2, figsize=(PAGE_WIDTH_IN, 3.0), sharey=True)
     # Roll-outs that run away leave the picture.
+    lengths = " or ".join(f"{length:g} s" for length in sorted(ablations["rollout_s"].unique()))
     shown = {
-        "dissipation_error_percent": ("error of the cumulative dissipation / %", 1e4),
+        "dissipation_error_percent": (f"error of the dissipation after {lengths} / %", 1e4),
         "position_mse_plateau_m2": ("plateau of the position error / m$^2$", 0.1),
     }
     places = range(len(ablations))
