@@ -86,16 +86,18 @@ def link_to(path: str, results: Path) -> Markup:
     return Markup('<a href="{}">{}</a>').format(PAGES.get(path, f"../{path}"), path)
 
 
-def _with_source(claim, finding: Finding, results: Path) -> Markup:
+def _with_source(explanation: str, tolerance: str, finding: Finding, results: Path) -> Markup:
     """The explanation of a claim, then a fold with the tolerance of its verdict and its sources."""
     sources = Markup("; ").join(link_to(source.path, results) + source.details for source in finding.sources)
     fold = Markup("<details><summary>source</summary>tolerance: {}; from {}</details>")
-    return Markup.escape(claim.explanation) + fold.format(claim.tolerance, sources or "no file")
+    return Markup.escape(explanation) + fold.format(tolerance, sources or "no file")
 
 
 def claims_page(name: str, claims: pd.DataFrame, findings: dict[str, Finding], results: Path) -> str:
     """The page of every claim; claims and findings as tabulate_claims and collect_findings give, of the run `name`."""
-    explanations = [_with_source(claim, findings[claim.id], results) for claim in claims.itertuples()]
+    explanations = [
+        _with_source(claim.explanation, claim.tolerance, findings[claim.id], results) for claim in claims.itertuples()
+    ]
     # Of type object, as pandas would make plain text of it.
     shown = claims.assign(explanation=pd.Series(explanations, dtype=object, index=claims.index))
     # In one cell with the value: the page is no wider than a screen.
