@@ -244,7 +244,8 @@ def test_claims_read_the_tables(tmp_path):
     assert found["A.phi.deep"] == 7.5 and found["A.phi.shallow"] is None
     assert "variant ours: 2 %" in findings["6.energy.motion1"].explanation
     assert all(
-        findings[name].explanation.startswith("over 1.5 s of the motion of the training") for name in ("6.mse", "6.energy")
+        findings[name].explanation.startswith("over 1.5 s of the motion of the training")
+        for name in ("6.mse", "6.energy")
     )
     assert all(
         findings[name].explanation.startswith("over 1.5 s of a motion that was not trained on")

@@ -47,7 +47,9 @@ def test_roll_outs_that_run_away_leave_the_picture():
 
 
 def test_the_figures_state_the_length_of_the_roll_outs_and_which_motion_was_trained_on():
-    metrics = pd.DataFrame({"test": ["trained", "motion2"], "measure": "dissipation_error_percent", "value": [5.0, 7.0]})
+    metrics = pd.DataFrame(
+        {"test": ["trained", "motion2"], "measure": "dissipation_error_percent", "value": [5.0, 7.0]}
+    )
     metrics = metrics.assign(thesis=np.nan, length_s=[0.2, 0.4])
     curves = pd.DataFrame({"test": ["trained", "motion2"] * 2, "time_s": [0, 0, 0.2, 0.2], "dem_J": [0, 0, 2.0, 2.0]})
     panels = plot_dissipation(curves.assign(surrogate_J=curves["dem_J"]), metrics).axes

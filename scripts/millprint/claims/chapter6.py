@@ -149,7 +149,8 @@ def correlation(evidence: Evidence) -> Finding:
     text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
     explanation = (
         f"{_over(rows[0], 'motion1')}, the smaller of two; two unrelated DEM runs score "
-        f"{min(row['dem_reference'] for row in rows):.4f}, so this measure is empty; increments over 5 ms correlate at {text}"
+        f"{min(row['dem_reference'] for row in rows):.4f}, so this measure is empty; increments over 5 ms correlate "
+        f"at {text}"
     )
     if not np.isfinite(own).all():
         explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"

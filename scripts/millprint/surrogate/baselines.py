@@ -47,7 +47,8 @@ def baseline_table(
     """A row for each test and training of a variant or baseline, with BASELINE_COLUMNS.
 
     trainings: as `millprint.surrogate.spread.tabulate_trainings`; controls: rows of controls.tsv; printed: the error of
-    the dissipation that the thesis states, by test [%]; trained_test: as in `with_motion`. The measures of a roll-out that ran away are left empty.
+    the dissipation that the thesis states, by test [%]; trained_test: as in `with_motion`. The measures of a roll-out
+    that ran away are left empty.
     """
     baselines = pd.concat([baseline_rows(controls), _seed_rows(controls)]).assign(training=1)
     rows = pd.concat([trainings, baselines], ignore_index=True)
