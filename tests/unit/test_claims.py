@@ -3,6 +3,7 @@
 import importlib
 import re
 from fnmatch import fnmatch
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -29,7 +30,7 @@ from millprint.claims.tabulate import (
     tabulate_claims,
 )
 from millprint.claims.tolerances import agrees, allowed_width, deviation
-from millprint.digest import library_files
+from millprint.digest import PACKAGE, _imports
 from millprint.errors import ConfigError
 from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.descriptors import NOTHING
@@ -222,6 +223,16 @@ def test_claims_and_code_must_have_the_same_ids(tmp_path, change, said):
     write_table(change(read_table(CLAIMS_TSV, text=CLAIM_COLUMNS)), tmp_path / "claims.tsv")
     with pytest.raises(ConfigError, match=said):
         read_claims(tmp_path / "claims.tsv")
+
+
+def library_files(script: Path) -> set[Path]:
+    """The files of the library that a script imports, directly or indirectly."""
+    seen: set[Path] = set()
+    waiting = {script}
+    while waiting := waiting - seen:
+        seen |= waiting
+        waiting = {PACKAGE / name for file in waiting for name in _imports(file)}
+    return seen
 
 
 def scripts_of_rules() -> dict[str, list[tuple[str, str]]]:

@@ -114,7 +114,7 @@ def test_another_workflow_uses_this_one_as_a_module(tmp_path, monkeypatch, sourc
     # Two speeds, one ball, three fill ratios.
     assert len(set(re.findall(r"milling/dem/(\S+)/summary.json", plan.stdout + plan.stderr))) == 6
     # The module overrides each of them.
-    assert len(re.findall(r"^Job \d+: Ours: ", plan.stdout + plan.stderr, re.MULTILINE)) == 6
+    assert len(re.findall(r"^ *Job \d+: Ours: ", plan.stdout + plan.stderr, re.MULTILINE)) == 6
     done = ask_snakemake(folder, "--cores", "2")
     assert done.returncode == 0, done.stderr[-3000:]
     assert (folder / "milling/mills/mine/geometry.png").stat().st_size > 0
