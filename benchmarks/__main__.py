@@ -17,10 +17,10 @@ from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER, stop_on_bad_inp
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named, read_yaml
 from millprint.config.mill import MillConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.kernel import processor_type
-from millprint.machine import commit, prepare_environment
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.kernel import processor_type
+from millprint.run.machine import commit, prepare_environment
 
 Read = tuple[list[MillConfig], list[ContactConfig]]
 

@@ -29,7 +29,7 @@ from benchmarks.config import BenchCase, BenchConfig
 from benchmarks.lammps import Lammps
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.progress import progress
+from millprint.run.progress import progress
 
 logger = logging.getLogger("millprint")
 

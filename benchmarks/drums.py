@@ -25,7 +25,7 @@ from millprint.config.sweep import Case, DemConfig
 from millprint.dem.run import run_case
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError
-from millprint.progress import progress
+from millprint.run.progress import progress
 
 # Steps of a row of the file of means.
 ROW = 10 * SAMPLE_EVERY

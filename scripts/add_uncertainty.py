@@ -11,12 +11,12 @@ from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.figures.mill_sheet import plot_sheet
 from millprint.figures.style import save
 from millprint.figures.uncertainty import plot_indices, plot_intervals
-from millprint.files import read_table, write_table
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.descriptors import read_descriptors
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
-from millprint.job import job
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
 from millprint.view.mill_picture import picture_mill
 
 

@@ -4,11 +4,11 @@ The fingerprint also gets those by the shape of a fitted jar. The table has each
 the DEM, with ours and its interval by contact parameters alone.
 """
 
-from millprint.claims.contact_intervals import tabulate_contact_intervals
-from millprint.files import write_table
 from millprint.fingerprint.bands import FURTHER
 from millprint.fingerprint.model import Fingerprint
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.claims.contact_intervals import tabulate_contact_intervals
 
 if "snakemake" in globals():
     given, made, own = snakemake.input, snakemake.output, snakemake.params

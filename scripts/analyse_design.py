@@ -15,10 +15,10 @@ import tabulate_experiments
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import read_part
-from millprint.doe.variance import pareto_table
-from millprint.figures.chapter2 import interactions, pareto, residuals
 from millprint.figures.style import save
-from millprint.files import read_table, write_table
+from millprint.run.files import read_table, write_table
+from millprint.thesis.doe.variance import pareto_table
+from millprint.thesis.figures.chapter2 import interactions, pareto, residuals
 
 
 def write_tables(config: AnalysisConfig, runs: str, folder: Path) -> list[str]:

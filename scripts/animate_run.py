@@ -11,7 +11,7 @@ from millprint.config.load import check_model
 from millprint.config.meanings import meaning_of
 from millprint.config.view import ViewConfig
 from millprint.figures.animation import save_animation
-from millprint.job import job
+from millprint.run.job import job
 from millprint.view.frames import read_movie
 
 

@@ -11,9 +11,9 @@ from millprint.dose.heat_sources import read_sources, source_table
 from millprint.dose.heat_table import HeatTables, heat_tables, measured_row
 from millprint.figures.heat import plot_heat
 from millprint.figures.style import save
-from millprint.files import write_table
-from millprint.job import job
-from millprint.progress import progress
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
 
 
 def main(

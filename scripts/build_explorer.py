@@ -9,9 +9,9 @@ from millprint.explorer.content import Machine, explorer_content, mill_content
 from millprint.explorer.page import explorer_page
 from millprint.explorer.simulated import EXPLORED, simulated_content
 from millprint.explorer.tables import Heat, Spectra
-from millprint.explorer.yields import Yields
-from millprint.files import whole_file
-from millprint.job import job
+from millprint.run.files import whole_file
+from millprint.run.job import job
+from millprint.thesis.yields.explorer import Yields
 
 
 def main(inputs, output: str, about: dict, others: list[dict]) -> None:

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from millprint.errors import ConfigError
-from millprint.files import whole_file
-from millprint.job import job
-from millprint.machine import commit
 from millprint.provenance.lineage import read_jobs
-from millprint.report.gallery import Listed, gallery_page, show
+from millprint.run.files import whole_file
+from millprint.run.job import job
+from millprint.run.machine import commit
+from millprint.thesis.report.gallery import Listed, gallery_page, show
 
 
 def main(figures: list[dict], results: str, config: dict, output: str) -> int:

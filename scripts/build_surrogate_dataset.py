@@ -5,12 +5,12 @@ import logging
 import numpy as np
 
 from millprint.config.surrogate import SnapshotConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.surrogate.scene import read_scene
-from millprint.surrogate.tables import wall_contact_table
-from millprint.surrogate.thesis.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
-from millprint.surrogate.trajectory import read_trajectory
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.tables import wall_contact_table
+from millprint.thesis.surrogate.thesis.dataset import TrainingRun, featurise, wall_contact_distances, write_dataset
+from millprint.thesis.surrogate.trajectory import read_trajectory
 
 logger = logging.getLogger("millprint")
 

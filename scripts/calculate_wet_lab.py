@@ -17,9 +17,9 @@ import argparse
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.doe import WetLabConfig
 from millprint.config.load import read_part
-from millprint.doe.chemistry import check_formulas
-from millprint.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
-from millprint.files import write_table
+from millprint.run.files import write_table
+from millprint.thesis.doe.chemistry import check_formulas
+from millprint.thesis.doe.wet_lab import charge_table, read_wear, solution_table, wear_table, yield_table
 
 CALCULATIONS = {
     "yield": lambda path, settings: yield_table(path, settings.chemistry, settings.gas),

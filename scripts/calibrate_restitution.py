@@ -5,13 +5,13 @@ Draws every drop, and the track of each oscillating ball with its fit (Fig. 3.3)
 
 import pandas as pd
 
-from millprint.calibration.drop_test import read_heights, simulate_drops, summarise_drops
 from millprint.config.calibration import DropTestConfig
 from millprint.config.contact import ContactConfig
-from millprint.figures.calibration import plot_drops, plot_friction_fit
 from millprint.figures.style import save
-from millprint.files import read_table, write_table
-from millprint.job import job
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.calibration.drop_test import read_heights, simulate_drops, summarise_drops
+from millprint.thesis.figures.calibration import plot_drops, plot_friction_fit
 
 MEASURED = "measured"
 

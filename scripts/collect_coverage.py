@@ -1,8 +1,8 @@
 """Collects how often the bands of several mills hold new simulations, with a sum over the mills."""
 
-from millprint.files import read_table, write_table
 from millprint.fingerprint.held_out import sum_coverage
-from millprint.job import job
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "collect the coverage of the mills") as logger:

@@ -2,9 +2,9 @@
 
 from millprint.figures.mills import plot_collapse
 from millprint.figures.style import save
-from millprint.files import read_table, write_table
 from millprint.fingerprint.mill_collapse import one_row_a_mill
-from millprint.job import job
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "collect the collapse of all mills"):

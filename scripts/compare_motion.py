@@ -4,10 +4,10 @@ import numpy as np
 
 from millprint.config.surrogate import MovieConfig
 from millprint.figures.animation import save_animation
-from millprint.figures.chapter6_motion import plot_motion
 from millprint.figures.style import save
-from millprint.job import job
-from millprint.surrogate.rollout import RollOut
+from millprint.run.job import job
+from millprint.thesis.figures.chapter6_motion import plot_motion
+from millprint.thesis.surrogate.rollout import RollOut
 from millprint.view.beside import movie_beside
 
 # Moments of the figure, as fractions of the length of the animation: while the errors grow, and after.

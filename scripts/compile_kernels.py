@@ -1,8 +1,8 @@
 """Compiles the DEM kernels before any simulation, so that no simulation has to wait for it."""
 
 from millprint.dem.compilation import compile_kernels
-from millprint.files import write_json
-from millprint.job import job
+from millprint.run.files import write_json
+from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "compile kernels") as log:

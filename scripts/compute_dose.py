@@ -14,8 +14,8 @@ from millprint.config.checks import stop_on_bad_input
 from millprint.dose.dose import AXES, TIME, YIELD, own_doses
 from millprint.dose.kinetics import FEWEST_RUNS, fit_kinetics, verdict
 from millprint.dose.shear import said_of_shear
-from millprint.files import write_table
 from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import write_table
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -1,9 +1,9 @@
 """Derives the conditions of a mill whose file has no sweep."""
 
 from millprint.config.mill import MillConfig
-from millprint.files import write_json
-from millprint.job import job
 from millprint.mill.default_sweep import default_sweep
+from millprint.run.files import write_json
+from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"derive the sweep of {snakemake.params.mill['name']}") as log:

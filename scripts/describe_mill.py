@@ -4,7 +4,6 @@ from millprint.config.dose import SpectraConfig
 from millprint.config.mill import MillConfig
 from millprint.dose.spectra import tabulate_spectra
 from millprint.dose.spectra_shown import sheet_rows, with_rows
-from millprint.files import write_table
 from millprint.fingerprint.curves import CURVE_COLUMNS, average_curves, fill_grid
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors, with_impacts
 from millprint.fingerprint.exponents import fit_exponents
@@ -13,7 +12,8 @@ from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.mill_sheet import tabulate_sheet
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
 
 
 def main(

@@ -2,12 +2,12 @@
 
 import pandas as pd
 
-from millprint.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
 from millprint.config.claims import ClaimsConfig
-from millprint.files import read_json, write_table
 from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.redraw import draw_tables
-from millprint.job import job
+from millprint.run.files import read_json, write_table
+from millprint.run.job import job
+from millprint.thesis.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
 
 
 def main(

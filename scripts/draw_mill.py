@@ -6,7 +6,7 @@ params.mill: section `mill`. output: SVG and PNG of the geometry, then of the mo
 from millprint.config.mill import MillConfig
 from millprint.figures.mill_pictures import plot_geometry, plot_motion
 from millprint.figures.style import save
-from millprint.job import job
+from millprint.run.job import job
 from millprint.view.mill_picture import picture_mill
 
 

@@ -5,9 +5,9 @@ from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet
 from millprint.figures.mill_sheet import plot_sheet
 from millprint.figures.style import save
-from millprint.files import read_table
 from millprint.fingerprint.descriptors import read_descriptors
-from millprint.job import job
+from millprint.run.files import read_table
+from millprint.run.job import job
 from millprint.view.mill_picture import picture_mill
 
 

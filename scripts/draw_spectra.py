@@ -4,8 +4,8 @@ from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import of_sheet, over_pairs, rules_apart, shown
 from millprint.figures.spectra import plot_rules, plot_spectra
 from millprint.figures.style import save
-from millprint.files import read_table
-from millprint.job import job
+from millprint.run.files import read_table
+from millprint.run.job import job
 
 
 def main(tables, output, title: str, rules: list[str]) -> None:

@@ -6,18 +6,18 @@ Also the errors of single steps from states of the simulation, before errors can
 import pandas as pd
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.surrogate.checkpoint import choose_device
-from millprint.surrogate.curves import dissipation_table, distribution_table, error_table
-from millprint.surrogate.evaluation import evaluate, evaluate_at_rest, of_test
-from millprint.surrogate.rollout import RollOut
-from millprint.surrogate.scene import read_scene
-from millprint.surrogate.tables import join_tables, printed_measures, tabulate
-from millprint.surrogate.thesis.network import read_weights
-from millprint.surrogate.thesis.surrogate import single_steps
-from millprint.surrogate.trajectory import read_trajectory
-from millprint.tables import read_printed
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.tables import read_printed
+from millprint.thesis.surrogate.checkpoint import choose_device
+from millprint.thesis.surrogate.curves import dissipation_table, distribution_table, error_table
+from millprint.thesis.surrogate.evaluation import evaluate, evaluate_at_rest, of_test
+from millprint.thesis.surrogate.rollout import RollOut
+from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.tables import join_tables, printed_measures, tabulate
+from millprint.thesis.surrogate.thesis.network import read_weights
+from millprint.thesis.surrogate.thesis.surrogate import single_steps
+from millprint.thesis.surrogate.trajectory import read_trajectory
 
 # Single steps that are averaged.
 GRAPHS = 2000

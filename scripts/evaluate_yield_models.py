@@ -5,20 +5,20 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import EvaluationConfig, TrainingConfig
-from millprint.doe.runs import YIELD
-from millprint.files import read_table, write_table
-from millprint.job import job
-from millprint.predict.choices import compare_choices, describe_search
-from millprint.predict.evaluation import coverage_table, score_table, time_variance
-from millprint.predict.explanation import rank_features, shap_values
-from millprint.predict.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
-from millprint.predict.metrics import YieldWeights
-from millprint.predict.model_files import load_averaged, load_model, stored_search
-from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
-from millprint.predict.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
-from millprint.predict.scores import paired_differences, pit_histogram, score_distributions
-from millprint.predict.tables import read_rows
-from millprint.progress import progress
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.choices import compare_choices, describe_search
+from millprint.thesis.yields.evaluation import coverage_table, score_table, time_variance
+from millprint.thesis.yields.explanation import rank_features, shap_values
+from millprint.thesis.yields.held_out import INTERVAL_COLUMNS, PREDICTION_COLUMNS
+from millprint.thesis.yields.metrics import YieldWeights
+from millprint.thesis.yields.model_files import load_averaged, load_model, stored_search
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, PRIMARY
+from millprint.thesis.yields.report import MODEL_KEYS, hyperparameters, labelled, locked_metrics, predictions
+from millprint.thesis.yields.scores import paired_differences, pit_histogram, score_distributions
+from millprint.thesis.yields.tables import read_rows
 
 TEXT = ["scheme", "case", "distribution"]
 # The scheme of Table 5.6: the locked split, with models trained at the full search budget.

@@ -6,8 +6,8 @@ from millprint.config.heat import HeatConfig
 from millprint.explorer.content import explorer_content
 from millprint.explorer.page import explorer_page
 from millprint.explorer.simulated import EXPLORED, simulated_content
-from millprint.files import whole_file
-from millprint.job import job
+from millprint.run.files import whole_file
+from millprint.run.job import job
 
 
 def main(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.config.view import ViewConfig
-from millprint.job import job
+from millprint.run.job import job
 from millprint.view.paraview import export_run
 
 PARTS = ("", "_walls", "_contacts")

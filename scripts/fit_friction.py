@@ -1,11 +1,11 @@
 """The oscillating ball: the friction pair that fits one track, simulated or measured."""
 
-from millprint.calibration.experiment import fit_experiment
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
-from millprint.files import write_table
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.calibration.experiment import fit_experiment
 
 if "snakemake" in globals():
     with job(snakemake.log[0], f"fit friction of {snakemake.wildcards.experiment}"):

@@ -6,11 +6,11 @@ from millprint.config.contact import ContactConfig
 from millprint.config.fit import FitConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
-from millprint.files import whole_file, write_table
-from millprint.fit.search import Search
-from millprint.fit.shape import parameters_of, shaped
-from millprint.fit.trial import trial_of
-from millprint.job import job
+from millprint.run.files import whole_file, write_table
+from millprint.run.job import job
+from millprint.thesis.fit.search import Search
+from millprint.thesis.fit.shape import parameters_of, shaped
+from millprint.thesis.fit.trial import trial_of
 
 
 def main(

@@ -7,8 +7,6 @@ from types import SimpleNamespace
 import pandas as pd
 
 from millprint.config.mixture import ONE_SIZE
-from millprint.files import read_table, write_table
-from millprint.fingerprint.collapse import tabulate_collapse
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.curves import (
     CURVE_COLUMNS,
@@ -22,7 +20,9 @@ from millprint.fingerprint.descriptors import CHARGE, as_built, read_descriptors
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
-from millprint.job import job
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.curves.collapse import tabulate_collapse
 
 # What is written for each contact set, by the names of the rule's outputs.
 FILES = ("means", "curves", "coverage", "fingerprint")

@@ -2,14 +2,14 @@
 predicts the wear elsewhere."""
 
 from millprint.config.dose import WearConfig
-from millprint.doe.wet_lab import read_wear, wear_table
 from millprint.dose.sliding import CONDITION, mean_conditions, tabulate_sliding
 from millprint.dose.wear import fit_wear, predict_wear, read_materials, verdict
 from millprint.figures.dose import plot_wear
 from millprint.figures.style import save
-from millprint.files import read_json, read_table, write_json, write_table
 from millprint.fingerprint.bands import read_factors
-from millprint.job import job
+from millprint.run.files import read_json, read_table, write_json, write_table
+from millprint.run.job import job
+from millprint.thesis.doe.wet_lab import read_wear, wear_table
 
 
 def main(conditions_path: str, inputs, output, settings: WearConfig, machine: dict[str, str], log) -> None:

@@ -5,12 +5,12 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, TrainingConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.predict.held_out import outer_folds, predict_held_out
-from millprint.predict.procedures import procedure_of
-from millprint.predict.tables import read_rows
-from millprint.progress import progress
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.yields.held_out import outer_folds, predict_held_out
+from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.tables import read_rows
 
 
 def main(

@@ -3,13 +3,13 @@
 import pandas as pd
 
 from millprint.config.fingerprint import DESCRIPTOR_SETS, InverseConfig
-from millprint.files import write_table
 from millprint.fingerprint.condition import WEIGHTED_BASIC
 from millprint.fingerprint.inverse import invert_speed
 from millprint.fingerprint.model import KNOWN, Fingerprint
-from millprint.fingerprint.published import published_point, read_published
 from millprint.fingerprint.search import match_targets, target_descriptors
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.curves.published import published_point, read_published
 
 
 def solve_speeds(own: Fingerprint, points: dict[str, dict[str, float]], inverse: InverseConfig) -> pd.DataFrame:

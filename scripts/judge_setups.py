@@ -14,10 +14,10 @@ from millprint.config.validation import ValidationConfig
 from millprint.figures.charge import plot_charge
 from millprint.figures.style import save
 from millprint.figures.validation import plot_setup
-from millprint.files import read_table, write_table
-from millprint.job import job
 from millprint.mill.bodies import build_bodies
-from millprint.report.chapter_pages import write_chapter
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.report.chapter_pages import write_chapter
 from millprint.validation.coverage import tabulate_coverage
 from millprint.validation.fixed import fixed_table, read_fixed, settings_digest, status_of
 from millprint.validation.measured import measured_points, read_measurements

@@ -9,17 +9,17 @@ from millprint.config.mill import MillConfig
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.proposals import PredictionConfig
 from millprint.config.yields import EvaluationConfig, HeldOutConfig, TrainingConfig
-from millprint.files import write_table
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.regimes import read_regimes
-from millprint.job import job
-from millprint.predict.other_runs import GIVEN, read_other_runs, with_other_runs
-from millprint.predict.other_sources import leave_sources_out, score_sources, sources_out
-from millprint.predict.procedures import procedure_of
-from millprint.predict.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
-from millprint.predict.regressors import AVERAGED, PRIMARY, TWO_STEP
-from millprint.predict.tables import read_parts, read_rows
-from millprint.progress import progress
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.other_runs import GIVEN, read_other_runs, with_other_runs
+from millprint.thesis.yields.other_sources import leave_sources_out, score_sources, sources_out
+from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.regimes import leave_regimes_out, reference_of_mill, regime_rows, summarise_regimes
+from millprint.thesis.yields.regressors import AVERAGED, PRIMARY, TWO_STEP
+from millprint.thesis.yields.tables import read_parts, read_rows
 
 # For regimes, the averaged Gaussian process with and without the tangential share, and the two models of Table 5.8, the
 # process with the start of the largest marginal likelihood.

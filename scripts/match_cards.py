@@ -5,10 +5,10 @@ import pandas as pd
 from millprint.card.match import match_card, verdict
 from millprint.card.read import read_card
 from millprint.config.fingerprint import DescriptorSet
-from millprint.files import whole_file, write_table
 from millprint.fingerprint.comparison import Wanted
 from millprint.fingerprint.model import Fingerprint
-from millprint.job import job
+from millprint.run.files import whole_file, write_table
+from millprint.run.job import job
 
 
 def main(

@@ -33,12 +33,12 @@ from millprint.config.checks import stop_on_bad_input
 from millprint.config.fingerprint import DESCRIPTOR_SETS, MatchConfig
 from millprint.config.load import check_model, read_yaml
 from millprint.errors import ConfigError
-from millprint.files import write_table
 from millprint.fingerprint.bands import FURTHER, NOT_KNOWN, interval_columns
 from millprint.fingerprint.comparison import Wanted
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import match_targets, shared_contact
+from millprint.run.files import write_table
 
 SHORT = {
     "weighted_normal_energy_J": "E*n",

@@ -4,11 +4,11 @@ from millprint.config.contact import ContactConfig
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
-from millprint.files import write_table
-from millprint.fit.shape import parameters_of
-from millprint.fit.table import sensitivity_rows
-from millprint.fit.trial import trial_of
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.fit.shape import parameters_of
+from millprint.thesis.fit.table import sensitivity_rows
+from millprint.thesis.fit.trial import trial_of
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "sensitivity of the fit"):

@@ -13,7 +13,7 @@ import pandas as pd
 
 from millprint.config.checks import stop_on_bad_input
 from millprint.errors import ConfigError
-from millprint.files import read_table, whole_file
+from millprint.run.files import read_table, whole_file
 
 MARK = "# --- measured ---\n"
 # default-resources of the profile [min], [MB].

@@ -2,12 +2,12 @@
 
 from millprint.config.fit import TrialConfig
 from millprint.config.mill import MillConfig
-from millprint.files import read_table, write_json
-from millprint.fingerprint.published import read_published
-from millprint.fit.published import published_values
-from millprint.fit.shape import JAR_PARAMETERS, parameters_of
-from millprint.job import job
-from millprint.uncertainty.shape import shape_factors
+from millprint.run.files import read_table, write_json
+from millprint.run.job import job
+from millprint.thesis.curves.published import read_published
+from millprint.thesis.fit.open_shape import shape_factors
+from millprint.thesis.fit.published import published_values
+from millprint.thesis.fit.shape import JAR_PARAMETERS, parameters_of
 
 
 def main(search: str, published: list[str], output: str, mill: MillConfig, settings: TrialConfig, about: dict) -> None:

@@ -6,9 +6,9 @@ from threadpoolctl import threadpool_limits
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.uncertainty import UncertaintyConfig
-from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.descriptors import with_impacts
-from millprint.job import job
+from millprint.run.files import read_table, write_json, write_table
+from millprint.run.job import job
 from millprint.uncertainty.intervals import Measured, measure
 from millprint.uncertainty.samples import space_of, with_sweep
 from millprint.uncertainty.varied import fill_ratios_of

@@ -9,20 +9,20 @@ from millprint.config.partition import PartitionConfig
 from millprint.dose.dose import AXES, regime_doses, screening_doses
 from millprint.dose.kinetics import best_of, curve_of, fit_kinetics, verdict
 from millprint.dose.shear import said_of_shear
-from millprint.figures.chapter4 import plot_mass_per_watt, plot_specific_yield, plot_yield
 from millprint.figures.spectra import plot_doses
 from millprint.figures.style import save
-from millprint.files import read_table, whole_file, write_table
-from millprint.fingerprint import regimes
-from millprint.fingerprint.energy import (
+from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import read_table, whole_file, write_table
+from millprint.run.job import job
+from millprint.thesis.curves import regimes
+from millprint.thesis.curves.energy import (
     Chemistry,
     compare_with_prior,
     energy_leverage,
     fit_slopes,
     specific_yields,
 )
-from millprint.fingerprint.model import Fingerprint
-from millprint.job import job
+from millprint.thesis.figures.chapter4 import plot_mass_per_watt, plot_specific_yield, plot_yield
 
 # The sets of runs whose yields are held against their doses, as the verdict names them.
 SETS = {"screening": "Screening runs", "regimes": "Five cases of chapter 4"}

@@ -5,12 +5,12 @@ from millprint.config.mill_sweep import ScaleUpConfig
 from millprint.dem.timestep import rayleigh_time
 from millprint.figures.mills import plot_scale_up
 from millprint.figures.style import save
-from millprint.files import read_json, write_table
 from millprint.fingerprint.cases import enlarged
 from millprint.fingerprint.inputs import counted
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import compare_run, tabulate_scale_up
-from millprint.job import job
+from millprint.run.files import read_json, write_table
+from millprint.run.job import job
 
 if "snakemake" in globals():
     with job(snakemake.log[0], "plan the large mill") as logger:

@@ -1,10 +1,10 @@
 """Draws the ablations of appendix A."""
 
-from millprint.figures.chapter6 import plot_ablations
 from millprint.figures.style import save
-from millprint.files import read_table
-from millprint.job import job
-from millprint.surrogate.ablations import scatter_in_words
+from millprint.run.files import read_table
+from millprint.run.job import job
+from millprint.thesis.figures.chapter6 import plot_ablations
+from millprint.thesis.surrogate.ablations import scatter_in_words
 
 
 def main(table: str, svg: str, png: str) -> None:

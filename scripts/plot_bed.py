@@ -4,7 +4,7 @@ from pathlib import Path
 
 from millprint.figures.style import save
 from millprint.figures.validation import plot_bed
-from millprint.job import job
+from millprint.run.job import job
 from millprint.validation.drums import slab_of_bed
 from millprint.validation.setups import setup_named
 

@@ -6,7 +6,15 @@ Also the energy spectra of the conditions of the maps: collisions a second, powe
 from millprint.dose.spectra import read_spectra
 from millprint.dose.spectra_shown import shown
 from millprint.errors import ConfigError
-from millprint.figures.chapter3 import (
+from millprint.figures.spectra import plot_spectra
+from millprint.figures.style import save
+from millprint.fingerprint.curves import conditions_of, universal_descriptors
+from millprint.fingerprint.descriptors import NOTHING, as_built
+from millprint.fingerprint.occupancy import read_occupancy
+from millprint.run.files import read_table
+from millprint.run.job import job
+from millprint.thesis.curves.published import published_curves, published_cycles, read_published
+from millprint.thesis.figures.chapter3 import (
     plot_cycle_densities,
     plot_cycle_means,
     plot_energies,
@@ -15,14 +23,6 @@ from millprint.figures.chapter3 import (
     plot_master_curves,
     plot_universal_curves,
 )
-from millprint.figures.spectra import plot_spectra
-from millprint.figures.style import save
-from millprint.files import read_table
-from millprint.fingerprint.curves import conditions_of, universal_descriptors
-from millprint.fingerprint.descriptors import NOTHING, as_built
-from millprint.fingerprint.occupancy import read_occupancy
-from millprint.fingerprint.published import published_curves, published_cycles, read_published
-from millprint.job import job
 
 
 def draw_cycles(inputs, output, mill: str, contacts: list[str], fill_ratio: float) -> None:

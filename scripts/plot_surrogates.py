@@ -3,7 +3,10 @@
 import numpy as np
 
 from millprint.config.surrogate import EdgeConfig
-from millprint.figures.chapter6 import (
+from millprint.figures.style import save
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.figures.chapter6 import (
     plot_dissipation,
     plot_distance_slices,
     plot_distributions,
@@ -12,15 +15,12 @@ from millprint.figures.chapter6 import (
     plot_recursion,
     plot_wall_contacts,
 )
-from millprint.figures.style import save
-from millprint.files import read_table, write_table
-from millprint.job import job
-from millprint.surrogate.ablations import DISSIPATION
-from millprint.surrogate.baselines import baseline_rows, baseline_table, with_motion
-from millprint.surrogate.scene import read_scene
-from millprint.surrogate.spread import tabulate_trainings, with_spread
-from millprint.surrogate.tables import covered_share, join_tables
-from millprint.surrogate.trajectory import read_attributes
+from millprint.thesis.surrogate.ablations import DISSIPATION
+from millprint.thesis.surrogate.baselines import baseline_rows, baseline_table, with_motion
+from millprint.thesis.surrogate.scene import read_scene
+from millprint.thesis.surrogate.spread import tabulate_trainings, with_spread
+from millprint.thesis.surrogate.tables import covered_share, join_tables
+from millprint.thesis.surrogate.trajectory import read_attributes
 
 
 def collect(

@@ -1,19 +1,19 @@
 """Figures of chapter 5: predictions, SHAP values, cross-validation, scores, regimes and sources; and what they say."""
 
-from millprint.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
-from millprint.figures.chapter5_scores import plot_permutations, plot_pit, plot_scores
-from millprint.figures.chapter5_sources import plot_sources
-from millprint.figures.chapter5_trust import (
+from millprint.figures.style import save
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.figures.chapter5 import plot_attributions, plot_intervals, plot_test_predictions
+from millprint.thesis.figures.chapter5_scores import plot_permutations, plot_pit, plot_scores
+from millprint.thesis.figures.chapter5_sources import plot_sources
+from millprint.thesis.figures.chapter5_trust import (
     plot_coverage,
     plot_evaluation,
     plot_proposals,
     plot_regimes,
     plot_retrospective,
 )
-from millprint.figures.style import save
-from millprint.files import read_table, write_table
-from millprint.job import job
-from millprint.predict.statements import state
+from millprint.thesis.yields.statements import state
 
 # The tables that the sentences are of.
 STATED = ("honest", "differences", "scores", "coverage", "libraries", "permutation_test", "search", "learning")

@@ -5,8 +5,8 @@ from millprint.dose.sliding import mean_conditions, tabulate_sliding
 from millprint.dose.wear import predict_wear, read_coefficient, read_materials
 from millprint.figures.dose import plot_mill_wear
 from millprint.figures.style import save
-from millprint.files import write_table
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
 
 
 def main(runs: list[tuple[str, str]], coefficient: str, materials: str, output, settings: WearConfig) -> None:

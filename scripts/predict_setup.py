@@ -4,8 +4,8 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import ValidationConfig, setup_cases
-from millprint.files import write_table
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
 from millprint.validation.inputs import read_other_codes
 from millprint.validation.measured import measured_points, read_measurements
 from millprint.validation.setups import SETUPS, predict

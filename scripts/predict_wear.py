@@ -18,7 +18,7 @@ from millprint.config.load import check_model
 from millprint.dose.sliding import mean_conditions, tabulate_sliding
 from millprint.dose.wear import predict_wear, read_coefficient, read_materials
 from millprint.errors import ConfigError
-from millprint.files import write_table
+from millprint.run.files import write_table
 
 SHOWN = {
     "mill": "mill",

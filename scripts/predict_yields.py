@@ -14,15 +14,15 @@ from millprint.config.load import check_model, read_yaml
 from millprint.config.proposals import PredictionConfig, ProposalConfig
 from millprint.config.yields import TrainingConfig, YieldConfig
 from millprint.errors import ConfigError, MillprintError
-from millprint.files import write_table
-from millprint.job import job
-from millprint.predict.domain import MillCurves
-from millprint.predict.experiments import RUNNING, experiment_rows, read_experiments
-from millprint.predict.model_files import load_averaged, training_rows
-from millprint.predict.new_conditions import predict_conditions
-from millprint.predict.proposals import count_reasons, propose, split_region
-from millprint.predict.region import Mill, region_conditions
-from millprint.predict.tables import read_rows
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.yields.domain import MillCurves
+from millprint.thesis.yields.experiments import RUNNING, experiment_rows, read_experiments
+from millprint.thesis.yields.model_files import load_averaged, training_rows
+from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.proposals import count_reasons, propose, split_region
+from millprint.thesis.yields.region import Mill, region_conditions
+from millprint.thesis.yields.tables import read_rows
 
 
 def main(

@@ -4,9 +4,9 @@ import platform
 
 import yaml
 
-from millprint.files import whole_file
-from millprint.job import job
-from millprint.machine import package_versions
+from millprint.run.files import whole_file
+from millprint.run.job import job
+from millprint.run.machine import package_versions
 
 
 def main(config: dict, output: str) -> None:

@@ -3,10 +3,10 @@
 import logging
 
 from millprint.config.surrogate import EdgeConfig, RollOutConfig
-from millprint.job import job
-from millprint.surrogate.checkpoint import choose_device
-from millprint.surrogate.protocol import Setting
-from millprint.surrogate.thesis.compiled import open_graph_surrogate
+from millprint.run.job import job
+from millprint.thesis.surrogate.checkpoint import choose_device
+from millprint.thesis.surrogate.protocol import Setting
+from millprint.thesis.surrogate.thesis.compiled import open_graph_surrogate
 
 logger = logging.getLogger("millprint")
 

@@ -10,7 +10,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.sweep import Case, DemConfig, threads_of
 from millprint.dem.run import run_case
-from millprint.job import job
+from millprint.run.job import job
 
 if "snakemake" in globals():
     given, output = snakemake.params, snakemake.output

@@ -9,8 +9,8 @@ from millprint.config.mill import MillConfig
 from millprint.config.mill_sweep import MillsConfig
 from millprint.config.sweep import DemConfig
 from millprint.config.uncertainty import UncertaintyConfig
-from millprint.files import write_table
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
 from millprint.uncertainty.sampler import run_samples
 from millprint.uncertainty.samples import check_contact, design_of, space_of, with_sweep
 from millprint.uncertainty.varied import varied_case

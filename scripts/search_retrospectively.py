@@ -6,10 +6,11 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.proposals import RetrospectiveConfig
-from millprint.doe.runs import YIELD
-from millprint.files import write_table
-from millprint.job import job
-from millprint.predict.retrospective import (
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.retrospective import (
     STRATEGIES,
     draw_starts,
     search_best,
@@ -18,9 +19,8 @@ from millprint.predict.retrospective import (
     summarise_search,
     without_best,
 )
-from millprint.predict.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
-from millprint.predict.tables import read_rows
-from millprint.progress import progress
+from millprint.thesis.yields.retrospective_learning import CHOICES, draw_held_out, learn, learning_table
+from millprint.thesis.yields.tables import read_rows
 
 
 def main(parts: list[str], output, plan: RetrospectiveConfig, averaging: AveragingConfig, level: float) -> None:

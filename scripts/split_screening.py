@@ -9,10 +9,10 @@ import pandas as pd
 
 from millprint.config.design import Factor
 from millprint.config.other_sources import OtherSourcesConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.predict.other_runs import read_other_runs
-from millprint.predict.tables import read_parts
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.yields.other_runs import read_other_runs
+from millprint.thesis.yields.tables import read_parts
 
 logger = logging.getLogger("millprint")
 

@@ -5,7 +5,6 @@ import sys
 from millprint.config.fingerprint import StudyConfig
 from millprint.figures.study import plot_study
 from millprint.figures.style import save
-from millprint.files import whole_file, write_json, write_table
 from millprint.fingerprint.inputs import read_summaries
 from millprint.fingerprint.study import (
     GOOD,
@@ -16,7 +15,8 @@ from millprint.fingerprint.study import (
     tabulate_study,
     tabulate_window,
 )
-from millprint.job import job
+from millprint.run.files import whole_file, write_json, write_table
+from millprint.run.job import job
 
 
 def main(

@@ -8,8 +8,8 @@ from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergenc
 from millprint.dem.step_choice import choose_step, in_words
 from millprint.figures.convergence import plot_modulus, plot_timestep
 from millprint.figures.style import save
-from millprint.files import read_json, read_table, write_json, write_table
-from millprint.job import job
+from millprint.run.files import read_json, read_table, write_json, write_table
+from millprint.run.job import job
 
 DEVIATIONS = [column_of(name, "deviation_percent") for name in DESCRIPTORS]
 

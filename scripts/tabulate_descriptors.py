@@ -1,11 +1,11 @@
 """Descriptors of every condition, collision counting rules, and the dissipation of single revolutions."""
 
-from millprint.files import write_table
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities, tabulate_published
 from millprint.fingerprint.descriptors import CHARGE, tabulate_counting_rules, tabulate_descriptors
 from millprint.fingerprint.inputs import read_summaries
-from millprint.fingerprint.published import published_cycles, read_published
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.curves.published import published_cycles, read_published
 
 
 def main(

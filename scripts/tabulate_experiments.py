@@ -4,22 +4,22 @@ from pathlib import Path
 
 from millprint.config.design import DesignConfig, Factor
 from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
-from millprint.doe.aliases import alias_table, confounding_table
-from millprint.doe.audit import audit_table
-from millprint.doe.design import describe, design_table
-from millprint.doe.literature import (
+from millprint.figures.style import save
+from millprint.run.files import write_json, write_table
+from millprint.run.job import job
+from millprint.thesis.doe.aliases import alias_table, confounding_table
+from millprint.thesis.doe.audit import audit_table
+from millprint.thesis.doe.design import describe, design_table
+from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,
     read_literature,
     read_reported_yields,
     unreported_table,
 )
-from millprint.doe.runs import read_runs
-from millprint.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
-from millprint.figures.chapter2 import literature, missingness
-from millprint.figures.style import save
-from millprint.files import write_json, write_table
-from millprint.job import job
+from millprint.thesis.doe.runs import read_runs
+from millprint.thesis.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
+from millprint.thesis.figures.chapter2 import literature, missingness
 
 # The tables of the design, by the names of the rule's outputs.
 DESIGN_TABLES = ("design", "aliases", "confounding", "audit")

@@ -5,13 +5,13 @@ from pathlib import Path
 import pandas as pd
 from markupsafe import Markup
 
-from millprint.files import whole_file, write_table
-from millprint.job import job
-from millprint.machine import provenance
 from millprint.provenance.inside import CRATE
-from millprint.report.chapter_pages import write_chapter
-from millprint.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.report.tables import Section, tables_page
+from millprint.run.files import whole_file, write_table
+from millprint.run.job import job
+from millprint.run.machine import provenance
+from millprint.thesis.report.chapter_pages import write_chapter
+from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
+from millprint.thesis.report.tables import Section, tables_page
 
 
 def write_runtimes(name: str, benchmarks: str, logs: str, output) -> None:

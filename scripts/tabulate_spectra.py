@@ -4,8 +4,8 @@ from pathlib import Path
 
 from millprint.config.dose import SpectraConfig
 from millprint.dose.spectra import tabulate_spectra
-from millprint.files import read_json, write_table
-from millprint.job import job
+from millprint.run.files import read_json, write_table
+from millprint.run.job import job
 
 
 def main(

@@ -6,19 +6,19 @@ from threadpoolctl import threadpool_limits
 from millprint.config.averaging import AveragingConfig
 from millprint.config.mill import MillConfig
 from millprint.config.proposals import ProposalConfig
-from millprint.doe.runs import YIELD
-from millprint.files import read_table, write_table
 from millprint.fingerprint.condition import BASIC, Condition
-from millprint.fingerprint.regimes import design_cases, read_regimes
-from millprint.job import job
-from millprint.predict.averaging import describe_members, fit_averaged
-from millprint.predict.domain import MillCurves
-from millprint.predict.experiments import DONE, experiment_rows, read_experiments
-from millprint.predict.features import CONDITIONS
-from millprint.predict.model_files import save_averaged
-from millprint.predict.regimes import reference_of_mill, regime_rows
-from millprint.predict.region import Mill, check_region
-from millprint.predict.tables import read_rows
+from millprint.run.files import read_table, write_table
+from millprint.run.job import job
+from millprint.thesis.curves.regimes import design_cases, read_regimes
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.averaging import describe_members, fit_averaged
+from millprint.thesis.yields.domain import MillCurves
+from millprint.thesis.yields.experiments import DONE, experiment_rows, read_experiments
+from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.model_files import save_averaged
+from millprint.thesis.yields.regimes import reference_of_mill, regime_rows
+from millprint.thesis.yields.region import Mill, check_region
+from millprint.thesis.yields.tables import read_rows
 
 
 def main(parts: list[str], model_path: str, members_path: str, settings: AveragingConfig) -> None:

@@ -6,10 +6,10 @@ input.dataset: features and targets. params.recipe: graph, network and training.
 from pathlib import Path
 
 from millprint.config.surrogate import Recipe
-from millprint.files import write_table
-from millprint.job import job
-from millprint.surrogate.checkpoint import choose_device, write_tensors
-from millprint.surrogate.thesis.training import train
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.thesis.surrogate.checkpoint import choose_device, write_tensors
+from millprint.thesis.surrogate.thesis.training import train
 
 
 def main(dataset: str, weights: str, history: str, recipe: Recipe, threads: int) -> None:

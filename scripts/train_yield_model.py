@@ -7,12 +7,12 @@ output.model: the model as JSON.
 from threadpoolctl import threadpool_limits
 
 from millprint.config.yields import SearchConfig, TrainingConfig
-from millprint.doe.runs import YIELD
-from millprint.job import job
-from millprint.predict.model_files import save_model
-from millprint.predict.search import Trainer
-from millprint.predict.tables import read_rows
-from millprint.progress import progress
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.model_files import save_model
+from millprint.thesis.yields.search import Trainer
+from millprint.thesis.yields.tables import read_rows
 
 
 def main(

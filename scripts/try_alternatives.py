@@ -7,14 +7,14 @@ from threadpoolctl import threadpool_limits
 
 from millprint.config.averaging import AveragingConfig
 from millprint.config.yields import HeldOutConfig, LibraryTrialConfig, TrainingConfig
-from millprint.files import write_table
-from millprint.job import job
-from millprint.predict.held_out import outer_folds
-from millprint.predict.library_trials import compare_libraries, permutation_p, permute
-from millprint.predict.metrics import YieldWeights
-from millprint.predict.scores import WHOLE
-from millprint.predict.tables import read_rows
-from millprint.progress import progress
+from millprint.run.files import write_table
+from millprint.run.job import job
+from millprint.run.progress import progress
+from millprint.thesis.yields.held_out import outer_folds
+from millprint.thesis.yields.library_trials import compare_libraries, permutation_p, permute
+from millprint.thesis.yields.metrics import YieldWeights
+from millprint.thesis.yields.scores import WHOLE
+from millprint.thesis.yields.tables import read_rows
 
 
 def try_libraries(

@@ -43,9 +43,9 @@ from millprint.config.workflow import WorkflowConfig
 from millprint.dem.compilation import compile_kernels
 from millprint.dose.wear import read_coefficient, read_materials
 from millprint.errors import MillprintError
-from millprint.files import read_json, whole_file
 from millprint.fingerprint.model import Fingerprint
-from millprint.job import job
+from millprint.run.files import read_json, whole_file
+from millprint.run.job import job
 
 
 def known_of(uncertainty: str | Path | None, wear: str | Path | None, materials: str | Path, contact: str) -> Known:

@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 from packaging.requirements import Requirement
 
-from millprint.files import whole_file
+from millprint.run.files import whole_file
 
 ROOT = Path(__file__).parent.parent
 

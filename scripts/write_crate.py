@@ -7,14 +7,14 @@ describes everything that jobs have made in RESULTS (default: results), also for
 import argparse
 from pathlib import Path
 
-from millprint import files
 from millprint.config.checks import stop_on_bad_input
-from millprint.job import job
 from millprint.provenance.finished import check_finished, recipe_of, targets_of
 from millprint.provenance.inside import CRATE
 from millprint.provenance.lineage import read_jobs
 from millprint.provenance.write import read_configuration, write_crate
-from millprint.records import write_record
+from millprint.run import files
+from millprint.run.job import job
+from millprint.run.records import write_record
 
 # The rule of this script, and where its job records what it wrote.
 RULE, RECORD = "write_crate", "logs/report/write_crate.json"

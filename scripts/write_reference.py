@@ -4,8 +4,8 @@ from pathlib import Path
 
 from millprint.card.document import card_schema_text, explain_card
 from millprint.config.document import MODELS, reference_text, schema_text
-from millprint.files import whole_file
 from millprint.fingerprint.columns import explain_columns
+from millprint.run.files import whole_file
 
 ROOT = Path(__file__).parent.parent
 PAGES = {

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from millprint.columns import span_of
-from millprint.kernel import kernel
+from millprint.mill.kernel_columns import span_of
 from millprint.mill.motion import Motion, stack_motions, write_poses
 from millprint.mill.pose import POSE
+from millprint.run.kernel import kernel
 
 
 @kernel()

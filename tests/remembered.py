@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from millprint.calibration.oscillation import make_swing
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.strict_yaml import read_yaml
 from millprint.dem.preflight import checked_bodies
 from millprint.errors import ConfigError
-from millprint.files import read_table
 from millprint.mill.bodies import Body, inserts_in_vessel
 from millprint.mill.speed_limits import Pace, paces
 from millprint.mill.vessel import Vessel
+from millprint.run.files import read_table
+from millprint.thesis.calibration.oscillation import make_swing
 
 
 def remembered(compute: Callable, known: dict, key: tuple):
@@ -88,10 +88,10 @@ def remembered_yaml(path: str | Path) -> object:
 
 # What each of them replaces, by its place in the library.
 SLOW_PARTS = {
-    "millprint.calibration.preflight.make_swing": remembered_swing,
+    "millprint.thesis.calibration.preflight.make_swing": remembered_swing,
     "millprint.config.load.read_yaml": remembered_yaml,
     "millprint.dem.preflight.inserts_in_vessel": remembered_inserts,
     "millprint.preflight.checked_bodies": remembered_bodies,
-    "millprint.speeds.paces": remembered_paces,
-    "millprint.tables.read_table": remembered_table,
+    "millprint.fingerprint.speeds.paces": remembered_paces,
+    "millprint.run.tables.read_table": remembered_table,
 }

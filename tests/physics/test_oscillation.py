@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.calibration.experiment import fit_experiment
-from millprint.calibration.friction_fit import fit_friction
-from millprint.calibration.oscillation import describe_swings, make_swing, simulate_track
 from millprint.config.calibration import ExperimentConfig, SwingConfig
 from millprint.config.geometry import CylinderGeometry
 from millprint.errors import ConfigError
+from millprint.thesis.calibration.experiment import fit_experiment
+from millprint.thesis.calibration.friction_fit import fit_friction
+from millprint.thesis.calibration.oscillation import describe_swings, make_swing, simulate_track
 
 RAYLEIGH_FRACTION_MAX = 0.2
 RADIUS, BALL = 0.030, 0.005

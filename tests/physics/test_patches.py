@@ -11,12 +11,12 @@ from millprint.config.sweep import OVERLAP_LIMIT
 from millprint.dem.collisions import by_surface, collision_table
 from millprint.dem.layout import COUNTER, ENDED
 from millprint.dem.world import walls_for
-from millprint.kernel import kernel
 from millprint.mill.bodies import build_bodies
 from millprint.mill.distance import signed_distance
 from millprint.mill.patches import SMOOTH_TURN, find_patches
 from millprint.mill.vessel import Facet, Vessel
 from millprint.mill.walls import touch
+from millprint.run.kernel import kernel
 from tests.physics.setups import CALIBRATED, World, box, prism
 
 RADIUS = 5e-3

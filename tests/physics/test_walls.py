@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from millprint.kernel import kernel
 from millprint.mill.motion import motion_from_law
 from millprint.mill.wall_arrays import build_walls
 from millprint.mill.walls import touch
+from millprint.run.kernel import kernel
 from tests.physics.setups import CALIBRATED, World, box, prism
 from tests.poses import velocity
 

@@ -6,7 +6,7 @@ import yaml
 
 from millprint.config.doe import DoeConfig
 from millprint.config.load import check_model
-from millprint.doe.runs import read_runs
+from millprint.thesis.doe.runs import read_runs
 from tests.conftest import ROOT
 
 SCREENING = ROOT / "config/data/screening.tsv"

@@ -8,7 +8,7 @@ import yaml
 
 from millprint.provenance.lineage import METADATA, read_jobs
 from millprint.provenance.write import write_crate
-from millprint.records import write_record
+from millprint.run.records import write_record
 
 CONFIG = {
     "name": "made",

@@ -8,8 +8,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from millprint.claims.compare import verdict
-from millprint.claims.conclusions import (
+from millprint.errors import ConfigError
+from millprint.fingerprint.descriptors import NOTHING
+from millprint.run.digest import PACKAGE, _imports
+from millprint.run.files import read_table, write_json, write_table
+from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.conclusions import (
     FALLS,
     PARTLY,
     STANDS,
@@ -18,10 +22,10 @@ from millprint.claims.conclusions import (
     judge_conclusions,
     read_conclusions,
 )
-from millprint.claims.evidence import CLAIMS, Contradiction, Evidence, Finding, NotRun, claim
-from millprint.claims.natures import BASES, NATURES
-from millprint.claims.sources import ORIGINS, source_in
-from millprint.claims.tabulate import (
+from millprint.thesis.claims.evidence import CLAIMS, Contradiction, Evidence, Finding, NotRun, claim
+from millprint.thesis.claims.natures import BASES, NATURES
+from millprint.thesis.claims.sources import ORIGINS, source_in
+from millprint.thesis.claims.tabulate import (
     CLAIM_COLUMNS,
     collect_findings,
     count_natures,
@@ -29,16 +33,12 @@ from millprint.claims.tabulate import (
     read_claims,
     tabulate_claims,
 )
-from millprint.claims.tolerances import agrees, allowed_width, deviation
-from millprint.digest import PACKAGE, _imports
-from millprint.errors import ConfigError
-from millprint.files import read_table, write_json, write_table
-from millprint.fingerprint.descriptors import NOTHING
-from millprint.fingerprint.published import read_published
+from millprint.thesis.claims.tolerances import agrees, allowed_width, deviation
+from millprint.thesis.curves.published import read_published
 from tests.conftest import PRINTED, ROOT
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"
-CODE = ROOT / "scripts/millprint/claims"
+CODE = ROOT / "src/millprint/claims"
 
 
 @pytest.mark.parametrize(

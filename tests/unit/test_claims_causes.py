@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from millprint.claims import chapter3_causes as causes
+from millprint.thesis.claims import chapter3_causes as causes
 
 
 class Tables:

@@ -8,9 +8,9 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.colors import Colormap
 
-from millprint.figures.chapter5 import LOW_TO_HIGH
 from millprint.figures.style import COLOURS
-from millprint.report.summary import SHOWN_VERDICTS
+from millprint.thesis.figures.chapter5 import LOW_TO_HIGH
+from millprint.thesis.report.summary import SHOWN_VERDICTS
 from tests.colour_vision import LOST, distance, seen_lab
 from tests.conftest import ROOT
 
@@ -20,7 +20,7 @@ VERDICTS = tuple(shown.colour for shown in SHOWN_VERDICTS.values())
 # Of the explorer: two series each, or balls, powder and jar.
 EXPLORER = ("#0072b2", "#c2500a", "#333333")
 SCALES = ("viridis", "plasma", "inferno", "magma", "cividis")
-LIBRARY = ROOT / "scripts/millprint"
+LIBRARY = ROOT / "src/millprint"
 
 
 @pytest.mark.parametrize("vision", LOST)

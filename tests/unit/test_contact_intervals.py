@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.claims import contact_intervals
-from millprint.claims.contact_intervals import Place, place_of, tabulate_contact_intervals
-from millprint.claims.evidence import CLAIMS, Finding
-from millprint.files import write_table
 from millprint.fingerprint.bands import ContactFactors
+from millprint.run.files import write_table
+from millprint.thesis.claims import contact_intervals
+from millprint.thesis.claims.contact_intervals import Place, place_of, tabulate_contact_intervals
+from millprint.thesis.claims.evidence import CLAIMS, Finding
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of
 

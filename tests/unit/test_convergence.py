@@ -8,12 +8,12 @@ import pandas as pd
 import pytest
 
 import tabulate_convergence
-from millprint.claims.tabulate import collect_findings
 from millprint.config.fingerprint import ConvergenceConfig
 from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of, convergence_table
 from millprint.dem.step_choice import choose_step, in_words
 from millprint.figures.convergence import plot_modulus, plot_timestep
-from millprint.files import read_json, write_table
+from millprint.run.files import read_json, write_table
+from millprint.thesis.claims.tabulate import collect_findings
 from tests.unit.synthetic_mill import summary
 
 ROOT = Path(__file__).parents[2]

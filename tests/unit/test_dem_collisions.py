@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.columns import width_of
 from millprint.config.contact import ContactConfig
 from millprint.config.counting import DEFAULT_RULES, CountingRule
 from millprint.config.load import check_model, load_named
@@ -36,7 +35,8 @@ from millprint.dem.ledger import LEDGER_CHANNELS
 from millprint.dem.recording import Table, make_table
 from millprint.dem.run import AIM, run_case
 from millprint.errors import ConfigError, SimulationError
-from millprint.files import read_json
+from millprint.mill.kernel_columns import width_of
+from millprint.run.files import read_json
 
 CONFIG = Path(__file__).parents[2] / "config"
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from millprint import digest
+from millprint.run import digest
 
 SCRIPTS = sorted((Path(__file__).parents[2] / "scripts").glob("*.py"))
 KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.simulation_digest)
@@ -13,7 +13,7 @@ KEPT = (digest.content_digest, digest._imports, digest.program_digest, digest.si
 FIRST = '''"""A module."""
 import logging
 from millprint.near import second
-from millprint.progress import progress
+from millprint.run.progress import progress
 
 logger = logging.getLogger("millprint")
 

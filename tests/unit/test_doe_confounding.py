@@ -7,11 +7,11 @@ from scipy.stats import chi2
 from scipy.stats import f as f_distribution
 
 from millprint.config.doe import DoeConfig
-from millprint.doe.contested import contested_table, residual_parts_table, rival_models_table
-from millprint.doe.design import design_table
-from millprint.doe.model import fit_factors, sums_of_squares
-from millprint.doe.residuals import lack_of_fit_table, pure_error, residual_checks
-from millprint.doe.trends import trend_table
+from millprint.thesis.doe.contested import contested_table, residual_parts_table, rival_models_table
+from millprint.thesis.doe.design import design_table
+from millprint.thesis.doe.model import fit_factors, sums_of_squares
+from millprint.thesis.doe.residuals import lack_of_fit_table, pure_error, residual_checks
+from millprint.thesis.doe.trends import trend_table
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 

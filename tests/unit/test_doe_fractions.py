@@ -13,13 +13,19 @@ import make_design
 from millprint.config.design import DesignConfig
 from millprint.config.doe import AnalysisConfig
 from millprint.config.load import check_model
-from millprint.doe.aliases import alias_table, contrasts, level_contrasts, shared_degrees_of_freedom, term_columns
-from millprint.doe.audit import audit_table
-from millprint.doe.design import best_generators, describe, design_table, level_codes, treatments
-from millprint.doe.fraction import Fraction
-from millprint.doe.runs import read_runs
 from millprint.errors import ConfigError
-from millprint.files import read_table
+from millprint.run.files import read_table
+from millprint.thesis.doe.aliases import (
+    alias_table,
+    contrasts,
+    level_contrasts,
+    shared_degrees_of_freedom,
+    term_columns,
+)
+from millprint.thesis.doe.audit import audit_table
+from millprint.thesis.doe.design import best_generators, describe, design_table, level_codes, treatments
+from millprint.thesis.doe.fraction import Fraction
+from millprint.thesis.doe.runs import read_runs
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings
 

@@ -3,14 +3,14 @@
 import pandas as pd
 import pytest
 
-from millprint.doe.literature import (
+from millprint.errors import ConfigError
+from millprint.thesis.doe.literature import (
     literature_checks,
     missingness_table,
     read_literature,
     read_reported_yields,
     unreported_table,
 )
-from millprint.errors import ConfigError
 from tests.conftest import ROOT
 
 LITERATURE = ROOT / "config/data/literature.tsv"

@@ -7,7 +7,9 @@ import yaml
 
 import calculate_wet_lab
 from millprint.config.doe import ChemistryConfig, WetLabConfig
-from millprint.doe.chemistry import (
+from millprint.errors import ConfigError
+from millprint.run.files import read_table
+from millprint.thesis.doe.chemistry import (
     GasConditions,
     ball_mass,
     check_formulas,
@@ -20,9 +22,7 @@ from millprint.doe.chemistry import (
     vapour_pressure,
     yield_error,
 )
-from millprint.doe.wet_lab import charge_table, solution_table, yield_table
-from millprint.errors import ConfigError
-from millprint.files import read_table
+from millprint.thesis.doe.wet_lab import charge_table, solution_table, yield_table
 from tests.conftest import ROOT
 from tests.unit.doe_settings import settings
 

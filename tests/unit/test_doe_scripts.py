@@ -9,11 +9,11 @@ import pytest
 
 import analyse_variance
 import tabulate_experiments
-from millprint.claims.compare import verdict
-from millprint.claims.tabulate import collect_findings
 from millprint.config.doe import DoeConfig
-from millprint.doe.design import design_table
-from millprint.files import read_table, write_table
+from millprint.run.files import read_table, write_table
+from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.doe.design import design_table
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 

@@ -6,12 +6,13 @@ import pytest
 from scipy.stats import f as f_distribution
 from scipy.stats import ncf
 
-from millprint.doe.aliases import contrasts
-from millprint.doe.design import as_designed, design_table
-from millprint.doe.model import fit_factors, sums_of_squares
-from millprint.doe.residuals import residual_checks, residual_table
-from millprint.doe.trends import interaction_table, trend_table
-from millprint.doe.variance import (
+from millprint.errors import ConfigError
+from millprint.thesis.doe.aliases import contrasts
+from millprint.thesis.doe.design import as_designed, design_table
+from millprint.thesis.doe.model import fit_factors, sums_of_squares
+from millprint.thesis.doe.residuals import residual_checks, residual_table
+from millprint.thesis.doe.trends import interaction_table, trend_table
+from millprint.thesis.doe.variance import (
     corrected_table,
     detectable_table,
     effect_sizes,
@@ -20,7 +21,6 @@ from millprint.doe.variance import (
     printed_table,
     truncated,
 )
-from millprint.errors import ConfigError
 from tests.unit.doe_settings import settings, thesis_config, thesis_runs  # noqa: F401 (fixtures)
 
 # Thesis Table 2.5.

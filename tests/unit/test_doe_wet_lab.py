@@ -3,7 +3,8 @@
 import pandas as pd
 import pytest
 
-from millprint.doe.chemistry import (
+from millprint.errors import ConfigError
+from millprint.thesis.doe.chemistry import (
     GasConditions,
     excess,
     gas_amount,
@@ -15,9 +16,8 @@ from millprint.doe.chemistry import (
     reactant_masses,
     vapour_pressure,
 )
-from millprint.doe.runs import read_runs
-from millprint.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
-from millprint.errors import ConfigError
+from millprint.thesis.doe.runs import read_runs
+from millprint.thesis.doe.wet_lab import half_life_table, powder_table, read_wear, wear_table
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING, settings
 

@@ -21,9 +21,9 @@ from millprint.dose.spectra import PAIRS, TABLE_ONLY, bin_edges, read_spectra, t
 from millprint.dose.spectra_shown import NOTE, of_sheet, over_pairs, rules_apart, sheet_rows, shown, with_rows
 from millprint.errors import ConfigError, MillprintError
 from millprint.figures.spectra import plot_rules, plot_spectra
-from millprint.files import write_table
 from millprint.fingerprint.cases import mill_cases
 from millprint.fingerprint.mill_sheet import SHEET, Row, sheet_condition
+from millprint.run.files import write_table
 from tests.unit.made_spectra import made_spectra, without_contacts
 from tests.unit.synthetic_mill import descriptors, fingerprint
 

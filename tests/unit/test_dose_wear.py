@@ -12,11 +12,11 @@ from scripts import predict_wear
 
 import predict_mill_wear
 from millprint.config.dose import ChargeConfig, WearConfig
-from millprint.doe.wet_lab import wear_table
 from millprint.dose import sliding, wear
 from millprint.errors import ConfigError
 from millprint.figures.dose import plot_mill_wear, plot_wear
-from millprint.files import write_json
+from millprint.run.files import write_json
+from millprint.thesis.doe.wet_lab import wear_table
 from tests.conftest import ROOT
 
 MATERIALS = ROOT / "config/data/wear_materials.tsv"

@@ -5,9 +5,9 @@ import threading
 
 import pytest
 
-from millprint.ending.failure import advice, failure_lines, failures_of
-from millprint.ending.success import endings, success_lines
-from millprint.ending.timers import stop_timers
+from millprint.run.ending.failure import advice, failure_lines, failures_of
+from millprint.run.ending.success import endings, success_lines
+from millprint.run.ending.timers import stop_timers
 from tests.conftest import ROOT
 
 VALUES = {"results": "results", "mill": "emax", "contact": "calibrated"}

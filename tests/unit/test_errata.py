@@ -3,10 +3,10 @@
 import pandas as pd
 import pytest
 
-from millprint.claims.errata import ERRATA_COLUMNS, collect_errata
-from millprint.claims.evidence import Contradiction, Finding
-from millprint.claims.tabulate import chapter_of, count_verdicts
-from millprint.files import write_json, write_table
+from millprint.run.files import write_json, write_table
+from millprint.thesis.claims.errata import ERRATA_COLUMNS, collect_errata
+from millprint.thesis.claims.evidence import Contradiction, Finding
+from millprint.thesis.claims.tabulate import chapter_of, count_verdicts
 from tests.conftest import ROOT
 
 CLAIM = {

@@ -10,19 +10,19 @@ from millprint.config.averaging import AveragingConfig
 from millprint.config.fingerprint import TARGET_DESCRIPTORS, InverseConfig
 from millprint.config.load import read_yaml
 from millprint.config.proposals import PredictionConfig
-from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
 from millprint.explorer.content import Machine, explorer_content, mill_content, sliders
 from millprint.explorer.page import explorer_page
-from millprint.explorer.yields import Yields
 from millprint.fingerprint import processes
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.descriptors import tabulate_descriptors
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions
-from millprint.predict.averaging import fit_averaged
-from millprint.predict.model_files import load_averaged, save_averaged, training_rows
-from millprint.predict.new_conditions import range_warnings, trained_ranges
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.explorer import Yields
+from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
+from millprint.thesis.yields.new_conditions import range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 from tests.unit.factor_samples import factors_of

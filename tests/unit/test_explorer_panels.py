@@ -9,7 +9,7 @@ from millprint.dose.dose import HITS, NORMAL, TANGENTIAL, TOTAL, doses
 from millprint.dose.spectra import CHANNELS, PAIRS
 from millprint.errors import ConfigError
 from millprint.explorer.tables import Spectra, spectra_content
-from millprint.files import read_table
+from millprint.run.files import read_table
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.unit.explorer_pages import ACCELERATION, BINS, CONDITIONS, HEAT
 

@@ -11,13 +11,13 @@ import numpy as np
 import psutil
 import pytest
 
-from millprint import files
 from millprint.errors import ConfigError, MillprintError
-from millprint.files import read_json, whole_file
-from millprint.hdf5 import open_hdf5, whole_hdf5
-from millprint.job import job
-from millprint.records import read_record, record_path, report_damaged
-from millprint.sealed import BLOCK, seal, unsealed
+from millprint.run import files
+from millprint.run.files import read_json, whole_file
+from millprint.run.hdf5 import open_hdf5, whole_hdf5
+from millprint.run.job import job
+from millprint.run.records import read_record, record_path, report_damaged
+from millprint.run.sealed import BLOCK, seal, unsealed
 from tests.conftest import ROOT
 
 PREFACE = f"import sys; sys.path.insert(0, {str(ROOT / 'scripts')!r})\n"
@@ -125,7 +125,7 @@ def test_one_other_bit_is_damage(recorded, capsys):
 
 def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
     logs, (one, _) = recorded
-    monkeypatch.setattr("millprint.records.digest", lambda path: pytest.fail(f"{path} was read"))
+    monkeypatch.setattr("millprint.run.records.digest", lambda path: pytest.fail(f"{path} was read"))
     assert report_damaged(logs) == 0
     os.utime(one)
     with pytest.raises(pytest.fail.Exception, match=r"one\.txt was read"):
@@ -154,7 +154,7 @@ def test_each_fault_of_a_job_is_a_line(tmp_path, capsys):
 
 def test_what_the_snakefile_imports_of_this_needs_no_scientific_libraries():
     code = """
-import millprint.digest, millprint.records
+import millprint.run.digest, millprint.run.records
 heavy = {"numpy", "pandas", "scipy", "numba", "h5py", "matplotlib", "torch"}
 print(sorted(heavy & set(sys.modules)))
 """
@@ -185,9 +185,9 @@ def test_a_full_disk_ends_a_job_in_one_line_and_leaves_nothing_half_written(tmp_
     code = """
 import resource, numpy as np, pandas as pd
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-from millprint.files import write_table
-from millprint.hdf5 import whole_hdf5
-from millprint.job import job
+from millprint.run.files import write_table
+from millprint.run.hdf5 import whole_hdf5
+from millprint.run.job import job
 with job(sys.argv[1] + "/logs/a.log", "a job"):
     if sys.argv[2] == "table":
         write_table(pd.DataFrame(np.random.rand(10_000, 4)), sys.argv[1] + "/out")
@@ -208,11 +208,11 @@ with job(sys.argv[1] + "/logs/a.log", "a job"):
 def test_the_collector_rests_while_a_job_is_imported_and_nowhere_else(tmp_path):
     code = """
 import gc
-from millprint.machine import prepare_environment
+from millprint.run.machine import prepare_environment
 print(gc.isenabled(), flush=True)
 prepare_environment()
 inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
-    "from millprint.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
+    "from millprint.run.job import job\\nprint(gc.isenabled(), flush=True)\\n" \\
     "with job(sys.argv[2], 'a job'):\\n    print(gc.isenabled(), gc.get_freeze_count() > 10000, flush=True)"
 import subprocess
 subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
@@ -224,8 +224,8 @@ subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
 def test_two_attempts_at_a_job_leave_a_whole_file(tmp_path):
     """As after the kill of Snakemake only, whose jobs go on: both write, and none removes the file of the other."""
     code = """
-from millprint.files import whole_file
-from millprint.job import job
+from millprint.run.files import whole_file
+from millprint.run.job import job
 with job(sys.argv[1] + "/a.log", "a job"):
     with whole_file(sys.argv[1] + "/out") as partial:
         partial.write_text("x" * 1000)

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from millprint.errors import ConfigError
-from millprint.files import read_table, whole_file, write_table
+from millprint.run.files import read_table, whole_file, write_table
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):

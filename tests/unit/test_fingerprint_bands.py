@@ -11,7 +11,6 @@ import add_uncertainty
 from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.errors import ConfigError
-from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.bands import (
     FURTHER,
     Band,
@@ -26,6 +25,7 @@ from millprint.fingerprint.curves import CURVES
 from millprint.fingerprint.mill_collapse import tabulate_mill_collapse
 from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.zones import find_zones
+from millprint.run.files import read_table, write_json, write_table
 from tests.conftest import ROOT
 from tests.unit.factor_samples import FACTOR_FILLS, factors_of
 from tests.unit.made_spectra import made_spectra

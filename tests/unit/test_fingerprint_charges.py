@@ -15,7 +15,6 @@ from millprint.config.sweep import ball_count
 from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
 from millprint.figures import mill_sheet as figures
-from millprint.files import write_table
 from millprint.fingerprint.cases import WAYS, enlarged, large_case
 from millprint.fingerprint.coverage import tabulate_coverage
 from millprint.fingerprint.descriptors import read_descriptors, tabulate_counting_rules, tabulate_descriptors
@@ -27,6 +26,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.scale_up import tabulate_scale_up
 from millprint.fingerprint.search import match_targets, target_descriptors
 from millprint.fingerprint.zones import find_zones
+from millprint.run.files import write_table
 from millprint.view.mill_picture import picture_mill
 from tests.conftest import ROOT
 from tests.unit.made_spectra import made_spectra

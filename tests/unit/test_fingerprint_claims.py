@@ -14,12 +14,12 @@ import fit_master_curves
 import invert_master_curves
 import partition_dissipation
 import tabulate_descriptors
-from millprint.claims.chapter3_curves import rank_correlation
-from millprint.claims.compare import verdict
-from millprint.claims.tabulate import collect_findings
 from millprint.config.fingerprint import FingerprintConfig
 from millprint.config.partition import PartitionConfig
-from millprint.files import read_table
+from millprint.run.files import read_table
+from millprint.thesis.claims.chapter3_curves import rank_correlation
+from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.tabulate import collect_findings
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import VOLUME, overrides, summaries, summary, true_curves
 

@@ -13,12 +13,12 @@ from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.curves import average_curves
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
 from millprint.fingerprint.descriptors import tabulate_counting_rules, tabulate_descriptors
-from millprint.fingerprint.energy import fit_slopes, specific_yields
 from millprint.fingerprint.exponents import fit_exponents
 from millprint.fingerprint.occupancy import DATASETS, read_occupancy
-from millprint.fingerprint.published import published_curves, published_cycles, read_published
-from millprint.fingerprint.regimes import design_cases, read_regimes
 from millprint.fingerprint.zones import find_zones
+from millprint.thesis.curves.energy import fit_slopes, specific_yields
+from millprint.thesis.curves.published import published_curves, published_cycles, read_published
+from millprint.thesis.curves.regimes import design_cases, read_regimes
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 

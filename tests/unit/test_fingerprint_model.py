@@ -229,7 +229,7 @@ def test_zones_of_a_known_mill_lie_in_their_intervals(noisy):
 
 
 def test_the_library_of_fingerprints_is_free_of_pickle():
-    folder = Path(__file__).parents[2] / "scripts/millprint/fingerprint"
+    folder = Path(__file__).parents[2] / "src/millprint/fingerprint"
     assert not [
         path.name for path in folder.glob("*.py") if "pickle" in path.read_text() or "joblib" in path.read_text()
     ]

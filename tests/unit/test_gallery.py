@@ -14,10 +14,10 @@ from PIL import Image
 from millprint.errors import ConfigError
 from millprint.figures.drawn import DRAWN_COLUMNS, drawn
 from millprint.figures.style import save
-from millprint.files import read_table
 from millprint.provenance.lineage import Job
-from millprint.report.figures import REGISTRY, data_of
-from millprint.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
+from millprint.run.files import read_table
+from millprint.thesis.report.figures import REGISTRY, data_of
+from millprint.thesis.report.gallery import Listed, first_sentence, gallery_page, render_caption, show, thumbnail
 from tests.conftest import ROOT
 
 CONFIG = {"name": "made", "results": "results"}

@@ -7,8 +7,12 @@ import pandas as pd
 import pytest
 from scripts.store_verdicts import main
 
-from millprint.claims.compare import interval_verdict, verdict
-from millprint.claims.elsewhere import (
+from millprint.errors import ConfigError
+from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
+from millprint.run.files import write_json, write_table
+from millprint.statistics.student import apart, once, spread_of
+from millprint.thesis.claims.compare import interval_verdict, verdict
+from millprint.thesis.claims.elsewhere import (
     EXPECTED,
     OF_MACHINE,
     UNEXPECTED,
@@ -17,8 +21,8 @@ from millprint.claims.elsewhere import (
     read_stored,
     with_run,
 )
-from millprint.claims.evidence import Contradiction, Evidence, Finding, Interval
-from millprint.claims.intervals import (
+from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, Interval
+from millprint.thesis.claims.intervals import (
     WINDOWS,
     Repeated,
     over_draws,
@@ -26,13 +30,9 @@ from millprint.claims.intervals import (
     tabulate_intervals,
     without_sizes,
 )
-from millprint.claims.tabulate import collect_findings, tabulate_claims
-from millprint.claims.verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
-from millprint.errors import ConfigError
-from millprint.files import write_json, write_table
-from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
-from millprint.repeats import apart, once, spread_of
-from millprint.surrogate.spread import failed_tests, tabulate_trainings, with_spread
+from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
+from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
+from millprint.thesis.surrogate.spread import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from millprint import kernel
-from millprint.digest import content_digest
+from millprint.run import kernel
+from millprint.run.digest import content_digest
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = ROOT / "scripts"

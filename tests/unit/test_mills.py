@@ -22,7 +22,6 @@ from millprint.dose.spectra_shown import of_sheet, sheet_rows, with_rows
 from millprint.errors import ConfigError
 from millprint.figures import mill_pictures, mill_sheet
 from millprint.figures import mills as figures
-from millprint.files import read_table, write_json
 from millprint.fingerprint.bands import checked_factors
 from millprint.fingerprint.cases import (
     RUN_WAY,
@@ -43,6 +42,7 @@ from millprint.fingerprint.zones import find_zones
 from millprint.mill.bodies import CHECK_RPM, build_bodies, check_inserts, travel_m
 from millprint.mill.default_sweep import default_sweep
 from millprint.mill.vessel import build_vessel, check_volume
+from millprint.run.files import read_table, write_json
 from millprint.uncertainty.varied import varied_case
 from millprint.view.mill_picture import FRAMES, picture_mill
 from millprint.view.snapshots import Geometry, body_of_feature

@@ -11,7 +11,6 @@ from scipy.spatial.distance import pdist, squareform
 
 from benchmarks.cases import emax_jar, make_setup
 from benchmarks.config import BenchConfig
-from millprint.calibration.drop_test import simulate_drops
 from millprint.config.checks import load_workflow
 from millprint.config.contact import ContactConfig
 from millprint.config.load import check_model, load_named
@@ -25,7 +24,8 @@ from millprint.dem.summary import largest_overlap
 from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.preflight import check_same_charges
-from millprint.surrogate.trajectory import read_attributes
+from millprint.thesis.calibration.drop_test import simulate_drops
+from millprint.thesis.surrogate.trajectory import read_attributes
 from tests.conftest import ROOT
 from tests.unit.run_samples import write_sample
 from tests.unit.test_mill_lifters import drum

@@ -163,7 +163,7 @@ def test_a_whole_thesis_hands_its_chapters_what_they_need(thesis):
 def test_reading_a_configuration_needs_no_scientific_library():
     """The Snakefile reads it, in an environment that has Snakemake and pydantic."""
     heavy = ("numpy", "pandas", "scipy", "numba", "molmass", "trimesh", "sklearn", "torch")
-    names = [path.stem for path in (ROOT / "scripts/millprint/config").glob("*.py")]
+    names = [path.stem for path in (ROOT / "src/millprint/config").glob("*.py")]
     program = (
         "import importlib, sys\n"
         f"for name in {sorted(names)}: importlib.import_module(f'millprint.config.{{name}}')\n"

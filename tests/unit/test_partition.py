@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.claims.tolerances import agrees
 from millprint.errors import ConfigError
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
-from millprint.fingerprint.regimes import (
+from millprint.thesis.claims.tolerances import agrees
+from millprint.thesis.curves.energy import Chemistry, compare_with_prior, energy_leverage, fit_slopes, specific_yields
+from millprint.thesis.curves.regimes import (
     cases_at,
     design_cases,
     equal_power_speed,

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from millprint.patterns import any_of
+from millprint.run.patterns import any_of
 
 NAMES = ["d10_f0.06_n600", "d10_f0.06_n60", "d5_f0.1", "d5_f0.10", "a+b", "a"]
 

@@ -3,8 +3,8 @@
 import pytest
 
 from millprint import progress as module
-from millprint.job import job
-from millprint.progress import Lines, duration, progress
+from millprint.run.job import job
+from millprint.run.progress import Lines, duration, progress
 
 
 class Clock:

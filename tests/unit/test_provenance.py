@@ -17,7 +17,7 @@ from millprint.provenance.finished import check_finished, targets_of
 from millprint.provenance.inside import places
 from millprint.provenance.lineage import Job, read_jobs, trace
 from millprint.provenance.people import author, licence
-from millprint.records import write_record
+from millprint.run.records import write_record
 from tests.conftest import ROOT
 from tests.unit.made_run import BEGIN, CONFIG, END, JOBS, MILL, RUN, TARGETS, describe_run, keep_record, make_run, write
 

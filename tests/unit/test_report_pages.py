@@ -8,15 +8,15 @@ import pytest
 from docutils.core import publish_parts
 from jinja2 import Environment
 
-from millprint.claims.evidence import Finding
-from millprint.claims.sources import source_in
-from millprint.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
-from millprint.files import write_table
-from millprint.machine import commit, provenance
-from millprint.pages import embed_json
-from millprint.report.runtimes import sum_stages, tabulate_runtimes
-from millprint.report.summary import claims_page, front_text, largest_deviations, summary_page, what_falls
-from millprint.report.tables import Section, tables_page
+from millprint.run.files import write_table
+from millprint.run.machine import commit, provenance
+from millprint.run.pages import embed_json
+from millprint.thesis.claims.evidence import Finding
+from millprint.thesis.claims.sources import source_in
+from millprint.thesis.claims.tabulate import INTERVAL_PARTS, read_claims, tabulate_claims
+from millprint.thesis.report.runtimes import sum_stages, tabulate_runtimes
+from millprint.thesis.report.summary import claims_page, front_text, largest_deviations, summary_page, what_falls
+from millprint.thesis.report.tables import Section, tables_page
 from tests.browser import DESKTOP, PHONE, needs_browser
 from tests.conftest import ROOT
 
@@ -142,7 +142,7 @@ def test_a_claim_links_to_its_source_and_text_stays_text(tmp_path):
         ("tables_2.html#analysis-of-variance-as-in-table-2-5", "doe/anova_printed.tsv"),
         ("../doe/pareto.tsv", "doe/pareto.tsv"),
     ]
-    assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule tabulate_experiments, millprint.doe" in text
+    assert "doe/wear.tsv [term == &#39;A&#39;] p_value (rule tabulate_experiments, millprint.thesis.doe" in text
     assert "&lt;i&gt;q&lt;/i&gt;" in text and "<i>q" not in text
     assert "1.5 (1.4 to 1.6, 5 of trainings)" in text and "1.5 (" not in text.replace("1.5 (1.4 to 1.6", "")
     assert "why<details><summary>source</summary>tolerance: 15%; from <a" in text

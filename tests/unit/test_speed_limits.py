@@ -13,11 +13,11 @@ from millprint.config.load import load_named
 from millprint.config.mill import MillConfig
 from millprint.config.motion import MOTIONS, Agitation
 from millprint.errors import ConfigError
+from millprint.fingerprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 from millprint.mill.bodies import CHECK_RPM, build_bodies
 from millprint.mill.default_sweep import SWEEP_RULES
 from millprint.mill.speed_limits import BOUNDS, paces
 from millprint.preflight import own_sweeps
-from millprint.speeds import check_speeds, speed_settings, speed_warnings, with_paces
 
 ROOT = Path(__file__).parents[2]
 W = 2 * math.pi

@@ -5,8 +5,8 @@ import re
 import pandas as pd
 import pytest
 
-from millprint.claims.tolerances import agrees
-from millprint.files import read_table
+from millprint.run.files import read_table
+from millprint.thesis.claims.tolerances import agrees
 from tests.conftest import ROOT
 
 COLUMNS = ["document", "text", "source", "rows", "column", "value", "run"]

@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from millprint.errors import ConfigError
-from millprint.surrogate.tables import covered_share, wall_contact_table
-from millprint.surrogate.thesis.dataset import (
+from millprint.thesis.surrogate.tables import covered_share, wall_contact_table
+from millprint.thesis.surrogate.thesis.dataset import (
     DISTANCE,
     GRADIENT,
     VELOCITY,
@@ -16,10 +16,10 @@ from millprint.surrogate.thesis.dataset import (
     wall_contact_distances,
     write_dataset,
 )
-from millprint.surrogate.thesis.graphs import contact_edges, graphs_at, threshold_edges
-from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics
-from millprint.surrogate.thesis.training import Trainer
-from millprint.surrogate.trajectory import read_trajectory
+from millprint.thesis.surrogate.thesis.graphs import contact_edges, graphs_at, threshold_edges
+from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics
+from millprint.thesis.surrogate.thesis.training import Trainer
+from millprint.thesis.surrogate.trajectory import read_trajectory
 from tests.unit.surrogate_samples import (
     CONTACTS,
     GRAVITY,

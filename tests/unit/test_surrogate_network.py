@@ -8,11 +8,16 @@ import torch
 
 from millprint.config.surrogate import NetworkConfig
 from millprint.errors import TrainingError
-from millprint.surrogate.checkpoint import write_tensors
-from millprint.surrogate.thesis.dataset import TrainingRun, featurise
-from millprint.surrogate.thesis.graphs import Edges, Graphs, graphs_at
-from millprint.surrogate.thesis.network import InteractionLayer, SignedDistanceNetwork, read_weights, weights_content
-from millprint.surrogate.thesis.training import Trainer, draw_epoch, huber, losses
+from millprint.thesis.surrogate.checkpoint import write_tensors
+from millprint.thesis.surrogate.thesis.dataset import TrainingRun, featurise
+from millprint.thesis.surrogate.thesis.graphs import Edges, Graphs, graphs_at
+from millprint.thesis.surrogate.thesis.network import (
+    InteractionLayer,
+    SignedDistanceNetwork,
+    read_weights,
+    weights_content,
+)
+from millprint.thesis.surrogate.thesis.training import Trainer, draw_epoch, huber, losses
 from tests.unit.surrogate_samples import simulate, small_recipe, sphere_scene
 
 CPU = torch.device("cpu")

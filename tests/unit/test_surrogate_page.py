@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
-from millprint.files import read_table
-from millprint.surrogate.baselines import BASELINE_COLUMNS, BASELINES
+from millprint.run.files import read_table
+from millprint.thesis.surrogate.baselines import BASELINE_COLUMNS, BASELINES
 from tests.conftest import ROOT
 
 PAGE = (ROOT / "docs/why/surrogate.md").read_text()

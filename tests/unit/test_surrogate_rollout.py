@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import torch
 
-from millprint.surrogate.rollout import RollOut
-from millprint.surrogate.thesis.dataset import DISTANCE, featurise
-from millprint.surrogate.thesis.graphs import graphs_at
-from millprint.surrogate.thesis.network import NormalisedNetwork, feature_statistics
-from millprint.surrogate.thesis.surrogate import GraphSurrogate, euler_step, snap_back
+from millprint.thesis.surrogate.rollout import RollOut
+from millprint.thesis.surrogate.thesis.dataset import DISTANCE, featurise
+from millprint.thesis.surrogate.thesis.graphs import graphs_at
+from millprint.thesis.surrogate.thesis.network import NormalisedNetwork, feature_statistics
+from millprint.thesis.surrogate.thesis.surrogate import GraphSurrogate, euler_step, snap_back
 from tests.unit.surrogate_samples import CONTACTS, STEP, VESSEL, circle, simulate, small_recipe, sphere_scene
 
 RUN, SCENE = simulate(), sphere_scene()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from millprint.surrogate.scene import read_scene
+from millprint.thesis.surrogate.scene import read_scene
 from tests.unit.surrogate_samples import simulate, write_run
 
 ROOT = Path(__file__).parents[2]

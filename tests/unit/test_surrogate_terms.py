@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from millprint.kernel import array_maker
-from millprint.surrogate.thesis.folded import packed
-from millprint.surrogate.thesis.layers import add_product
-from millprint.surrogate.thesis.terms import PANEL, WORD, add_terms
+from millprint.run.kernel import array_maker
+from millprint.thesis.surrogate.thesis.folded import packed
+from millprint.thesis.surrogate.thesis.layers import add_product
+from millprint.thesis.surrogate.thesis.terms import PANEL, WORD, add_terms
 
 
 @array_maker()

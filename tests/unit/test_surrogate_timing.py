@@ -5,7 +5,7 @@ import time
 import pytest
 import yaml
 
-from millprint.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
+from millprint.thesis.surrogate.timing import PHYSICAL_S, scaled_thresholds, simulation_seconds, time_rollouts
 from tests.unit.surrogate_samples import CONTACTS, simulate, write_run
 from tests.unit.test_surrogate_scene import ROOT
 

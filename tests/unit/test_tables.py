@@ -3,7 +3,7 @@
 import pytest
 
 from millprint.errors import ConfigError
-from millprint.tables import Number, Text, read_measured, read_printed, refuse_rows
+from millprint.run.tables import Number, Text, read_measured, read_printed, refuse_rows
 
 COLUMNS = [
     Text("case", unique=True),

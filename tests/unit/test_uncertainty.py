@@ -24,9 +24,9 @@ from millprint.config.uncertainty import (
 from millprint.config.workflow import WorkflowConfig
 from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
-from millprint.files import read_table, write_json, write_table
 from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.curves import CURVES
+from millprint.run.files import read_table, write_json, write_table
 from millprint.uncertainty import sampler
 from millprint.uncertainty.emulator import Emulator, quality
 from millprint.uncertainty.indices import Draws, draw, saltelli_shares, sobol_indices

@@ -14,7 +14,7 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.config.sweep import DemConfig
 from millprint.config.validation import setup_cases
 from millprint.errors import ConfigError
-from millprint.hdf5 import whole_hdf5
+from millprint.run.hdf5 import whole_hdf5
 from millprint.validation import drums
 from millprint.validation.inputs import PLACE_COLUMNS, Inputs
 from millprint.validation.predictions import DEM, check_predictions

@@ -8,8 +8,8 @@ from scipy.stats import multivariate_normal, norm
 
 from millprint.config.averaging import INPUTS
 from millprint.errors import ConfigError
-from millprint.files import read_json, write_json
-from millprint.predict.averaging import (
+from millprint.run.files import read_json, write_json
+from millprint.thesis.yields.averaging import (
     LINKS,
     AveragedModel,
     Candidate,
@@ -20,9 +20,9 @@ from millprint.predict.averaging import (
     library,
     to_conversion,
 )
-from millprint.predict.features import Standardisation, describe
-from millprint.predict.model_files import load_any, load_averaged, save_averaged, training_rows
-from millprint.predict.structured import (
+from millprint.thesis.yields.features import Standardisation, describe
+from millprint.thesis.yields.model_files import load_any, load_averaged, save_averaged, training_rows
+from millprint.thesis.yields.structured import (
     JITTER,
     MEAN_VARIANCE,
     Pairs,

@@ -11,16 +11,16 @@ import predict_yields
 import train_averaged_models
 from millprint.config.proposals import ProposalConfig
 from millprint.errors import ConfigError
-from millprint.files import read_table, write_table
-from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.domain import MillCurves
-from millprint.predict.experiments import DONE, RUNNING, next_cases, read_experiments
-from millprint.predict.features import CONDITIONS
-from millprint.predict.model_files import load_averaged, training_rows
-from millprint.predict.new_conditions import predict_conditions
-from millprint.predict.proposals import choose_centre, choose_repeats, same_setting
-from millprint.predict.region import SETTINGS, region_conditions
-from millprint.predict.tables import read_rows
+from millprint.run.files import read_table, write_table
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.domain import MillCurves
+from millprint.thesis.yields.experiments import DONE, RUNNING, next_cases, read_experiments
+from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.model_files import load_averaged, training_rows
+from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.proposals import choose_centre, choose_repeats, same_setting
+from millprint.thesis.yields.region import SETTINGS, region_conditions
+from millprint.thesis.yields.tables import read_rows
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_proposals import MILL, REFERENCE, REGIMES
 from tests.unit.yield_settings import all_runs, parts, settings

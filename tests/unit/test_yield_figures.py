@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from millprint.figures.chapter5 import STRATEGIES, interval_errors, plot_attributions, plot_test_predictions
-from millprint.figures.chapter5_scores import plot_pit, plot_scores
-from millprint.predict.metrics import SPREAD
-from millprint.predict.regressors import TITLES
+from millprint.thesis.figures.chapter5 import STRATEGIES, interval_errors, plot_attributions, plot_test_predictions
+from millprint.thesis.figures.chapter5_scores import plot_pit, plot_scores
+from millprint.thesis.yields.metrics import SPREAD
+from millprint.thesis.yields.regressors import TITLES
 
 
 def predictions(models: list[str]) -> pd.DataFrame:

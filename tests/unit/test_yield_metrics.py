@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from millprint.predict.evaluation import time_variance
-from millprint.predict.metrics import YieldWeights, bootstrap_metrics, metrics, weighted_mse
+from millprint.thesis.yields.evaluation import time_variance
+from millprint.thesis.yields.metrics import YieldWeights, bootstrap_metrics, metrics, weighted_mse
 
 WEIGH = YieldWeights(70, 2.0)
 

@@ -5,18 +5,18 @@ import pytest
 from sklearn.ensemble import RandomForestRegressor
 from xgboost import XGBRegressor
 
-from millprint.claims.tolerances import agrees
 from millprint.errors import ConfigError
-from millprint.files import read_json, write_json
-from millprint.predict.boosting import Boosting, BoostingFold
-from millprint.predict.features import FEATURES, Standardisation, engineer
-from millprint.predict.forests import Forest, ForestFold
-from millprint.predict.metrics import METRICS, YieldWeights, metrics
-from millprint.predict.model import fit_model, plan_steps
-from millprint.predict.model_files import load_model, save_model
-from millprint.predict.regressors import REGRESSORS
-from millprint.predict.search import Trainer
-from millprint.predict.tables import read_rows
+from millprint.run.files import read_json, write_json
+from millprint.thesis.claims.tolerances import agrees
+from millprint.thesis.yields.boosting import Boosting, BoostingFold
+from millprint.thesis.yields.features import FEATURES, Standardisation, engineer
+from millprint.thesis.yields.forests import Forest, ForestFold
+from millprint.thesis.yields.metrics import METRICS, YieldWeights, metrics
+from millprint.thesis.yields.model import fit_model, plan_steps
+from millprint.thesis.yields.model_files import load_model, save_model
+from millprint.thesis.yields.regressors import REGRESSORS
+from millprint.thesis.yields.search import Trainer
+from millprint.thesis.yields.tables import read_rows
 from tests.conftest import PRINTED
 from tests.unit.yield_settings import parts, settings
 

@@ -8,12 +8,12 @@ import pandas as pd
 import pytest
 
 import predict_yields
-from millprint.files import read_table, write_table
-from millprint.predict.averaging import fit_averaged
-from millprint.predict.features import CONDITIONS
-from millprint.predict.model_files import save_averaged, save_model
-from millprint.predict.new_conditions import predict_conditions
-from millprint.predict.search import Trainer
+from millprint.run.files import read_table, write_table
+from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.model_files import save_averaged, save_model
+from millprint.thesis.yields.new_conditions import predict_conditions
+from millprint.thesis.yields.search import Trainer
 from tests.conftest import ROOT
 from tests.unit.yield_settings import parts, settings
 

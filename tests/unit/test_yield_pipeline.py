@@ -18,15 +18,15 @@ import split_screening
 import train_averaged_models
 import train_yield_model
 import try_alternatives
-from millprint.claims.compare import verdict
-from millprint.claims.tabulate import collect_findings
 from millprint.config.regressors import COMPARED
-from millprint.files import read_table
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.metrics import SPREAD
-from millprint.predict.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
-from millprint.predict.schemes import LOCKED_AGAIN
+from millprint.run.files import read_table
+from millprint.thesis.claims.compare import verdict
+from millprint.thesis.claims.tabulate import collect_findings
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.metrics import SPREAD
+from millprint.thesis.yields.regressors import AVERAGED, CLIMATOLOGY, models_of, otherwise, searched_again
+from millprint.thesis.yields.schemes import LOCKED_AGAIN
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

@@ -10,21 +10,21 @@ from millprint.config.mill import MillConfig
 from millprint.config.proposals import RegionConfig
 from millprint.errors import ConfigError
 from millprint.fingerprint.condition import Condition
-from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
-from millprint.predict.averaging import AveragedModel, Candidate, fit_member
-from millprint.predict.features import describe
-from millprint.predict.procedures import Prediction
-from millprint.predict.proposals import shortlist
-from millprint.predict.regimes import (
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.yields.acquisition import choose_for_learning, choose_for_yield, expected_improvement, joint_draws
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member
+from millprint.thesis.yields.features import describe
+from millprint.thesis.yields.procedures import Prediction
+from millprint.thesis.yields.proposals import shortlist
+from millprint.thesis.yields.regimes import (
     leave_regimes_out,
     reference_of_mill,
     regime_rows,
     summarise_regimes,
     without_regime,
 )
-from millprint.predict.region import Mill, check_region, region_conditions
-from millprint.predict.retrospective import (
+from millprint.thesis.yields.region import Mill, check_region, region_conditions
+from millprint.thesis.yields.retrospective import (
     STRATEGIES,
     chance,
     draw_starts,
@@ -34,8 +34,8 @@ from millprint.predict.retrospective import (
     summarise_search,
     without_best,
 )
-from millprint.predict.retrospective_learning import CHOICES, conclude, draw_held_out, learn, learning_table
-from millprint.predict.structured import Process
+from millprint.thesis.yields.retrospective_learning import CHOICES, conclude, draw_held_out, learn, learning_table
+from millprint.thesis.yields.structured import Process
 from tests.conftest import ROOT
 from tests.unit.yield_settings import all_runs, settings
 

@@ -7,13 +7,13 @@ from millprint.config.load import check_model
 from millprint.config.regressors import COMPARED, TABLE_5_6, TUNED, UNTUNED, Spaces
 from millprint.config.yields import YieldConfig
 from millprint.errors import ConfigError
-from millprint.predict.choices import ALTERNATIVES, compare_choices
-from millprint.predict.estimators import GaussianProcess, gaussian_process
-from millprint.predict.explanation import shap_values
-from millprint.predict.model import fit_model, plan_steps
-from millprint.predict.model_files import load_model, save_model, stored_search
-from millprint.predict.procedures import procedure_of
-from millprint.predict.regressors import (
+from millprint.thesis.yields.choices import ALTERNATIVES, compare_choices
+from millprint.thesis.yields.estimators import GaussianProcess, gaussian_process
+from millprint.thesis.yields.explanation import shap_values
+from millprint.thesis.yields.model import fit_model, plan_steps
+from millprint.thesis.yields.model_files import load_model, save_model, stored_search
+from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
     MODELS,
@@ -24,7 +24,7 @@ from millprint.predict.regressors import (
     regressor,
     searched_again,
 )
-from millprint.predict.search import Trainer
+from millprint.thesis.yields.search import Trainer
 from tests.unit.yield_settings import parts, settings, thesis_yields
 
 # Whether SHAP values can be calculated, by regressor.

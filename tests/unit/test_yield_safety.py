@@ -6,13 +6,13 @@ import pytest
 
 from millprint.config.doe import ChemistryConfig
 from millprint.config.proposals import RegionConfig
-from millprint.doe.chemistry import hydrogen_released
 from millprint.errors import ConfigError
-from millprint.fingerprint.regimes import read_regimes
-from millprint.predict.averaging import fit_averaged
-from millprint.predict.proposals import count_reasons, split_region
-from millprint.predict.region import region_conditions
-from millprint.predict.safety import safety_warnings, with_hydrogen
+from millprint.thesis.curves.regimes import read_regimes
+from millprint.thesis.doe.chemistry import hydrogen_released
+from millprint.thesis.yields.averaging import fit_averaged
+from millprint.thesis.yields.proposals import count_reasons, split_region
+from millprint.thesis.yields.region import region_conditions
+from millprint.thesis.yields.safety import safety_warnings, with_hydrogen
 from tests.unit.doe_settings import settings as doe_settings
 from tests.unit.test_yield_domain import CURVES
 from tests.unit.test_yield_proposals import MILL, REGIMES, REGION

@@ -9,12 +9,12 @@ from scipy.stats import norm, ttest_1samp
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 
-from millprint.predict.averaging import AveragedModel, Candidate, fit_member, library
-from millprint.predict.distributions import MixtureYields, NormalYields
-from millprint.predict.estimators import LeastSquares, MarginalLikelihood, gaussian_process
-from millprint.predict.features import Standardisation, engineer
-from millprint.predict.held_out import outer_folds
-from millprint.predict.library_trials import (
+from millprint.thesis.yields.averaging import AveragedModel, Candidate, fit_member, library
+from millprint.thesis.yields.distributions import MixtureYields, NormalYields
+from millprint.thesis.yields.estimators import LeastSquares, MarginalLikelihood, gaussian_process
+from millprint.thesis.yields.features import Standardisation, engineer
+from millprint.thesis.yields.held_out import outer_folds
+from millprint.thesis.yields.library_trials import (
     closed_form_r2,
     earlier_library,
     permutation_p,
@@ -22,12 +22,12 @@ from millprint.predict.library_trials import (
     predict_runs,
     refit_members,
 )
-from millprint.predict.metrics import SPREAD, YieldWeights, bootstrap_metrics, jackknife_error, without_each
-from millprint.predict.model import fit_model
-from millprint.predict.procedures import climatology, smaller_forests
-from millprint.predict.schemes import LEFT_OUT, NESTED
-from millprint.predict.scores import paired_test
-from millprint.predict.statements import state
+from millprint.thesis.yields.metrics import SPREAD, YieldWeights, bootstrap_metrics, jackknife_error, without_each
+from millprint.thesis.yields.model import fit_model
+from millprint.thesis.yields.procedures import climatology, smaller_forests
+from millprint.thesis.yields.schemes import LEFT_OUT, NESTED
+from millprint.thesis.yields.scores import paired_test
+from millprint.thesis.yields.statements import state
 from tests.unit.yield_settings import all_runs, parts, settings
 
 SCALES = ("linear", "linear", "log", "log", "linear")

@@ -11,14 +11,14 @@ from scripts import split_screening
 from millprint.config.load import check_model
 from millprint.config.other_sources import OtherSourcesConfig
 from millprint.config.yields import YieldConfig
-from millprint.doe.runs import YIELD
 from millprint.errors import ConfigError
-from millprint.figures.chapter5_sources import plot_sources
-from millprint.predict import other_runs
-from millprint.predict import other_sources as sources
-from millprint.predict.features import CONDITIONS
-from millprint.predict.procedures import procedure_of
-from millprint.predict.tables import read_rows
+from millprint.thesis.doe.runs import YIELD
+from millprint.thesis.figures.chapter5_sources import plot_sources
+from millprint.thesis.yields import other_runs
+from millprint.thesis.yields import other_sources as sources
+from millprint.thesis.yields.features import CONDITIONS
+from millprint.thesis.yields.procedures import procedure_of
+from millprint.thesis.yields.tables import read_rows
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

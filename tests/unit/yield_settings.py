@@ -6,7 +6,7 @@ import yaml
 from millprint.config.load import check_model
 from millprint.config.regressors import TUNED, Spaces
 from millprint.config.yields import YieldConfig
-from millprint.predict.tables import read_parts
+from millprint.thesis.yields.tables import read_parts
 from tests.conftest import ROOT
 from tests.unit.doe_settings import SCREENING
 from tests.unit.doe_settings import settings as doe_settings

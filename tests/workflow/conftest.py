@@ -12,11 +12,11 @@ import pytest
 import yaml
 from numba.core.caching import UserProvidedCacheLocator
 
-from millprint import kernel
 from millprint.config.checks import load_workflow
 from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
+from millprint.run import kernel
 from tests.conftest import ROOT
 from tests.mutations import DUMPER
 from tests.remembered import SLOW_PARTS

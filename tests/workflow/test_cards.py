@@ -13,7 +13,7 @@ import write_card
 from millprint.card.methods import methods_paragraph
 from millprint.card.read import read_card
 from millprint.card.write import FILES
-from millprint.files import read_json
+from millprint.run.files import read_json
 from tests.workflow.conftest import ROOT, active_environment, error_lines, run_snakemake
 
 EXPERIMENTS = "config/data/experiments.tsv"

@@ -20,7 +20,7 @@ import pandas as pd
 import psutil
 import pytest
 
-from millprint.files import read_json
+from millprint.run.files import read_json
 from tests.workflow.conftest import active_environment, copy_project, jobs_of, run_snakemake, share_kernels
 
 KILLS = int(os.environ.get("MILLPRINT_KILLS", "20"))

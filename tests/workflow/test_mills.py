@@ -7,7 +7,7 @@ import pandas as pd
 import trimesh
 import yaml
 
-from millprint.files import read_json
+from millprint.run.files import read_json
 from tests.workflow.conftest import ROOT, error_lines, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")

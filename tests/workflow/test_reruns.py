@@ -71,22 +71,22 @@ def test_comments_and_docstrings_in_every_file_run_nothing_again(finished, plan)
 def test_messages_and_progress_leave_every_simulation_done(plan):
     jobs = plan(
         {
-            "scripts/millprint/dem/run.py": replaced('"simulated in %.1f s', '"took %.1f s'),
-            "scripts/millprint/dem/packing.py": replaced("lower the fill ratio", "use fewer balls"),
-            "scripts/millprint/progress.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
-            "scripts/millprint/job.py": replaced(": begin", ": starts"),
+            "src/millprint/dem/run.py": replaced('"simulated in %.1f s', '"took %.1f s'),
+            "src/millprint/dem/packing.py": replaced("lower the fill ratio", "use fewer balls"),
+            "src/millprint/run/progress.py": replaced("EVERY_S, FIRST_S = 30.0", "EVERY_S, FIRST_S = 60.0"),
+            "src/millprint/run/job.py": replaced(": begin", ": starts"),
             "scripts/run_dem_case.py": replaced("so that it is slower", "which is slower"),
-            "scripts/millprint/figures/mill_sheet.py": replaced("import", "import re\nimport"),
+            "src/millprint/figures/mill_sheet.py": replaced("import", "import re\nimport"),
         }
     )
     assert simulated(jobs) == 0
 
 
 def test_another_law_simulates_everything_again(plan):
-    jobs = plan({"scripts/millprint/dem/law.py": replaced("STOP_SHARE = 0.25", "STOP_SHARE = 0.2")})
+    jobs = plan({"src/millprint/dem/law.py": replaced("STOP_SHARE = 0.25", "STOP_SHARE = 0.2")})
     assert simulated(jobs) >= 1
     assert "describe_mill" in jobs
 
 
 def test_another_version_of_the_physics_simulates_everything_again(plan):
-    assert simulated(plan({"scripts/millprint/dem/__init__.py": replaced("PHYSICS = 1", "PHYSICS = 2")})) >= 1
+    assert simulated(plan({"src/millprint/dem/__init__.py": replaced("PHYSICS = 1", "PHYSICS = 2")})) >= 1

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 import yaml
 
-from millprint.files import read_json
+from millprint.run.files import read_json
 from tests.conftest import ROOT
 from tests.workflow.conftest import copy_project, run_snakemake
 

@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from millprint.claims.natures import CERTAIN, TIMED
-from millprint.claims.tabulate import CLAIM_COLUMNS
-from millprint.claims.verdicts import INTERVAL_VERDICTS, VERDICTS
-from millprint.files import read_json, read_table
+from millprint.run.files import read_json, read_table
+from millprint.thesis.claims.natures import CERTAIN, TIMED
+from millprint.thesis.claims.tabulate import CLAIM_COLUMNS
+from millprint.thesis.claims.verdicts import INTERVAL_VERDICTS, VERDICTS
 from tests.workflow.conftest import ROOT, jobs_of, run_snakemake
 
 SMOKE = ("--configfile", "config/smoke.yaml")
@@ -118,7 +118,7 @@ def test_a_second_run_has_nothing_to_do(smoke_project):
 
 
 def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project):
-    file = smoke_project / "scripts/millprint/predict/__init__.py"
+    file = smoke_project / "src/millprint/thesis/yields/__init__.py"
     before = file.read_text()
     file.write_text(before + "\n# touched\n")
     try:

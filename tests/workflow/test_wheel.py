@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from millprint.files import write_table
 from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import write_table
 from tests.unit import synthetic_mill
 from tests.workflow.conftest import copy_project
 
@@ -68,7 +68,7 @@ def names_of(wheel: Path) -> set[str]:
 
 def test_the_wheel_holds_every_module_and_every_file_beside_them(wheel):
     names = names_of(wheel)
-    package = wheel.parent / "millprint/scripts/millprint"
+    package = wheel.parent / "millprint/src/millprint"
     beside = {".py", ".html", ".css", ".js", ".yaml"}
     files = [path for path in package.rglob("*") if path.suffix in beside and "__pycache__" not in path.parts]
     assert len(files) > 200

@@ -9,7 +9,7 @@ from millprint.config.validation import setup_cases
 from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
-from millprint.patterns import any_of
+from millprint.run.patterns import any_of
 from millprint.uncertainty.varied import samples_of_job
 
 MILL = f"{RESULTS}/mills/{{mill}}"

@@ -2,7 +2,7 @@
 
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
-from millprint.digest import program_digest, simulation_digest
+from millprint.run.digest import program_digest, simulation_digest
 from millprint.fingerprint.cases import has_chapters
 
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.

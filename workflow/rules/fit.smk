@@ -1,7 +1,7 @@
 """The fit of the jar, whose shape the thesis does not give: fitted values, values held back, and the search."""
 
 from millprint.config.fit import TrialConfig
-from millprint.fit import fitted_mill
+from millprint.thesis.fit import fitted_mill
 
 FIT = f"{RESULTS}/fingerprint"
 FIT_MILL = fitted_mill(CONFIG, MILLS)

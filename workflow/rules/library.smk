@@ -33,13 +33,13 @@ except ModuleNotFoundError as error:
 
 from millprint.config.sources import Sources
 from millprint.config.strict_yaml import read_yaml
-from millprint.ending.failure import failure_lines
-from millprint.ending.success import success_lines
-from millprint.ending.timers import stop_timers
+from millprint.run.ending.failure import failure_lines
+from millprint.run.ending.success import success_lines
+from millprint.run.ending.timers import stop_timers
 from millprint.errors import ConfigError
 from millprint.input_check import check_once
-from millprint.machine import prepare_environment
-from millprint.records import report_damaged
+from millprint.run.machine import prepare_environment
+from millprint.run.records import report_damaged
 
 # Only environment variables are set here: reading this file must change nothing on disk.
 prepare_environment()

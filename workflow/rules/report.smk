@@ -1,6 +1,6 @@
 """Pages of the report: claims, sortable tables, runtimes and the explorer."""
 
-from millprint.report.catalogue import TABLES
+from millprint.thesis.report.catalogue import TABLES
 
 STAGE_FILES = {str(output) for output in STAGE_OUTPUTS}
 # By chapter, without tables that this run does not make, such as that of the time step if no sweep varies it.

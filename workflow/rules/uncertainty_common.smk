@@ -1,6 +1,6 @@
 """Shared by the rules of uncertainty: folders, and the files that they need and make."""
 
-from millprint.fit import FEWEST_JARS, fitted_mill
+from millprint.thesis.fit import FEWEST_JARS, fitted_mill
 
 UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
 

@@ -1,6 +1,6 @@
 """Shared by the rules of chapter 5: its folder, and the machine that its descriptors were calculated for."""
 
-from millprint.predict.regressors import (
+from millprint.thesis.yields.regressors import (
     AVERAGED,
     CLIMATOLOGY,
     PRIMARY,

@@ -1,0 +1,46 @@
+"""millprint: the mechanical fingerprint of a ball mill, from its geometry and motion to chemistry."""
+
+import gc
+import os
+from importlib import import_module
+from typing import Any
+
+# Set in the environment of the jobs of a run (millprint.run.machine).
+JOB_VARIABLE = "MILLPRINT_JOB"
+
+if JOB_VARIABLE in os.environ:
+    # The garbage collector would examine imported modules again and again, which takes up to a quarter of the import
+    # time, although they live as long as the job. It is off during imports; millprint.run.job turns it on.
+    gc.disable()
+
+# What `import millprint` offers to a script or a notebook, by the module that has it. A name is imported when it is
+# asked for: a job of the workflow takes single modules, and should not wait for the others.
+OFFERED = {
+    "ConfigError": "errors",
+    "SimulationError": "errors",
+    "load_mill": "config.included",
+    "load_contact": "config.included",
+    "included_mills": "config.included",
+    "included_contacts": "config.included",
+    "MillConfig": "config.mill",
+    "ContactConfig": "config.contact",
+    "take_fingerprint": "api",
+    "simulate": "api",
+    "read_fingerprint": "api",
+    "Fingerprint": "fingerprint.model",
+    "Prediction": "fingerprint.model",
+    "Condition": "fingerprint.condition",
+    "compare": "fingerprint.comparison",
+    "match": "fingerprint.comparison",
+}
+__all__ = [*OFFERED]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in OFFERED:
+        raise AttributeError(f"module 'millprint' has no attribute {name!r}")
+    return getattr(import_module(f"millprint.{OFFERED[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *OFFERED])

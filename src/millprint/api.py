@@ -1,0 +1,128 @@
+"""Fingerprints from Python, without Snakemake: a mill, its simulations, its fingerprint, and another mill beside it.
+
+    import millprint
+
+    mill = millprint.load_mill("planetary")
+    fingerprint = millprint.take_fingerprint(mill, folder="my_planetary")
+    condition = fingerprint.condition(speed_hz=400 / 60, ball_diameter_m=0.010, fill_ratio=0.2)
+    fingerprint.predict(condition).power_W
+
+Lengths, energies and powers are in m, J and W; rpm, mm and mL where a name says so. Faults of the input raise
+`ConfigError`, with a line for each.
+"""
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from millprint.card.cases import own_cases
+from millprint.card.preflight import check_cases
+from millprint.card.simulate import simulate_cases
+from millprint.config.card import Experiment
+from millprint.config.contact import ContactConfig
+from millprint.config.included import load_contact, load_mill
+from millprint.config.load import check_model
+from millprint.config.mill import MillConfig
+from millprint.config.mill_sweep import MillSweepConfig
+from millprint.config.sweep import Case, overridden
+from millprint.config.workflow import WorkflowConfig
+from millprint.dem.compilation import compile_kernels
+from millprint.errors import ConfigError
+from millprint.fingerprint.cases import mill_cases, sweep_of
+from millprint.fingerprint.descriptors import tabulate_descriptors
+from millprint.fingerprint.inputs import charges_of, read_summaries
+from millprint.fingerprint.model import Fingerprint
+from millprint.run.files import write_table
+
+# The conditions of a mill: its sweep, or the keys of one.
+Sweep = MillSweepConfig | Mapping[str, Any]
+
+
+def take_fingerprint(
+    mill: MillConfig | str,
+    contact: ContactConfig | str | None = None,
+    *,
+    folder: str | Path,
+    sweep: Sweep | None = None,
+    cores: int = 1,
+) -> Fingerprint:
+    """The fingerprint of a mill: simulates its sweep and fits its curves, as the workflow's target `fingerprint` does.
+
+    contact: the set of balls and walls, "calibrated" if left out. sweep: speeds, balls, fill ratios, seeds in place of
+    the mill's own (keys as in its file). cores: simulations at a time; a script that asks for several must begin with
+    `if __name__ == "__main__":`, because each is a process of its own.
+    `folder` keeps the simulations (run.h5, summary.json), descriptors.tsv and fingerprint.json. A call that was stopped
+    continues there, and a second one has only the curves to fit.
+    Raises ConfigError, a line for each fault of the input, and SimulationError for a simulation that fails.
+    """
+    mill, contact, settings = _given(mill, contact)
+    if sweep is not None:
+        mill = mill.model_copy(update={"sweep": _checked(sweep)})
+    mill = mill.model_copy(update={"sweep": sweep_of(mill)})
+    folder = Path(folder)
+    cases = mill_cases(mill, settings.mills.model_copy(update={"contact": contact.name}))
+    summaries = _simulated(cases, mill, contact, folder, cores)
+    rule = settings.fingerprint
+    descriptors = tabulate_descriptors(summaries, rule.counting_rule)
+    fingerprint = Fingerprint.fit(descriptors, mill.volume_ml * 1e-6, rule.interval, charges_of(summaries))
+    write_table(descriptors, folder / "descriptors.tsv")
+    fingerprint.write(folder / "fingerprint.json")
+    return fingerprint
+
+
+def simulate(
+    mill: MillConfig | str,
+    contact: ContactConfig | str | None = None,
+    *,
+    folder: str | Path,
+    cores: int = 1,
+    **condition: Any,
+) -> pd.Series:
+    """The descriptors of one condition, the mean over its seeds; workflow/descriptors.md explains each.
+
+    condition: keys of an experiment (config/keys.md), such as `speed_rpm=400` or `speed_hz=17.5`,
+    `balls={"diameter_mm": 10, "fill_ratio": 0.2}` and `seeds=[0, 1, 2]`. The rest as of `take_fingerprint`.
+    """
+    mill, contact, settings = _given(mill, contact)
+    content = {"name": "condition", "mill": mill.name, "contact": contact.name, **condition}
+    experiment = check_model(content, Experiment, "simulate")
+    cases = own_cases(experiment, mill, settings.mills, "simulate")
+    summaries = _simulated(cases, mill, contact, Path(folder), cores)
+    return tabulate_descriptors(summaries, settings.fingerprint.counting_rule).iloc[0]
+
+
+def read_fingerprint(path: str | Path) -> Fingerprint:
+    """A fingerprint that was kept: fingerprint.json of `take_fingerprint`, or of a run of the workflow."""
+    return Fingerprint.read(path)
+
+
+def _given(
+    mill: MillConfig | str, contact: ContactConfig | str | None
+) -> tuple[MillConfig, ContactConfig, WorkflowConfig]:
+    """Mill, contact set and settings with every default."""
+    mill = load_mill(mill) if isinstance(mill, str) else mill
+    settings = WorkflowConfig(mill=mill.name)
+    contact = settings.mills.contact_set if contact is None else contact
+    return mill, load_contact(contact) if isinstance(contact, str) else contact, settings
+
+
+def _checked(sweep: Sweep) -> MillSweepConfig:
+    return sweep if isinstance(sweep, MillSweepConfig) else check_model(dict(sweep), MillSweepConfig, "sweep")
+
+
+def _simulated(cases: list[Case], mill: MillConfig, contact: ContactConfig, folder: Path, cores: int) -> list[dict]:
+    """The summaries of cases, simulated into FOLDER/runs unless they are there."""
+    if cores < 1:
+        raise ConfigError(f"cores = {cores}: must be 1 or more")
+    settings = WorkflowConfig(mill=mill.name)
+    changed = overridden(cases[0], mill, contact)[1]
+    warnings, _ = check_cases(cases, mill, changed, settings, f"mill {mill.name}")
+    for line in warnings:
+        print(f"warning: {line}", file=sys.stderr)
+    compile_kernels()
+    runs = {folder / "runs" / Path(case.path).name: case for case in cases}
+    simulate_cases(runs, mill, contact, settings.dem, cores)
+    return read_summaries(run / "summary.json" for run in runs)

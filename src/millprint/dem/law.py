@@ -1,0 +1,129 @@
+"""The contact law: Hertz-Mindlin with viscous damping, a Coulomb cap and rolling friction (thesis Eqs 3.3 to 3.16).
+
+Choices that the equations leave open, each tested in tests/physics:
+
+- Cap. Spring and damping are capped together, |F_t| <= mu F_n, and the spring alone is held to mu F_n / K_t. To set it
+  to the capped force over K_t would charge it with the dashpot's share: a contact begins with a dashpot's force above
+  the cap, so its spring would be drawn to the limit by a slip that never was, and give that energy back. F_n is here
+  the elastic normal force K_n delta. Its impulse over an impact is exactly m (1 + e) v, so that sliding gives
+  mu (1 + e) m v; the damped force would not, because it turns tensile before the contact ends.
+- The normal force is not clipped where it is tensile: that would turn a restitution of 0.30 into 0.40.
+- The tangential spring is turned into the current tangent plane with its length kept.
+- Rolling friction acts against the relative angular velocity (Eq. 3.16). Near zero it is limited to the torque that
+  takes a quarter of that velocity in one step, so that it can stop a ball but never turn it back.
+- Damping in the tangential direction counts while the contact sticks; while it slides, all work is sliding.
+
+To add or change a contact law: write its forces in `contact_law` and its coefficients in `law_row`, name new
+coefficients and history columns in dem/layout.py, and new keys of a contact set in config/contact.py. The step
+loop (dem/contact.py) calls `contact_law` and nothing else.
+"""
+
+import math
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.dem.lanes import get
+from millprint.dem.layout import LANE, LAW, LAW_WIDTH
+from millprint.mill.vectors import add, add_scaled, dot, scale
+from millprint.run.kernel import inlined
+
+# Keeps a quotient finite if a force [N] or an angular velocity [rad/s] is zero; its root is added to them.
+TINY = 1e-60
+
+# Fraction of the relative angular velocity that rolling friction may remove in one step.
+STOP_SHARE = 0.25
+
+
+def damping_ratio(restitution: float) -> float:
+    """beta = ln e / sqrt(ln^2 e + pi^2), Eq. 3.10 [-]."""
+    logarithm = math.log(restitution)
+    return logarithm / math.hypot(logarithm, math.pi)
+
+
+def law_row(
+    contact: ContactConfig, radius: float, mass: float, inertia: float, reach: float, limit: float, step: float
+) -> np.ndarray:
+    """Coefficients of one kind of contact, in the columns of layout.LawColumns (Eqs 3.4 to 3.12).
+
+    radius, mass and inertia are the reduced ones, R* [m], m* [kg] and I* [kg m2]; for a wall those of the ball. reach
+    is the distance of centres (or of centre and wall) at which contact begins [m]; limit the bound on the overlap [m];
+    step the integration step [s].
+    """
+    modulus = contact.young_modulus_gpa * 1e9
+    poisson = contact.poisson_ratio
+    effective = modulus / (2 * (1 - poisson**2))
+    shear = modulus / (4 * (2 - poisson) * (1 + poisson))
+    damping = -2 * math.sqrt(5 / 6) * damping_ratio(contact.restitution)
+    row = np.empty(LAW_WIDTH)
+    row[LAW.normal_stiffness] = 4 / 3 * effective * math.sqrt(radius)
+    row[LAW.tangential_stiffness] = 8 * shear * math.sqrt(radius)
+    row[LAW.normal_damping] = damping * math.sqrt(2 * effective * math.sqrt(radius) * mass)
+    row[LAW.tangential_damping] = damping * math.sqrt(row[LAW.tangential_stiffness] * mass)
+    row[LAW.friction] = contact.static_friction
+    row[LAW.rolling_friction] = contact.rolling_friction
+    row[LAW.largest_resistance] = STOP_SHARE * inertia / step
+    row[LAW.reach] = reach
+    row[LAW.largest_overlap] = limit
+    return row
+
+
+@inlined()
+def turn_spring(spring, normal):
+    """The tangential spring in the plane across `normal`, its length kept (Eq. 3.3 and the text below it).
+
+    To the second order in the angle turned in the step, which is small: sqrt(1 + x) is taken as 1 + x / 2.
+    """
+    along = dot(spring, normal)
+    flat = add_scaled(spring, -along, normal)
+    flat2 = dot(flat, flat)
+    # No contact turns that far in a step, but springs as small as rounding errors may seem to.
+    stretch = 1.0 + 0.5 * along * along / flat2 if flat2 > along * along else 1.0
+    return scale(stretch, flat)
+
+
+@inlined()
+def contact_law(lanes, block, m, overlap, normal, arm, velocity, angular_velocity, spring, last_slip, step):
+    """Force and rolling torque on the first body of a contact, its new spring, and the power in each channel.
+
+    The coefficients are in lane m of a block. overlap: delta_n [m], not zero; normal: unit vector (3,) from the second
+    body to the first; arm: distance from the centre to the contact point [m]; velocity: relative velocity (3,) of the
+    first body at the contact point [m/s]; angular_velocity: the relative one (3,) [rad/s]; spring: tangential
+    displacement (3,) a step ago [m]; last_slip: tangential velocity (3,) a step ago [m/s]; step [s]. Written without
+    branches, so that several contacts go through one instruction.
+
+    Returns (normal force along `normal` [N], tangential force [N], torque [N m], spring [m], slip [m/s],
+    (normal damping, tangential damping, total tangential, rolling) [W], (normal, tangential) elastic energy [J]).
+    """
+    root = math.sqrt(overlap)
+    quarter = math.sqrt(root)
+    approach = dot(velocity, normal)
+    elastic = get(lanes, block, LANE.law.normal_stiffness, m) * overlap * root
+    damping = get(lanes, block, LANE.law.normal_damping, m) * quarter * approach
+    stiffness = get(lanes, block, LANE.law.tangential_stiffness, m) * root
+
+    slip = add_scaled(velocity, -approach, normal)
+    # The trapezoidal rule: with velocities at the end of a step alone the spring would damp in proportion to the step.
+    spring = add_scaled(turn_spring(spring, normal), 0.5 * step, add(slip, last_slip))
+    viscous = get(lanes, block, LANE.law.tangential_damping, m) * quarter
+    cap = get(lanes, block, LANE.law.friction, m) * elastic
+    pull = stiffness * math.sqrt(dot(spring, spring))
+    spring = scale(cap / pull if pull > cap else 1.0, spring)
+    force = add_scaled(scale(-stiffness, spring), -viscous, slip)
+    size = math.sqrt(dot(force, force) + TINY)
+    turning = math.sqrt(dot(angular_velocity, angular_velocity) + TINY)
+    # Two quotients by one division, the slowest operation of the processor.
+    inverse = 1.0 / (size * turning)
+    slides = size > cap
+    force = scale(cap * inverse * turning if slides else 1.0, force)
+    sticking_power = 0.0 if slides else viscous * dot(slip, slip)
+    tangential_power = -dot(force, slip)
+
+    # Torque over angular velocity [N m s].
+    resistance = get(lanes, block, LANE.law.rolling_friction, m) * elastic * arm * inverse * size
+    largest = get(lanes, block, LANE.law.largest_resistance, m)
+    resistance = resistance if resistance < largest else largest
+    torque = scale(-resistance, angular_velocity)
+    powers = (damping * approach, sticking_power, tangential_power, resistance * turning * turning)
+    stored = (0.4 * elastic * overlap, 0.5 * stiffness * dot(spring, spring))
+    return elastic - damping, force, torque, spring, slip, powers, stored

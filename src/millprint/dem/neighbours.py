@@ -1,0 +1,283 @@
+"""Candidate lists: which balls and wall features a ball may touch before it has moved by half the skin."""
+
+import math
+
+import numpy as np
+
+from millprint.dem.lanes import get_of, put_of
+from millprint.dem.layout import CELL, COUNTER, HISTORY_WIDTH, LANE_HISTORY, LAW, RATE, STATUS
+from millprint.dem.touching import check_overlaps, listed, occupy
+from millprint.mill.pose import POSE
+from millprint.mill.vectors import cross, dot, row, subtract, vector
+from millprint.mill.walls import PLANE, body_of, bounding_plane, cell_of, near, plane_distance, to_body
+from millprint.run.kernel import inlined, inner, kernel
+
+# Up to this number of balls all pairs are checked; above it a grid of cells is used.
+ALL_PAIRS = 160
+
+# The most steps between two checks of the lists and of the overlaps.
+CHECK_EVERY = 100.0
+
+
+@kernel()
+def put_aside(candidates, contacts, counters):
+    """Copy the open contacts to the side, in the order of the lists, and free all lanes; counts them."""
+    kept = 0
+    for k in range(listed(candidates)):
+        lane = candidates.lane[k]
+        if lane < 0:
+            continue
+        contacts.kept_ball[kept] = candidates.ball[k]
+        contacts.kept_partner[kept] = candidates.partner[k]
+        for c in range(HISTORY_WIDTH):
+            contacts.kept_history[kept, c] = get_of(contacts, lane, LANE_HISTORY + c)
+        contacts.slot[lane] = -1
+        kept += 1
+    counters[COUNTER.used] = 0
+    counters[COUNTER.free] = 0
+    counters[COUNTER.aside] = kept
+
+
+@inlined()
+def find_candidate(walls, candidates, i, partner):
+    """The candidate of ball i with a partner; -1 if it is not listed."""
+    begin, end = candidates.first[i], candidates.first[i + 1]
+    if partner < 0:
+        body = body_of(walls, -1 - partner)
+        begin, end = candidates.first_wall[body, i], candidates.first_wall[body, i + 1]
+    for k in range(begin, end):
+        if candidates.partner[k] == partner:
+            return np.int64(k)
+    return -1
+
+
+@inlined()
+def put_back(balls, candidates, contacts, laws, counters, kept, k):
+    """Open the contact of candidate k with the history of the contact set aside as number `kept`."""
+    lane = occupy(balls, candidates, contacts, laws, counters, k)
+    for c in range(HISTORY_WIDTH):
+        put_of(contacts, lane, LANE_HISTORY + c, contacts.kept_history[kept, c])
+
+
+@inner()
+def put_all_back(balls, candidates, contacts, laws, walls, counters):
+    """Open all contacts set aside, with their exact histories; sets the status if one has lost its candidate."""
+    for kept in range(counters[COUNTER.aside]):
+        i = contacts.kept_ball[kept]
+        k = find_candidate(walls, candidates, i, contacts.kept_partner[kept])
+        if k < 0:
+            counters[COUNTER.status] = STATUS.contact_lost
+            counters[COUNTER.ball] = i
+            return
+        put_back(balls, candidates, contacts, laws, counters, kept, k)
+    counters[COUNTER.aside] = -1
+
+
+@inlined()
+def add_candidate(candidates, k, i, partner, sure, trigger):
+    """Write candidate k, if there is room for it; returns the number of the next one."""
+    if k < candidates.partner.size:
+        candidates.ball[k] = i
+        candidates.partner[k] = partner
+        candidates.sure[k] = sure
+        candidates.lane[k] = -1
+        candidates.trigger[k] = trigger
+    return k + 1
+
+
+@inlined()
+def add_pair(balls, candidates, laws, i, j, skin, k):
+    """Append the pair if it is within reach; `candidates.anchor` holds the positions."""
+    away = subtract(row(candidates.anchor[0], i), row(candidates.anchor[0], j))
+    reach = laws.pair[balls.species[i], balls.species[j], LAW.reach]
+    if dot(away, away) < (reach + skin) * (reach + skin):
+        return add_candidate(candidates, k, i, j, 0, reach * reach)
+    return k
+
+
+@inner()
+def add_walls(balls, candidates, walls, body, i, skin, k):
+    """Append the features of a body near ball i; returns -1 if the ball is outside the vessel's bounding box."""
+    radius = balls.radius[balls.species[i]]
+    # Walls stand still in their body's frame: the ball alone moves, by half the skin at most.
+    margin = 0.5 * skin
+    point = row(candidates.anchor[body], i)
+    cell = cell_of(walls, body, point)
+    if cell < 0:
+        return k if body > 0 else -1
+    for m in range(walls.cell_first[cell], walls.cell_first[cell + 1]):
+        feature = walls.cell_feature[m]
+        if walls.cell_sure[m]:
+            closeness = 2 if plane_distance(walls, feature, point) <= radius + margin else 0
+        else:
+            closeness = near(walls, feature, point, radius, margin)
+        if closeness and k < candidates.partner.size:
+            normal, candidates.plane[k, PLANE.offset] = bounding_plane(walls, feature, point, margin)
+            for c in range(3):
+                candidates.plane[k, c] = normal[c]
+        if closeness:
+            k = add_candidate(candidates, k, i, -1 - feature, closeness - 1, radius)
+    return k
+
+
+@inner()
+def sort_into_cells(candidates, pitch):
+    """Sort the balls into cells of at least `pitch` (cell_place, cell_first, cell_member); returns the shape.
+
+    Where the grid would have more cells than there is room for, the cells grow.
+    """
+    n = candidates.anchor.shape[1]
+    low = row(candidates.anchor[0], 0)
+    high = low
+    for i in range(1, n):
+        point = row(candidates.anchor[0], i)
+        low = (min(low[0], point[0]), min(low[1], point[1]), min(low[2], point[2]))
+        high = (max(high[0], point[0]), max(high[1], point[1]), max(high[2], point[2]))
+    width = subtract(high, low)
+    shape = (int(width[0] / pitch) + 1, int(width[1] / pitch) + 1, int(width[2] / pitch) + 1)
+    while shape[0] * shape[1] * shape[2] >= candidates.cell_first.size:
+        pitch *= 1.25
+        shape = (int(width[0] / pitch) + 1, int(width[1] / pitch) + 1, int(width[2] / pitch) + 1)
+    cells = shape[0] * shape[1] * shape[2]
+    for c in range(cells + 1):
+        candidates.cell_first[c] = 0
+    for i in range(n):
+        for axis in range(3):
+            along = int((candidates.anchor[0, i, axis] - low[axis]) / pitch)
+            candidates.cell_place[i, CELL.place.x + axis] = along
+        place = vector(candidates.cell_place, i, CELL.place)
+        cell = (place[0] * shape[1] + place[1]) * shape[2] + place[2]
+        candidates.cell_place[i, CELL.number] = cell
+        candidates.cell_first[cell] += 1
+    # Counts become ends; filling from the back turns ends into beginnings.
+    for c in range(1, cells + 1):
+        candidates.cell_first[c] += candidates.cell_first[c - 1]
+    for i in range(n - 1, -1, -1):
+        cell = candidates.cell_place[i, CELL.number]
+        candidates.cell_first[cell] -= 1
+        candidates.cell_member[candidates.cell_first[cell]] = i
+    return shape
+
+
+@inner()
+def add_cell_pairs(balls, candidates, laws, i, skin, shape, k):
+    """Append the pairs of ball i with higher numbers in the 27 cells around it."""
+    x, y, z = vector(candidates.cell_place, i, CELL.place)
+    for a in range(max(x - 1, 0), min(x + 2, shape[0])):
+        for b in range(max(y - 1, 0), min(y + 2, shape[1])):
+            # Cells along the last axis follow each other in the list of members.
+            start = (a * shape[1] + b) * shape[2]
+            begin, end = start + max(z - 1, 0), start + min(z + 2, shape[2])
+            for m in range(candidates.cell_first[begin], candidates.cell_first[end]):
+                if candidates.cell_member[m] > i:
+                    k = add_pair(balls, candidates, laws, i, candidates.cell_member[m], skin, k)
+    return k
+
+
+@inner()
+def list_candidates(balls, candidates, laws, walls, clock, counters):
+    """Fill the lists from the anchors; sets the status if a ball has left or there is no room."""
+    n = balls.species.size
+    crowded = n > ALL_PAIRS
+    shape = (1, 1, 1)
+    if crowded:
+        largest = 0.0
+        for radius in balls.radius:
+            largest = max(largest, radius)
+        shape = sort_into_cells(candidates, 2 * largest + clock.skin)
+    k = 0
+    for i in range(n):
+        candidates.first[i] = k
+        if crowded:
+            k = add_cell_pairs(balls, candidates, laws, i, clock.skin, shape, k)
+        else:
+            for j in range(i + 1, n):
+                k = add_pair(balls, candidates, laws, i, j, clock.skin, k)
+    candidates.first[n] = k
+    for body in range(candidates.anchor.shape[0]):
+        for i in range(n):
+            candidates.first_wall[body, i] = k
+            k = add_walls(balls, candidates, walls, body, i, clock.skin, k)
+            if k < 0:
+                counters[COUNTER.status] = STATUS.escaped
+                counters[COUNTER.ball] = i
+                return
+        candidates.first_wall[body, n] = k
+    if k > candidates.partner.size:
+        counters[COUNTER.status] = STATUS.candidates_full
+
+
+@inner()
+def relist(balls, candidates, contacts, laws, walls, clock, counters):
+    """Set the open contacts aside and rebuild the lists; sets the status if a ball is lost or a list full.
+
+    A full list may be made longer and the call repeated: the contacts set aside by the first one stay there.
+    """
+    if counters[COUNTER.aside] < 0:
+        put_aside(candidates, contacts, counters)
+    for body in range(candidates.anchor.shape[0]):
+        for i in range(balls.species.size):
+            point = to_body(clock.motions, body, row(balls.position, i))
+            if not math.isfinite(point[0] + point[1] + point[2]):
+                counters[COUNTER.status] = STATUS.not_finite
+                counters[COUNTER.ball] = i
+                return
+            for axis in range(3):
+                candidates.anchor[body, i, axis] = point[axis]
+    list_candidates(balls, candidates, laws, walls, clock, counters)
+
+
+@inlined()
+def farthest_and_fastest(balls, candidates, motions, body):
+    """Of all balls, in a body's frame: largest squared distance from the anchor [m2] and squared speed [m2/s2].
+
+    A third number is finite only if every position and velocity is.
+    """
+    pose = motions.pose
+    travelled2 = 0.0
+    fastest2 = 0.0
+    total = 0.0
+    for i in range(balls.species.size):
+        point = to_body(motions, body, row(balls.position, i))
+        moved = subtract(point, row(candidates.anchor[body], i))
+        speed = subtract(vector(balls.rate, i, RATE.velocity), vector(pose, body, POSE.velocity))
+        if motions.turns[body]:
+            arm = subtract(row(balls.position, i), vector(pose, body, POSE.position))
+            speed = subtract(speed, cross(vector(pose, body, POSE.angular_velocity), arm))
+        moved2, speed2 = dot(moved, moved), dot(speed, speed)
+        travelled2 = max(travelled2, moved2)
+        fastest2 = max(fastest2, speed2)
+        total += moved2 + speed2
+    return travelled2, fastest2, total
+
+
+@inlined()
+def needs_rebuild(balls, candidates, clock):
+    """Whether a ball may leave its skin within the next step, and the number of steps to the next check [-].
+
+    No ball is taken to become faster, relative to a body, than twice the fastest one between two checks.
+    """
+    steps = CHECK_EVERY
+    stale = False
+    for body in range(candidates.anchor.shape[0]):
+        travelled2, fastest2, total = farthest_and_fastest(balls, candidates, clock.motions, body)
+        stride = 2 * clock.step * math.sqrt(fastest2) + 1e-12
+        room = 0.5 * clock.skin - math.sqrt(travelled2)
+        # A lost number shows in the sum; the rebuild finds and reports it.
+        if room <= stride or not math.isfinite(total):
+            stale = True
+            room = 0.5 * clock.skin
+        steps = min(steps, room / stride)
+    return stale, max(1, int(steps))
+
+
+@kernel()
+def check_lists(balls, candidates, contacts, laws, walls, clock, counters):
+    """Check the overlaps, rebuild the lists if that is needed, and plan the next check."""
+    check_overlaps(contacts, counters)
+    stale, counters[COUNTER.check_in] = needs_rebuild(balls, candidates, clock)
+    if stale:
+        relist(balls, candidates, contacts, laws, walls, clock, counters)
+        if counters[COUNTER.status] == STATUS.running:
+            put_all_back(balls, candidates, contacts, laws, walls, counters)
+            counters[COUNTER.rebuilds] += 1

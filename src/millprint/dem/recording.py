@@ -1,0 +1,345 @@
+"""The records of a run: buffers that the step loop writes to, and the pieces that are copied from them.
+
+Energy samples, snapshots, occupancy and the table of collisions. Their columns are in dem.layout.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.dem.lanes import get_of, put_of
+from millprint.dem.layout import (
+    COLLISION,
+    COUNTER,
+    ENDED,
+    GRID,
+    HEIGHT,
+    LANE,
+    LOAD,
+    OCCUPANCY,
+    RATE,
+    SAMPLE,
+    SNAPSHOT,
+    SNAPSHOT_TOTAL,
+    TOTAL,
+    TOTAL_WIDTH,
+)
+from millprint.dem.touching import book_works, listed, write_collision
+from millprint.mill.kernel_columns import names_of, width_of
+from millprint.mill.pose import POSE
+from millprint.mill.vectors import row, subtract
+from millprint.mill.walls import direction_to_body, to_body, wall_velocity
+from millprint.run.kernel import inlined, inner, kernel
+
+SAMPLE_NAMES = names_of(SAMPLE)
+
+# Rows of the table of collisions, after which it is emptied.
+TABLE_ROWS = 1 << 16
+# Numbers of snapshots and energy samples, after which they are copied.
+SNAPSHOT_ROWS, SAMPLE_ROWS = 256, 512
+
+
+class Table(NamedTuple):
+    """Finished contacts; an empty table records none."""
+
+    first: np.ndarray  # (rows,) ball
+    second: np.ndarray  # (rows,) ball, or -1 - patch of the wall
+    # (rows,) feature of the wall on which the row ended, -1 for two balls, where a contact gets a row for each feature
+    # that it passes; (0,) where it gets one row
+    facet: np.ndarray
+    contact: np.ndarray  # (rows,) number of the contact
+    ended: np.ndarray  # (rows,) layout.RowEnds
+    value: np.ndarray  # (rows, width) layout.CollisionColumns
+
+
+class Recorder(NamedTuple):
+    """Buffers of one call of `advance`, and how often to write to them; an interval of 0 means never."""
+
+    origin: int  # step at which the recorded window begins
+    sample_every: int  # steps
+    snapshot_every: int  # steps
+    occupancy_every: int  # steps
+    sample: np.ndarray  # (samples, width) layout.SampleColumns
+    snapshot: np.ndarray  # (snapshots, n, width) layout.SnapshotColumns
+    snapshot_pose: np.ndarray  # (snapshots, bodies, width) mill.pose.PoseColumns
+    snapshot_total: np.ndarray  # (snapshots, width) layout.SnapshotTotalColumns
+    snapshot_contact: np.ndarray  # (contacts, 2) ball, and ball or -1 - feature of the wall
+    grid: np.ndarray  # (width,) layout.GridColumns
+    occupancy: np.ndarray  # (columns, rows, width) layout.OccupancyColumns
+    height: np.ndarray  # (width,) layout.HeightColumns
+    works_before: np.ndarray  # (width,) layout.TotalColumns before the present step
+    works_now: np.ndarray  # (width,) and now
+
+
+@kernel()
+def all_works(contacts, counters, totals, out):
+    """Totals with the works so far of the contacts that are open, and the elastic energies of the last evaluation."""
+    for c in range(TOTAL_WIDTH):
+        out[c] = totals[c]
+    for lane in range(counters[COUNTER.used]):
+        if contacts.slot[lane] >= 0:
+            book_works(contacts, lane, out)
+            out[TOTAL.elastic_normal_J] += get_of(contacts, lane, LANE.elastic_normal)
+            out[TOTAL.elastic_tangential_J] += get_of(contacts, lane, LANE.elastic_tangential)
+
+
+@inner()
+def average_works(before, out):
+    """Totals at the present time: half of this step's work is still to come; the elastic energies are those of now."""
+    for c in range(TOTAL.elastic_normal_J):
+        out[c] = 0.5 * (before[c] + out[c])
+
+
+@inner()
+def write_sample(balls, clock, time, totals, out):
+    """One energy sample at `time` [s], with the means of the rates before and after the coming kick."""
+    moving = 0.0
+    turning = 0.0
+    potential = 0.0
+    for i in range(balls.species.size):
+        mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
+        for c in range(3):
+            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
+            speed = balls.rate[i, RATE.velocity.x + c] + 0.5 * clock.step * (force / mass + clock.gravity[c])
+            angular = balls.rate[i, RATE.angular_velocity.x + c] + 0.5 * clock.step * torque / inertia
+            moving += 0.5 * mass * speed * speed
+            turning += 0.5 * inertia * angular * angular
+            potential -= mass * clock.gravity[c] * balls.position[i, c]
+    out[SAMPLE.time_s] = time
+    for c in range(TOTAL_WIDTH):
+        out[SAMPLE.totals.wall_work_J + c] = totals[c]
+    out[SAMPLE.kinetic_translation_J] = moving
+    out[SAMPLE.kinetic_spin_J] = turning
+    out[SAMPLE.potential_J] = potential
+
+
+@inlined()
+def write_open(candidates, first, i, counters, recorder):
+    """Append the open contacts of ball i among first[i] to first[i + 1]."""
+    for k in range(first[i], first[i + 1]):
+        if candidates.lane[k] >= 0:
+            contact = counters[COUNTER.snapshot_contacts]
+            recorder.snapshot_contact[contact, 0] = i
+            recorder.snapshot_contact[contact, 1] = candidates.partner[k]
+            counters[COUNTER.snapshot_contacts] += 1
+
+
+@inner()
+def write_snapshot(balls, candidates, clock, time, totals, counters, recorder):
+    """State of every ball and pose of every body now, the energy dissipated so far, and the open contacts."""
+    number = counters[COUNTER.snapshots]
+    counters[COUNTER.snapshots] += 1
+    for i in range(balls.species.size):
+        mass, inertia = balls.mass[balls.species[i]], balls.inertia[balls.species[i]]
+        for c in range(3):
+            half = 0.5 * clock.step
+            force, torque = balls.load[i, LOAD.force.x + c], balls.load[i, LOAD.torque.x + c]
+            velocity = balls.rate[i, RATE.velocity.x + c] + half * (force / mass + clock.gravity[c])
+            angular = balls.rate[i, RATE.angular_velocity.x + c] + half * torque / inertia
+            recorder.snapshot[number, i, SNAPSHOT.position_m.x + c] = balls.position[i, c]
+            recorder.snapshot[number, i, SNAPSHOT.velocity_m_s.x + c] = velocity
+            recorder.snapshot[number, i, SNAPSHOT.spin_rad_s.x + c] = angular
+            recorder.snapshot[number, i, SNAPSHOT.contact_force_N.x + c] = force
+        write_open(candidates, candidates.first, i, counters, recorder)
+        for body in range(candidates.first_wall.shape[0]):
+            write_open(candidates, candidates.first_wall[body], i, counters, recorder)
+    for body in range(clock.load.shape[0]):
+        for c in range(clock.motions.pose.shape[1]):
+            recorder.snapshot_pose[number, body, c] = clock.motions.pose[body, c]
+    total = recorder.snapshot_total[number]
+    total[SNAPSHOT_TOTAL.time_s] = time
+    total[SNAPSHOT_TOTAL.normal_J] = totals[TOTAL.normal_damping_J]
+    # Dissipated: the work less what the tangential springs still hold.
+    total[SNAPSHOT_TOTAL.tangential_J] = totals[TOTAL.tangential_work_J] - totals[TOTAL.elastic_tangential_J]
+    total[SNAPSHOT_TOTAL.contacts] = counters[COUNTER.snapshot_contacts]
+
+
+@inner()
+def count_occupancy(balls, clock, recorder):
+    """Add every ball to the cell of the horizontal grid that holds it, in the vessel's frame."""
+    for i in range(balls.species.size):
+        position = row(balls.position, i)
+        point = to_body(clock.motions, 0, position)
+        column = int((point[0] - recorder.grid[GRID.low_x]) * recorder.grid[GRID.cells_per_m])
+        line = int((point[1] - recorder.grid[GRID.low_y]) * recorder.grid[GRID.cells_per_m])
+        recorder.height[HEIGHT.total] += point[2]
+        recorder.height[HEIGHT.balls] += 1
+        if not (0 <= column < recorder.occupancy.shape[0] and 0 <= line < recorder.occupancy.shape[1]):
+            continue
+        cell = recorder.occupancy[column, line]
+        # The velocity relative to the vessel, along the vessel's axes.
+        relative = subtract(row(balls.rate_now, i), wall_velocity(clock.motions, 0, position))
+        velocity = direction_to_body(clock.motions, 0, relative)
+        cell[OCCUPANCY.balls] += 1
+        for c in range(3):
+            cell[OCCUPANCY.velocity.x + c] += velocity[c]
+            cell[OCCUPANCY.speed_squared] += velocity[c] * velocity[c]
+
+
+@inlined()
+def room_left(candidates, counters, table, recorder):
+    """Whether the buffers can take everything that one more step may write."""
+    open_at_most = np.int64(listed(candidates))
+    if table.value.shape[0] > 0 and counters[COUNTER.records] + open_at_most > table.value.shape[0]:
+        return False
+    if recorder.sample_every > 0 and counters[COUNTER.samples] >= recorder.sample.shape[0]:
+        return False
+    if recorder.snapshot_every == 0:
+        return True
+    return (
+        counters[COUNTER.snapshots] < recorder.snapshot.shape[0]
+        and counters[COUNTER.snapshot_contacts] + open_at_most <= recorder.snapshot_contact.shape[0]
+    )
+
+
+@inlined()
+def is_due(every, since):
+    """Whether something is written in the step that comes `since` steps after the origin."""
+    return every > 0 and since >= 0 and since % every == 0
+
+
+@inlined()
+def begin_record(contacts, totals, counters, recorder, since):
+    """Note the works before a step in which an energy sample or a snapshot is written; returns whether one is."""
+    is_recorded = is_due(recorder.sample_every, since) or is_due(recorder.snapshot_every, since)
+    if is_recorded:
+        all_works(contacts, counters, totals, recorder.works_before)
+    return is_recorded
+
+
+@inner()
+def record(balls, candidates, contacts, clock, time, since, totals, counters, recorder):
+    """Write the energy sample and the snapshot that are due."""
+    now = recorder.works_now
+    all_works(contacts, counters, totals, now)
+    average_works(recorder.works_before, now)
+    if is_due(recorder.sample_every, since):
+        write_sample(balls, clock, time, now, recorder.sample[counters[COUNTER.samples]])
+        counters[COUNTER.samples] += 1
+    if is_due(recorder.snapshot_every, since):
+        write_snapshot(balls, candidates, clock, time, now, counters, recorder)
+
+
+@kernel()
+def begin_window(contacts, totals, counters):
+    """Book and clear the works of open contacts, so that the table of collisions counts the window alone."""
+    for lane in range(counters[COUNTER.used]):
+        if contacts.slot[lane] < 0:
+            continue
+        book_works(contacts, lane, totals)
+        for work in LANE.history.works:
+            put_of(contacts, lane, work, 0.0)
+
+
+@kernel()
+def end_window(candidates, contacts, walls, time, counters, table):
+    """Append every contact that is still open to the table of collisions; nothing else is changed."""
+    for k in range(listed(candidates)):
+        if candidates.lane[k] >= 0:
+            write_collision(contacts, walls, candidates.lane[k], time, ENDED.cut, counters, table)
+
+
+@dataclass
+class Recording:
+    """What a window has recorded so far, in pieces, each an array as in the Recorder or a tuple as the Table.
+
+    edges: of the cells of the grid of occupancy along x and y, in the vessel's frame [m].
+    """
+
+    edges: tuple[np.ndarray, np.ndarray]
+    occupancy: np.ndarray
+    height: np.ndarray
+    samples: list[np.ndarray] = field(default_factory=list)
+    contacts: list[Table] = field(default_factory=list)
+    snapshots: list[np.ndarray] = field(default_factory=list)
+    poses: list[np.ndarray] = field(default_factory=list)
+    snapshot_works: list[np.ndarray] = field(default_factory=list)
+    snapshot_contacts: list[np.ndarray] = field(default_factory=list)
+
+    @property
+    def height_m(self) -> float:
+        """Mean height of the balls' centres over the floor [m]; nan where it was never measured."""
+        total, count = self.height[HEIGHT.total], self.height[HEIGHT.balls]
+        return float(total / count) if count else math.nan
+
+    @property
+    def table(self) -> Table:
+        """All pieces of the table of collisions as one."""
+        pieces = self.contacts or [make_table(0)]
+        table = Table(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+        return table._replace(contact=np.arange(len(table.first)))
+
+    def drain(self, table: Table, recorder: Recorder, counters: np.ndarray) -> None:
+        """Copy the rows that the buffers hold to the ends of the lists, and set the counters of rows to 0.
+
+        counters: (width,) layout.CounterColumns; a list gets no piece where its buffer is empty.
+        """
+        rows, samples = counters[COUNTER.records], counters[COUNTER.samples]
+        snapshots, contacts = counters[COUNTER.snapshots], counters[COUNTER.snapshot_contacts]
+        if rows:
+            self.contacts.append(Table(*(column[:rows].copy() for column in table)))
+        if samples:
+            self.samples.append(recorder.sample[:samples].copy())
+        if snapshots:
+            self.snapshots.append(recorder.snapshot[:snapshots].copy())
+            self.poses.append(recorder.snapshot_pose[:snapshots].copy())
+            self.snapshot_works.append(recorder.snapshot_total[:snapshots].copy())
+            self.snapshot_contacts.append(recorder.snapshot_contact[:contacts].copy())
+        counters[[COUNTER.records, COUNTER.samples, COUNTER.snapshots, COUNTER.snapshot_contacts]] = 0
+
+
+def make_table(rows: int, by_facet: bool = False) -> Table:
+    """An empty table of collisions with room for `rows`; with none it records nothing.
+
+    by_facet: a contact gets a row for each feature of the wall that it passes.
+    """
+    first, second, contact = (np.zeros(rows, dtype=np.int64) for _ in range(3))
+    facet = np.zeros(rows if by_facet else 0, dtype=np.int64)
+    value = np.zeros((rows, width_of(COLLISION)))
+    return Table(first, second, facet, contact, np.zeros(rows, dtype=np.uint8), value)
+
+
+def silent_recorder() -> Recorder:
+    """A recorder that writes nothing."""
+    return make_recorder(np.zeros((2, 2)), 1.0, 0, 0, np.iinfo(np.int64).max, (0, 0, 0), 0)
+
+
+def make_recorder(
+    bounds: np.ndarray, cell_m: float, balls: int, bodies: int, origin: int, every: tuple[int, int, int], room: int
+) -> Recorder:
+    """Buffers for a window that begins at step `origin`.
+
+    bounds: (2, 2) of the vessel in plan, for a grid of occupancy with square cells [m]; every: steps between energy
+    samples, between snapshots and between counts of the occupancy, 0 for never; room: contacts that may be open at a
+    time.
+    """
+    sample_every, snapshot_every, occupancy_every = every
+    shape = np.ceil((bounds[1] - bounds[0]) / cell_m).astype(int)
+    snapshots = SNAPSHOT_ROWS if snapshot_every else 0
+    grid = np.zeros(width_of(GRID))
+    grid[[GRID.low_x, GRID.low_y]], grid[GRID.cells_per_m] = bounds[0], 1 / cell_m
+    return Recorder(
+        origin=origin,
+        sample_every=sample_every,
+        snapshot_every=snapshot_every,
+        occupancy_every=occupancy_every,
+        sample=np.zeros((SAMPLE_ROWS if sample_every else 0, width_of(SAMPLE))),
+        snapshot=np.zeros((snapshots, balls, width_of(SNAPSHOT))),
+        snapshot_pose=np.zeros((snapshots, bodies, width_of(POSE))),
+        snapshot_total=np.zeros((snapshots, width_of(SNAPSHOT_TOTAL))),
+        snapshot_contact=np.zeros((snapshots * (8 * balls + 16) + room if snapshots else 0, 2), dtype=np.int64),
+        grid=grid,
+        occupancy=np.zeros((*shape, width_of(OCCUPANCY))),
+        height=np.zeros(width_of(HEIGHT)),
+        works_before=np.zeros(TOTAL_WIDTH),
+        works_now=np.zeros(TOTAL_WIDTH),
+    )
+
+
+def grid_edges(bounds: np.ndarray, recorder: Recorder) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of the occupancy grid's cells along x and y in the vessel's frame [m]."""
+    cell_m = 1 / recorder.grid[GRID.cells_per_m]
+    x, y = (bounds[0, axis] + cell_m * np.arange(recorder.occupancy.shape[axis] + 1) for axis in range(2))
+    return x, y

@@ -1,0 +1,306 @@
+"""One simulation as an object for Python: chunks, progress, restart, and error messages."""
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig, ball_count, overridden, threads_of
+from millprint.dem import state
+from millprint.dem.advance import advance
+from millprint.dem.layout import COUNTER, STATUS, TOTAL_WIDTH
+from millprint.dem.overlap import overlap_in_words
+from millprint.dem.packing import pack, pack_mixture
+from millprint.dem.recording import (
+    TABLE_ROWS,
+    Recorder,
+    Recording,
+    Table,
+    begin_window,
+    end_window,
+    grid_edges,
+    make_recorder,
+    make_table,
+    silent_recorder,
+)
+from millprint.dem.restart import read_restart, write_restart
+from millprint.dem.threads import Shares, make_shares, use_threads
+from millprint.dem.timestep import aligned_step, largest_fraction, rayleigh_time, requested_step, skin_of
+from millprint.errors import SimulationError
+from millprint.mill.bodies import Body, build_bodies, inserts_in_vessel
+from millprint.mill.motion import Motion
+from millprint.mill.vessel import Vessel
+from millprint.mill.wall_arrays import build_walls
+from millprint.mill.walls import Walls
+from millprint.run.progress import progress
+
+# Wall time of one call of the kernel [s]: short enough for a smooth progress bar.
+CHUNK_S = 0.25
+ASSUMED_NS = 30
+
+
+class Simulation:
+    """Balls in a moving vessel and between its inserts. Step 0 is where the mill starts; before it all is at rest.
+
+    start: centres (n, 3) [m] in the vessel's frame to begin from, of balls of one size, in place of the seed's packing.
+    Raises SimulationError for balls that do not fit, a step that is too long, and a start of another number of balls.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        mill: MillConfig,
+        contact: ContactConfig,
+        dem: DemConfig,
+        start: np.ndarray | None = None,
+    ) -> None:
+        mill, contact = overridden(case, mill, contact)
+        self.case, self.mill, self.contact, self.dem = case, mill, contact, dem
+        # With several sizes, those of the ball of mean volume.
+        self.diameter = case.ball_diameter_mm / 1e3
+        self.radius = self.diameter / 2
+        self.radii = np.array(case.sizes_mm) / 1e3 / 2
+        largest = float(self.radii.max())
+        volume = mill.volume_ml / 1e6
+        self.count = ball_count(case.fill_ratio, volume, self.diameter)
+        if self.count < 1:
+            raise SimulationError(
+                f"fill ratio {case.fill_ratio:g} is less than one ball of {case.ball_diameter_mm:g} mm"
+            )
+        self.bodies: list[Body] = build_bodies(mill, case.speed_rpm)
+        self._choose_steps()
+        start, species = self._start(volume) if start is None else self._given(start)
+        self.balls = state.make_balls(
+            self.bodies[0].to_laboratory(start, 0.0), species, self.radii, contact.density_kg_m3
+        )
+        self.candidates = state.make_candidates(self.count, len(self.bodies))
+        self.contacts = state.make_contacts(self.candidates.partner.size)
+        skin = skin_of(dem, float(self.radii.min()), self.step / self.rayleigh_s)
+        self.clock = state.make_clock(self.balls, [body.motion for body in self.bodies], self.step, skin)
+        self.walls: Walls = build_walls(
+            [body.vessel for body in self.bodies],
+            largest,
+            skin / 2,
+            pitch=max(0.4 * largest, 1e-3),
+        )
+        self.laws = state.make_laws(self.balls, contact, self.step, dem.overlap_max, self.walls.surface)
+        self.threads = threads_of(case, dem)
+        self.shares = self._make_shares()
+        self.totals = np.zeros(TOTAL_WIDTH)
+        self.counters = state.make_counters()
+        self.wall_clock_s = 0.0
+        self.processor_s = 0.0
+
+    @property
+    def vessel(self) -> Vessel:
+        """The vessel's walls."""
+        return self.bodies[0].vessel
+
+    @property
+    def motion(self) -> Motion:
+        """The vessel's motion."""
+        return self.bodies[0].motion
+
+    @property
+    def ball_counts(self) -> list[int]:
+        """The number of balls of each size, in the order of the case's sizes."""
+        return np.bincount(self.balls.species, minlength=len(self.radii)).tolist()
+
+    @property
+    def frequency_hz(self) -> float:
+        """Turns of the mill in a second: of the vessel, or of what turns in it; 0 for a mill at rest."""
+        return max(body.motion.frequency_hz for body in self.bodies)
+
+    def _start(self, volume_m3: float) -> tuple[np.ndarray, np.ndarray]:
+        """Centres (n, 3) [m] in the vessel's frame, packed by the seed, and the size (n,) of each."""
+        inserts = inserts_in_vessel(self.bodies)
+        if self.case.mixture:
+            counts = self.case.mixture.counts(self.count)
+            return pack_mixture(self.vessel, 2 * self.radii, counts, self.case.seed, inserts)
+        start = pack(self.vessel, self.diameter, self.count, self.case.seed, volume_m3, inserts=inserts)
+        return start, np.zeros(self.count, dtype=np.int64)
+
+    def _given(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A given start (n, 3) [m], and the size (n,) of each ball."""
+        if self.case.mixture or start.shape != (self.count, 3):
+            raise SimulationError(
+                f"a start of shape {start.shape}: it must have {self.count} rows and 3 columns, for balls of one size"
+            )
+        return start, np.zeros(self.count, dtype=np.int64)
+
+    def _choose_steps(self) -> None:
+        """The step: a whole number of them makes a snapshot interval or else an energy sample."""
+        case, dem, contact = self.case, self.dem, self.contact
+        self.rayleigh_s = rayleigh_time(
+            self.radii.min(), contact.density_kg_m3, contact.young_modulus_gpa * 1e9, contact.poisson_ratio
+        )
+        longest, allowed = requested_step(case, dem, self.rayleigh_s), largest_fraction(case, dem)
+        if longest > allowed * self.rayleigh_s:
+            raise SimulationError(
+                f"the time step of {longest:g} s is {longest / self.rayleigh_s:.3g} of the Rayleigh time; "
+                f"at most {allowed:g} ({allowed * self.rayleigh_s:.3g} s) is allowed"
+            )
+        revolution = 1 / self.frequency_hz if self.frequency_hz else case.window_s
+        sample = revolution / dem.ledger_samples_per_revolution
+        self.snapshot_every = 0
+        if case.snapshot_interval_s:
+            self.step, self.snapshot_every = aligned_step(longest, case.snapshot_interval_s)
+            self.sample_every = max(1, round(sample / self.step))
+        else:
+            self.step, self.sample_every = aligned_step(longest, sample)
+        self.settle_steps = math.ceil(case.settle_s / self.step)
+        self.discard_steps = round(case.discard_s / self.step / self.sample_every) * self.sample_every
+        samples = max(1, round(case.window_s / self.step / self.sample_every))
+        self.window_steps = samples * self.sample_every
+        self.begin_s = self.discard_steps * self.step
+
+    @property
+    def window_s(self) -> float:
+        """Length of the recorded window [s]."""
+        return self.window_steps * self.step
+
+    def run(
+        self,
+        title: str | None = None,
+        restart: str | Path | None = None,
+        enough: Callable[[Recording], bool] | None = None,
+    ) -> Recording:
+        """Settle, drive, discard, record. Raises SimulationError where the state stops making sense.
+
+        title: of the progress bar, without which there is none; restart: a file that the state is written to from
+        time to time, and that a run which was stopped goes on from; enough: tells of a window that is over whether it
+        is long enough; it is made longer by its own length until it is, up to case.window_max_s.
+        """
+        recorder, table = self._recorder(), self._table()
+        recording = Recording(
+            edges=grid_edges(self.vessel.bounds[:, :2], recorder), occupancy=recorder.occupancy, height=recorder.height
+        )
+        self.counters[COUNTER.step] = 0
+        if not (restart and read_restart(restart, self, recording)):
+            self.counters[COUNTER.step] = -self.settle_steps
+        self._restart, self._written = restart, time.monotonic()
+        first_window = self.window_steps
+        options = {"unit_scale": self.step, "bar_format": BAR, "disable": title is None}
+        with progress(self._steps_in_all, title or "", "s simulated", **options) as bar:
+            bar.update(int(self.counters[COUNTER.step]) + self.settle_steps)
+            self._drive_in(recording, bar)
+            # A restarted run may be in a window that had been made longer.
+            while self.counters[COUNTER.step] > self.discard_steps + self.window_steps + 1:
+                self.window_steps += first_window
+            while True:
+                self._advance(self.discard_steps + self.window_steps, recorder, table, recording, bar)
+                longer = self.window_steps + first_window
+                if not enough or longer * self.step > (self.case.window_max_s or 0.0) or enough(recording):
+                    break
+                self.window_steps = longer
+                bar.total = self._steps_in_all
+        end_window(self.candidates, self.contacts, self.walls, self.begin_s + self.window_s, self.counters, table)
+        recording.drain(table, recorder, self.counters)
+        return recording
+
+    @property
+    def _steps_in_all(self) -> int:
+        return self.settle_steps + self.discard_steps + self.window_steps + 1
+
+    def _drive_in(self, recording: Recording, bar: tqdm) -> None:
+        """Settle, start the mill, and run up to where the window begins; a restarted run may be past any of it."""
+        silent, none = silent_recorder(), make_table(0)
+        if self.counters[COUNTER.step] <= 0:
+            self._advance(-1, silent, none, recording, bar)
+            # The walls start suddenly, so the planned rebuild of the lists may be too late.
+            self.counters[COUNTER.check_in] = 0
+        if self.counters[COUNTER.step] <= self.discard_steps:
+            self._advance(self.discard_steps - 1, silent, none, recording, bar)
+            begin_window(self.contacts, self.totals, self.counters)
+            self._disturb()
+
+    def _disturb(self) -> None:
+        """Displace every ball by the case's disturbance, each in a direction of its own."""
+        if self.case.disturbance_m:
+            direction = np.random.default_rng(self.case.seed).normal(size=(self.count, 3))
+            direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+            self.balls.position[:] += self.case.disturbance_m * direction
+
+    def _recorder(self) -> Recorder:
+        """Buffers for the window."""
+        occupancy_every = max(1, round(self.dem.occupancy_interval_s / self.step))
+        return make_recorder(
+            self.vessel.bounds[:, :2], self.dem.occupancy_cell_m, self.count, len(self.bodies), self.discard_steps,
+            (self.sample_every, self.snapshot_every, occupancy_every), self.candidates.partner.size,
+        )  # fmt: skip
+
+    def _table(self) -> Table:
+        """The buffer for contacts."""
+        return make_table(max(TABLE_ROWS, 2 * self.contacts.slot.size), self.dem.counts_by_facet)
+
+    def _advance(self, last_step: int, recorder: Recorder, table: Table, recording: Recording, bar: tqdm) -> None:
+        """Call the kernel in chunks up to and including `last_step`."""
+        chunk = max(64, int(CHUNK_S / (ASSUMED_NS * 1e-9 * self.count)))
+        counters = self.counters
+        while counters[COUNTER.step] <= last_step:
+            before = int(counters[COUNTER.step])
+            begin = time.perf_counter(), time.process_time()
+            self._call_kernel(table, recorder, min(before + chunk, last_step))
+            self.wall_clock_s += time.perf_counter() - begin[0]
+            self.processor_s += time.process_time() - begin[1]
+            if counters[COUNTER.status] == STATUS.candidates_full:
+                self._lengthen_lists()
+            elif counters[COUNTER.status] != STATUS.running:
+                raise SimulationError(self._trouble())
+            recording.drain(table, recorder, counters)
+            self._write_restart_if_due(recording)
+            bar.update(int(counters[COUNTER.step]) - before)
+
+    def _make_shares(self) -> Shares | None:
+        """What the threads write to, where there are several; again whenever the lists are made."""
+        if self.threads == 1:
+            return None
+        return make_shares(self.threads, self.count, len(self.bodies), self.candidates, self.contacts)
+
+    def _call_kernel(self, table: Table, recorder: Recorder, last_step: int) -> None:
+        """One call of the step loop; that with threads is compiled only where there are several."""
+        with use_threads(self.threads) if self.threads > 1 else nullcontext():
+            advance(
+                self.balls, self.candidates, self.contacts, self.laws, self.walls, self.clock, self.totals,
+                self.counters, table, recorder, last_step, self.shares,
+            )  # fmt: skip
+
+    def _write_restart_if_due(self, recording: Recording) -> None:
+        """Write the restart file if the last one is old enough."""
+        if self._restart and time.monotonic() - self._written >= self.dem.restart_interval_s:
+            write_restart(self._restart, self, recording)
+            self._written = time.monotonic()
+
+    def _lengthen_lists(self) -> None:
+        """Twice the room for candidates and contacts; those that are open have been set aside and stay there."""
+        per_ball = max(1, 2 * self.candidates.partner.size // self.count)
+        aside, kept = int(self.counters[COUNTER.aside]), self.contacts
+        self.candidates = state.make_candidates(self.count, len(self.clock.load), per_ball)
+        self.contacts = state.make_contacts(self.candidates.partner.size)
+        self.contacts.kept_ball[:aside] = kept.kept_ball[:aside]
+        self.contacts.kept_partner[:aside] = kept.kept_partner[:aside]
+        self.contacts.kept_history[:aside] = kept.kept_history[:aside]
+        self.shares = self._make_shares()
+        self.counters[COUNTER.status] = STATUS.running
+        self.counters[COUNTER.check_in] = 0
+
+    def _trouble(self) -> str:
+        """The message for the status of the run."""
+        if self.counters[COUNTER.status] == STATUS.overlap:
+            return overlap_in_words(self)
+        ball, when = int(self.counters[COUNTER.ball]), f"at {self.counters[COUNTER.step] * self.step:.6f} s"
+        return {
+            STATUS.escaped: f"ball {ball} has left the vessel {when}",
+            STATUS.not_finite: f"the position of ball {ball} is not a finite number {when}",
+            STATUS.contact_lost: f"an open contact of ball {ball} was lost when the lists were rebuilt {when}",
+        }[int(self.counters[COUNTER.status])]
+
+
+# Progress in simulated seconds, with the remaining time.
+BAR = "{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} s simulated [{elapsed}<{remaining}]"

@@ -1,0 +1,227 @@
+"""The state of a simulation as groups of flat arrays, which kernels take and change in place."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.config.contact import ContactConfig
+from millprint.dem.lanes import IDLE, IDLE_PRESENT
+from millprint.dem.law import law_row
+from millprint.dem.layout import CELL, COUNTER, GROUP, HISTORY_WIDTH, LANES, LOAD_WIDTH, RATE, RATE_WIDTH
+from millprint.mill.kernel_columns import span_of, width_of
+from millprint.mill.motion import Motion, Motions, stack_motions
+from millprint.mill.walls import SURFACE
+
+# Numbers in a cache line of the processor, and the most rows of an array that begins with one.
+CACHE_LINE = 8
+LINED_ROWS = 10_000
+
+
+class Balls(NamedTuple):
+    """State of the balls; rates are those of half a step ago, `rate_now` those expected at the present position."""
+
+    position: np.ndarray  # (n, 3) [m]
+    rate: np.ndarray  # (n, 6) layout.RateColumns
+    rate_now: np.ndarray  # (n, 6)
+    load: np.ndarray  # (n, 6) of contacts, layout.LoadColumns
+    species: np.ndarray  # (n,) row of the tables below
+    radius: np.ndarray  # (species,) [m]
+    mass: np.ndarray  # (species,) [kg]
+    inertia: np.ndarray  # (species,) [kg m2]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities (n, 3) half a step ago [m/s]."""
+        return self.rate[:, span_of(RATE.velocity)]
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """Angular velocities (n, 3) half a step ago [rad/s]."""
+        return self.rate[:, span_of(RATE.angular_velocity)]
+
+
+class Candidates(NamedTuple):
+    """What may touch before a ball has moved by half the skin: all pairs of balls, then all balls with each body."""
+
+    first: np.ndarray  # (n + 1,) pairs of ball i with balls of higher numbers are first[i] to first[i + 1]
+    first_wall: np.ndarray  # (bodies, n + 1) and with features of body b first_wall[b, i] to first_wall[b, i + 1]
+    ball: np.ndarray  # (s,)
+    partner: np.ndarray  # (s,) a ball, or -1 - feature
+    plane: np.ndarray  # (s, 4) walls.bounding_plane of a feature
+    sure: np.ndarray  # (s,) 1 where the foot is surely on the facet
+    lane: np.ndarray  # (s,) the contact's lane, or -1
+    trigger: np.ndarray  # (s,) (squared) distance below which a contact opens [m2, wall: m]; negative while open
+    near: np.ndarray  # (s + 1,) those that may come within reach before the next look (dem.near)
+    near_first: (
+        np.ndarray
+    )  # (bodies + 2,) features of body b are near[near_first[b]] to near[near_first[b + 1]], then pairs
+    stride: np.ndarray  # (bodies,) the farthest that a ball may go in a step, as seen from a body [m]
+    found: np.ndarray  # (s + 1,) those that have come within reach in the present step
+    anchor: np.ndarray  # (bodies, n, 3) positions in each body's frame when the lists were made [m]
+    cell_place: np.ndarray  # (n, 4) layout.CellColumns
+    cell_first: np.ndarray  # (cells + 1,) where a cell's members begin
+    cell_member: np.ndarray  # (n,)
+
+
+class Contacts(NamedTuple):
+    """Open contacts. Each keeps its lane, and in it its history, until the lists are rebuilt."""
+
+    lanes: np.ndarray  # (blocks, width * LANES) layout.LaneColumns, see dem.lanes
+    present: np.ndarray  # (GROUP, width * LANES) layout.PresentColumns
+    ball: np.ndarray  # (c,) the first partner
+    partner: np.ndarray  # (c,) the second one: a ball, or -1 - feature
+    slot: np.ndarray  # (c,) the candidate; -1 in a lane that is free
+    free: np.ndarray  # (c,) stack of free lanes
+    kept_ball: np.ndarray  # (c,) of contacts that are set aside while the lists are rebuilt
+    kept_partner: np.ndarray  # (c,)
+    kept_history: np.ndarray  # (c, width) layout.HistoryColumns
+
+
+class Laws(NamedTuple):
+    """Contact coefficients (law.law_row) by species."""
+
+    pair: np.ndarray  # (species, species, width) layout.LawColumns
+    wall: np.ndarray  # (surfaces, species, width), by walls.SURFACE
+    surface: np.ndarray  # (features,) surface of every feature of the walls, walls.Walls.surface
+
+
+class Clock(NamedTuple):
+    """Time and motion of the bodies."""
+
+    step: float  # [s]
+    gravity: np.ndarray  # (3,) [m/s2]
+    motions: Motions
+    gain: np.ndarray  # (6 n,) change of the rates in a step by unit loads [m/s, rad/s]
+    fall: np.ndarray  # (6 n,) change of the rates in a step by gravity [m/s]
+    load: np.ndarray  # (bodies, 6) on the balls, torque about the body's origin, of the present step
+    skin: float  # a candidate is listed up to this far from contact [m]
+
+
+def on_cache_lines(values: np.ndarray) -> np.ndarray:
+    """A copy that begins with a cache line: no vector of eight numbers then lies on two lines, which takes longer.
+
+    An array of more than LINED_ROWS stays where it comes to lie: with 20,000 balls, whose numbers are far from the
+    processor, steps were slower with all arrays at the start of a line.
+    """
+    if len(values) > LINED_ROWS:
+        return values.copy()
+    numbers = np.empty(values.size + CACHE_LINE)
+    start = -numbers.ctypes.data // numbers.itemsize % CACHE_LINE
+    copy = numbers[start : start + values.size].reshape(values.shape)
+    copy[:] = values
+    return copy
+
+
+def make_balls(position: np.ndarray, species: np.ndarray, radii: np.ndarray, density: float) -> Balls:
+    """Balls at rest at `position` (n, 3) [m]; species (n,) are rows of `radii` [m]; density [kg/m3]."""
+    position = np.ascontiguousarray(position, dtype=float)
+    rate, rate_now, load = (on_cache_lines(np.zeros((len(position), RATE_WIDTH))) for _ in range(3))
+    radii = np.asarray(radii, dtype=float)
+    mass = density * 4 / 3 * math.pi * radii**3
+    species = np.asarray(species, dtype=np.int64)
+    return Balls(on_cache_lines(position), rate, rate_now, load, species, radii, mass, 0.4 * mass * radii**2)
+
+
+def make_candidates(balls: int, bodies: int = 1, per_ball: int = 12) -> Candidates:
+    """Empty lists with room for `per_ball` candidates a ball."""
+    room = balls * per_ball + 64
+    return Candidates(
+        # Unsigned numbers spare the compiled code the look for negative ones.
+        first=np.zeros(balls + 1, dtype=np.uint64),
+        first_wall=np.zeros((bodies, balls + 1), dtype=np.uint64),
+        ball=np.zeros(room, dtype=np.uint32),
+        partner=np.zeros(room, dtype=np.int64),
+        plane=np.zeros((room, 4)),
+        sure=np.zeros(room, dtype=np.uint8),
+        lane=np.full(room, -1, dtype=np.int64),
+        trigger=np.zeros(room),
+        near=np.zeros(room + 1, dtype=np.uint32),
+        near_first=np.zeros(bodies + 2, dtype=np.uint64),
+        stride=np.zeros(bodies),
+        found=np.zeros(room + 1, dtype=np.uint32),
+        anchor=np.zeros((bodies, balls, 3)),
+        cell_place=np.zeros((balls, width_of(CELL)), dtype=np.int64),
+        cell_first=np.zeros(4 * balls + 1024, dtype=np.int64),
+        cell_member=np.zeros(balls, dtype=np.int64),
+    )
+
+
+def make_present(rows: int) -> np.ndarray:
+    """Present rows (rows, width * LANES) of lanes that are free."""
+    return on_cache_lines(np.tile(np.repeat(IDLE_PRESENT, LANES), (rows, 1)))
+
+
+def make_contacts(room: int) -> Contacts:
+    """Free lanes for at least `room` contacts."""
+    blocks = -(-room // LANES)
+    room = blocks * LANES
+    return Contacts(
+        lanes=on_cache_lines(np.tile(np.repeat(IDLE, LANES), (blocks, 1))),
+        present=make_present(GROUP),
+        ball=np.zeros(room, dtype=np.uint32),
+        partner=np.zeros(room, dtype=np.int64),
+        slot=np.full(room, -1, dtype=np.int64),
+        free=np.zeros(room, dtype=np.int64),
+        kept_ball=np.zeros(room, dtype=np.int64),
+        kept_partner=np.zeros(room, dtype=np.int64),
+        kept_history=np.zeros((room, HISTORY_WIDTH)),
+    )
+
+
+def make_counters() -> np.ndarray:
+    """Counters of a run that has not begun."""
+    counters = np.zeros(width_of(COUNTER), dtype=np.int64)
+    counters[COUNTER.aside] = -1
+    return counters
+
+
+def make_laws(balls: Balls, contact: ContactConfig, step: float, overlap_fraction: float, surface: np.ndarray) -> Laws:
+    """Coefficients of every pair of species and of every species against each surface (Eqs 3.11 to 3.14).
+
+    overlap_fraction: bound on any overlap over the ball's radius [-]; surface: that of every feature of the walls
+    (walls.Walls.surface). A wall has R* = R and m* = m.
+    """
+
+    def reduced(a: float, b: float) -> float:
+        return a * b / (a + b)
+
+    species = range(len(balls.radius))
+    radius, mass, inertia = balls.radius, balls.mass, balls.inertia
+    pair = [
+        [
+            law_row(
+                contact,
+                reduced(radius[a], radius[b]),
+                reduced(mass[a], mass[b]),
+                reduced(inertia[a], inertia[b]),
+                radius[a] + radius[b],
+                overlap_fraction * min(radius[a], radius[b]),
+                step,
+            )
+            for b in species
+        ]
+        for a in species
+    ]
+    sets = {"rough": contact.at_wall, "smooth": contact.without_friction}
+    wall = [
+        [law_row(at, radius[a], mass[a], inertia[a], radius[a], overlap_fraction * radius[a], step) for a in species]
+        for at in (sets[name] for name in SURFACE._fields)
+    ]
+    return Laws(np.array(pair), np.array(wall), surface)
+
+
+def make_clock(
+    balls: Balls, motions: list[Motion], step: float, skin: float, gravity: float | np.ndarray = 9.81
+) -> Clock:
+    """A clock for the motions of the bodies, the vessel first; gravity [m/s2] as a vector, or downwards."""
+    down = np.array(gravity, dtype=float) if np.ndim(gravity) else np.array([0.0, 0.0, -gravity])
+    return Clock(
+        step=float(step),
+        gravity=down,
+        motions=stack_motions(motions),
+        gain=on_cache_lines(np.repeat(step / np.column_stack([balls.mass, balls.inertia])[balls.species], 3)),
+        fall=on_cache_lines(np.tile(np.concatenate([step * down, np.zeros(3)]), len(balls.species))),
+        load=np.zeros((len(motions), LOAD_WIDTH)),
+        skin=float(skin),
+    )

@@ -1,0 +1,100 @@
+"""The largest time step that changes no descriptor and keeps the energy balance; is the one taken small enough?"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.fingerprint import ConvergenceConfig
+from millprint.dem.convergence import DESCRIPTORS, SERIES, column_of
+from millprint.statistics.quantiles import student_exceeded
+
+
+def closure_order(series: pd.DataFrame) -> float:
+    """Order at which the balance error falls with the step: the slope of its logarithm over that of the step."""
+    return float(np.polyfit(np.log(series["time_step_s"]), np.log(series["closure"]), 1)[0])
+
+
+def chance_factor(series: pd.DataFrame, confidence: float) -> float:
+    """Standard errors within which all deviations of a series stay with probability `confidence`, if steps are alike.
+
+    Student's t with the degrees of freedom of the pooled spread, shared out among the comparisons (Bonferroni). Zero
+    where one seed a step leaves the spread unknown: then only the tolerance counts.
+    """
+    freedom = int((series["seeds"] - 1).sum())
+    comparisons = (len(series) - 1) * len(DESCRIPTORS)
+    return float(student_exceeded((1 - confidence) / (2 * comparisons), freedom)) if freedom else 0.0
+
+
+def judge_row(row: pd.Series, factor: float, settings: ConvergenceConfig) -> dict:
+    """Whether one step passes: each descriptor within the tolerance or within chance, and a balance that closes."""
+    deviations = {name: row[column_of(name, "deviation_percent")] for name in DESCRIPTORS}
+    chance = {name: factor * np.nan_to_num(row[column_of(name, "deviation_se_percent")]) for name in DESCRIPTORS}
+    beyond = [name for name in DESCRIPTORS if abs(deviations[name]) > max(settings.tolerance_percent, chance[name])]
+    largest = max(DESCRIPTORS, key=lambda name: abs(deviations[name]))
+    return {
+        "time_step_s": float(row["time_step_s"]),
+        "rayleigh_fraction": float(row["rayleigh_fraction"]),
+        "largest_deviation_percent": float(deviations[largest]),
+        "largest_deviation_of": largest,
+        # With so few seeds, a smaller deviation cannot be distinguished from chance.
+        "resolution_percent": float(max(chance.values())),
+        "deviating": beyond,
+        "closure_worst": float(row["closure_worst"]),
+        "closes": bool(row["closure_worst"] <= settings.closure_max),
+        "passes": bool(not beyond and row["closure_worst"] <= settings.closure_max),
+    }
+
+
+def judge_series(series: pd.DataFrame, settings: ConvergenceConfig, taken_s: float) -> dict:
+    """Verdict on each step of a series, finest first, and the largest that passes with every finer one.
+
+    taken_s: the step that the sweeps take for these balls [s]. It is a little smaller than requested, so that a whole
+    number of steps makes an energy sample.
+    """
+    factor = chance_factor(series, settings.confidence)
+    steps = [judge_row(row, factor, settings) for _, row in series.iterrows()]
+    failed = next((index for index, step in enumerate(steps) if not step["passes"]), len(steps))
+    largest = steps[failed - 1]["time_step_s"] if failed else None
+    return {
+        **{name: series[name].iloc[0] for name in SERIES[:2]},
+        **{name: float(series[name].iloc[0]) for name in SERIES[2:]},
+        "largest_step_s": largest,
+        "taken_step_s": taken_s,
+        "taken_step_holds": largest is not None and taken_s <= largest * 1.01,
+        "closure_order": closure_order(series),
+        "steps": steps,
+    }
+
+
+def choose_step(table: pd.DataFrame, settings: ConvergenceConfig, taken_s: Mapping[float, float]) -> dict:
+    """The largest step that passes in each series of the time-step table, against that of the sweeps.
+
+    A step passes where each of DESCRIPTORS is within settings.tolerance_percent of that at the finest step, or within
+    what chance does to so few seeds, where the balance closes within settings.closure_max, and every finer step passes.
+    taken_s: the step of the sweeps [s] for each ball diameter [mm].
+    """
+    series = [
+        judge_series(rows, settings, taken_s[rows["ball_diameter_mm"].iloc[0]])
+        for _, rows in table.groupby(SERIES, sort=False)
+    ]
+    return {
+        "criteria": settings.model_dump(exclude={"study"}),
+        "taken_steps_hold": all(each["taken_step_holds"] for each in series),
+        "series": series,
+    }
+
+
+def in_words(choice: dict) -> str:
+    """A line for the log: for each series the largest step, the reason against the next one, and the one taken."""
+    parts = []
+    for series in choice["series"]:
+        failed = next((step for step in series["steps"] if not step["passes"]), None)
+        largest, taken = series["largest_step_s"], series["taken_step_s"]
+        found = "no step passes" if largest is None else f"the largest step that passes is {largest:.3g} s"
+        if failed:
+            reasons = [] if failed["closes"] else [f"a balance open by {100 * failed['closure_worst']:.2g} %"]
+            found += f" ({failed['time_step_s']:.3g} s fails by {', '.join(reasons + failed['deviating'])})"
+        verdict = "holds" if series["taken_step_holds"] else "is too large: make dem.time_step_s or its sweep's smaller"
+        parts.append(f"{series['ball_diameter_mm']:g} mm balls: {found}; the step taken, {taken:.3g} s, {verdict}")
+    return "; ".join(parts)

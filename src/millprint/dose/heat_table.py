@@ -1,0 +1,301 @@
+"""The heat balance of a mill's conditions: samples of what is not known, temperatures with bands, limits, pauses."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.heat import COEFFICIENT, PARAMETERS, TEMPERATURE, HeatConfig, RangeSection
+from millprint.dose.heat import BALLS, BODIES, Balance, Course, pause_needed, programme_phases, solve, time_to_limit
+from millprint.dose.heat_sources import HeatSource
+from millprint.errors import ConfigError
+from millprint.run.files import read_table
+from millprint.validation.measured import parse_value
+
+RUNNING, RESTING, ROOM = "running_W_m2K", "resting_W_m2K", "surroundings_degC"
+# Bounds of a band, by the columns that hold them.
+BAND = ("lower", "median", "upper")
+COMPARED = (
+    "id",
+    "mill",
+    "condition",
+    "quantity",
+    "measured",
+    "unit",
+    "lower",
+    "median",
+    "upper",
+    "share_within",
+    "power_factor_lower",
+    "power_factor_median",
+    "power_factor_upper",
+    "statement",
+    "source",
+)
+
+
+def ranges_of(settings: HeatConfig, mill: str) -> dict[str, tuple[RangeSection, str, str]]:
+    """Every sampled number by name, with its range, title and unit: parameters, and surroundings of the mill."""
+    cooling = getattr(settings.surroundings, settings.jar_of(mill).cooling)
+    resting = getattr(settings.surroundings, cooling.at_rest)
+    own = {name: (given, PARAMETERS[name].title, PARAMETERS[name].unit) for name, given in settings.parameters.items()}
+    return {
+        **own,
+        RUNNING: (cooling.coefficient_W_m2K, f"{COEFFICIENT.title} while the mill runs", COEFFICIENT.unit),
+        RESTING: (resting.coefficient_W_m2K, f"{COEFFICIENT.title} in a pause", COEFFICIENT.unit),
+        ROOM: (cooling.temperature_degC, f"{TEMPERATURE.title}, and all bodies at the start", TEMPERATURE.unit),
+    }
+
+
+def sample(settings: HeatConfig, mill: str) -> pd.DataFrame:
+    """A Latin hypercube over the ranges (McKay, Beckman and Conover, Technometrics 21 (1979) 239): a row a sample.
+
+    A range that spans a factor of ten is uniform in the logarithm. Where a pause has the cooling of milling, it has its
+    number too.
+    """
+    # Slow to import, and the check of the input imports this module.
+    from scipy.stats import qmc
+
+    ranges = ranges_of(settings, mill)
+    cube = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(settings.seed)).random(settings.samples)
+    columns = {}
+    for share, (name, (given, _, _)) in zip(cube.T, ranges.items(), strict=True):
+        columns[name] = (
+            given.low * (given.high / given.low) ** share
+            if given.logarithmic
+            else given.low + (given.high - given.low) * share
+        )
+    cooling = settings.jar_of(mill).cooling
+    if getattr(settings.surroundings, cooling).at_rest == cooling:
+        columns[RESTING] = columns[RUNNING]
+    return pd.DataFrame(columns)
+
+
+def jar_of_samples(
+    settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.DataFrame
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mass [kg] and outside [m2] of the jar of each sample (n,).
+
+    Where they are not given, the outside is the inside enlarged evenly by the thickness t: with volume V and surface S
+    of the inside, by the factor 1 + t S / (3 V) in length, exact for a sphere, a cube and a cylinder as deep as wide.
+    """
+    known = settings.jar_of(mill)
+    factor = 1 + 1e-3 * drawn["wall_thickness_mm"].to_numpy() * source.inside_m2 / (3 * source.inside_m3)
+    mass = drawn["jar_density_kg_m3"].to_numpy() * source.inside_m3 * (factor**3 - 1)
+    outside = source.inside_m2 * factor**2
+    if known.mass_kg is not None:
+        mass = np.full(len(drawn), known.mass_kg)
+    if known.surface_cm2 is not None:
+        outside = np.full(len(drawn), 1e-4 * known.surface_cm2)
+    return mass, outside
+
+
+def heat_by_body(source: HeatSource, drawn: pd.DataFrame) -> np.ndarray:
+    """Heat set free in balls, powder and jar [W] (n, 3); its sum is heat_share of the dissipation.
+
+    The powder takes its share of every contact. What remains of ball on ball heats balls, and of ball on wall the jar
+    by `wall_share` and balls.
+    """
+    shares = drawn[["powder_share_normal", "powder_share_shear", "powder_share_shear"]].to_numpy()
+    power = source.power_W[None] * drawn["heat_share"].to_numpy()[:, None, None]
+    powder = (power * shares[:, None, :]).sum(axis=(1, 2))
+    between, wall = np.moveaxis((power * (1 - shares[:, None, :])).sum(axis=2), 1, 0)
+    jar = wall * drawn["wall_share"].to_numpy()
+    return np.column_stack([between + wall - jar, powder, jar])
+
+
+def balance_of(settings: HeatConfig, mill: str, source: HeatSource, drawn: pd.DataFrame) -> Balance:
+    """The balances of a condition, one for each sample."""
+    mass, outside = jar_of_samples(settings, mill, source, drawn)
+    powder = source.balls_kg / drawn["ball_to_powder_ratio"].to_numpy()
+    if settings.powder_mass_g is not None:
+        powder = np.full(len(drawn), 1e-3 * settings.powder_mass_g)
+    return Balance(
+        capacity_J_K=np.column_stack(
+            [
+                source.balls_kg * drawn["ball_heat_capacity_J_kgK"],
+                powder * drawn["powder_heat_capacity_J_kgK"],
+                mass * drawn["jar_heat_capacity_J_kgK"],
+            ]
+        ),
+        between_W_K=np.column_stack(
+            [
+                source.balls_m2 * drawn["ball_powder_W_m2K"],
+                source.inside_m2 * drawn["ball_wall_W_m2K"],
+                source.inside_m2 * drawn["powder_wall_W_m2K"],
+            ]
+        ),
+        running_W_K=outside * drawn[RUNNING].to_numpy(),
+        resting_W_K=outside * drawn[RESTING].to_numpy(),
+        source_W=heat_by_body(source, drawn),
+        surroundings_degC=drawn[ROOM].to_numpy(),
+    )
+
+
+def band(values: np.ndarray, probability: float) -> np.ndarray:
+    """Lower end, median and upper end over the first axis (3, ...); an infinite value is larger than any other."""
+    ends = [(1 - probability) / 2, 0.5, (1 + probability) / 2]
+    # Without interpolation, which has no value between a finite and an infinite one.
+    return np.quantile(values, ends, axis=0, method="inverted_cdf")
+
+
+def _columns(name: str, values: np.ndarray, probability: float) -> dict[str, float]:
+    return {f"{name}_{end}": value for end, value in zip(BAND, band(values, probability), strict=True)}
+
+
+@dataclass(frozen=True)
+class HeatTables:
+    """The tables of a mill."""
+
+    parameters: pd.DataFrame
+    """a row for each sampled number, with its range and source"""
+    temperatures: pd.DataFrame
+    """a row for each condition, body and time"""
+    limits: pd.DataFrame
+    """a row for each condition: temperatures, time to the limit, pauses"""
+    comparison: pd.DataFrame
+    """a row for each condition that is held against a measured temperature"""
+
+
+def parameter_table(settings: HeatConfig, mill: str) -> pd.DataFrame:
+    """A row for each sampled number: range, unit and source."""
+    return pd.DataFrame(
+        [
+            {
+                "parameter": name,
+                "title": title,
+                "unit": unit,
+                "low": given.low,
+                "high": given.high,
+                "source": given.source,
+            }
+            for name, (given, title, unit) in ranges_of(settings, mill).items()
+        ]
+    )
+
+
+def limit_row(settings: HeatConfig, source: HeatSource, balance: Balance, course: Course) -> dict[str, object]:
+    """What a condition comes to: temperatures, time to the limit, and the pauses that keep it.
+
+    no_pause_share: samples that need no pause; interval_too_long_share: those for which no pause is enough, since a
+    single interval of milling is too hot.
+    """
+    limit, programme, level = settings.limit, settings.programme, settings.probability
+    body = BODIES.index(limit.body)
+    reach = time_to_limit(balance, body, limit.temperature_degC) / 3600
+    pause = pause_needed(balance, body, limit.temperature_degC, 60 * programme.milling_min) / 60
+    steady = balance.steady_degC()
+    row: dict[str, object] = {"condition": source.condition, **source.about, "total_W": source.power_W.sum()}
+    for index, name in enumerate(BODIES):
+        row |= _columns(f"{name}_steady_degC", steady[:, index], level)
+    for index, name in enumerate(BODIES):
+        row |= _columns(f"{name}_peak_degC", course.peak_degC[:, index], level)
+    return {
+        **row,
+        "limit_body": limit.body,
+        "limit_degC": limit.temperature_degC,
+        "over_limit_share": float(np.mean(course.peak_degC[:, body] > limit.temperature_degC)),
+        **_columns("time_to_limit_h", reach, level),
+        "milling_min": programme.milling_min,
+        **_columns("pause_needed_min", pause, level),
+        "no_pause_share": float(np.mean(pause == 0)),
+        "interval_too_long_share": float(np.mean(np.isinf(pause))),
+        "balance_error": course.balance_error,
+    }
+
+
+def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -> pd.DataFrame:
+    """Bands of the temperatures of a condition over time, a row for each body and time."""
+    tables = []
+    for index, name in enumerate(BODIES):
+        lower, median, upper = band(np.moveaxis(course.temperature_degC[:, :, index], 1, 0), settings.probability)
+        tables.append(
+            pd.DataFrame(
+                {
+                    "condition": source.condition,
+                    "body": name,
+                    "time_h": course.times_s / 3600,
+                    "lower_degC": lower,
+                    "median_degC": median,
+                    "upper_degC": upper,
+                }
+            )
+        )
+    return pd.concat(tables, ignore_index=True)
+
+
+def measured_row(path: str | Path, name: str) -> dict:
+    """The row of a measured temperature by its id. Raises ConfigError for an id that is none, or no single number."""
+    table = read_table(path, text=["id", "quantity", "value", "unit", "source"])
+    rows = table[table["id"] == name].to_dict("records")
+    if not rows:
+        raise ConfigError(f"dose.heat.measured: {path} has no row of id {name!r}")
+    if rows[0]["unit"] != "degC":
+        raise ConfigError(f"dose.heat.measured: row {name!r} of {path} is in {rows[0]['unit']}: must be in degC")
+    return rows[0]
+
+
+def compare(
+    settings: HeatConfig, mill: str, source: HeatSource, balls_degC: np.ndarray, room_degC: np.ndarray, row: dict
+) -> dict[str, object]:
+    """The balls' temperature of a condition after long milling against a measured bound: a statement, no fit.
+
+    balls_degC, room_degC: (n,). power_factor: by how much the dissipation would have to be larger for the balls to be
+    at the bound. The balance is linear, so it is (bound - room) / (balls - room). The measured row gives neither balls
+    nor speed, powder or time, so that a condition of ours may be
+    another one than that which was measured: no verdict follows.
+    """
+    lower, median, upper = band(balls_degC, settings.probability)
+    point = parse_value(row["value"])[0]
+    inside = np.ones(len(balls_degC), dtype=bool)
+    if point.lower == point.lower:
+        inside = (balls_degC >= point.lower) & (balls_degC <= point.upper)
+    share = float(inside.mean())
+    factors = band((point.value - room_degC) / (balls_degC - room_degC), settings.probability)
+    half = (1 - settings.probability) / 2
+    words = (
+        "whole band within the measured bound" if share >= 1 - half
+        else "whole band outside the measured bound" if share <= half
+        else "band on both sides of the measured bound"
+    )  # fmt: skip
+    values = (
+        *(row["id"], mill, source.condition, row["quantity"], row["value"], row["unit"], lower, median, upper, share),
+        *(*factors, words, row["source"]),
+    )
+    return dict(zip(COMPARED, values, strict=True))
+
+
+def heat_tables(
+    settings: HeatConfig,
+    mill: str,
+    sources: list[HeatSource],
+    measured: dict | None,
+    step: Callable[[], object] = lambda: None,
+) -> HeatTables:
+    """Every table of a mill. measured: the row of what was measured, if any; step: called after each condition."""
+    drawn = sample(settings, mill)
+    programme = settings.programme
+    duration = 3600 * programme.duration_h
+    phases = programme_phases(duration, 60 * programme.milling_min, 60 * programme.pause_min)
+    if not programme.pause_min:
+        phases = programme_phases(duration, duration, 0.0)
+    times = np.linspace(0.0, duration, settings.times)
+    limits, temperatures, comparison = [], [], []
+    for source in sources:
+        balance = balance_of(settings, mill, source, drawn)
+        course = solve(balance, phases, times)
+        limits.append(limit_row(settings, source, balance, course))
+        temperatures.append(temperature_rows(settings, source, course))
+        if measured:
+            comparison.append(
+                compare(settings, mill, source, balance.steady_degC()[:, BALLS], drawn[ROOM].to_numpy(), measured)
+            )
+        step()
+    return HeatTables(
+        parameter_table(settings, mill),
+        pd.concat(temperatures, ignore_index=True),
+        pd.DataFrame(limits),
+        pd.DataFrame(comparison, columns=list(COMPARED)),
+    )

@@ -1,0 +1,285 @@
+"""Energy spectra: collisions a second and power over the energy of a collision.
+
+A collision of a counting rule has a normal energy (damping along the line of centres) and a tangential energy (damping
+and sliding along the surface). Each of the two has a spectrum of its own, in which the collision stands at its own
+energy of that kind. The integral of a power spectrum is the power of the ledger:
+
+    sum of the bins + what a threshold of the rule drops - what tangential springs stored = power of the ledger
+
+The record of a run holds what a contact dissipated within the window, also of a contact that was open at one of its
+edges. Such a contact has only this part of its energy in the spectrum, and counts as a collision if it begins in the
+window, as in the descriptors. The tangential work of a contact that is still open holds what its spring has stored,
+which is no dissipation: the ledger has it apart, and so has the table.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.counting import CountingRule, recorded_count
+from millprint.config.dose import SpectraConfig
+from millprint.dem.collisions import (
+    CHANNELS,
+    CONTACTS_BY,
+    SLIDING,
+    by_surface,
+    energies_of,
+    kept_by,
+    merge_contacts,
+    read_rows,
+    sort_by_pair,
+)
+from millprint.errors import ConfigError, MillprintError
+from millprint.fingerprint.descriptors import CHARGE, CONDITION, CONDITION_TEXT, ONE_SIZE, condition_of
+from millprint.run.files import read_table
+from millprint.run.hdf5 import open_hdf5
+from millprint.run.progress import progress
+
+PAIRS = ("ball_ball", "ball_wall")
+BOTH = "both"
+# Largest difference between a spectrum's integral and the ledger, over the power of the ledger.
+CLOSURE_MAX = 1e-3
+
+# The columns that name a spectrum, then those of its bins, and those of what is read off it.
+OF_SPECTRUM = [*CONDITION, "seeds", "counting_rule", "channel", "pair"]
+BIN_COLUMNS = [
+    *("energy_low_J", "energy_high_J", "collisions_hz", "power_W"),
+    *("collisions_above_share", "power_above_share"),
+]
+READ_OFF = [
+    *("collisions_hz", "power_W", "power_share", "mean_J", "median_J", "half_power_J", "beyond_bins_share"),
+    *("dropped_W", "stored_W", "open_W", "ledger_W", "error_percent", "note"),
+]
+TABLE_ONLY = "run.h5 holds histograms and no contacts; raise dem.collision_rows_max and run it again"
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """The contacts of a run, and what the ledger says of them.
+
+    rows: as of `dem.collisions.collision_table`, without what is not needed; open_J: energy of each of CHANNELS in
+    contacts that were open at an edge of the window [J]; stored_J: what tangential springs stored over the window [J].
+    """
+
+    rows: pd.DataFrame
+    begin_s: float
+    window_s: float
+    open_J: dict[str, float]
+    stored_J: float
+    _ordered: dict[str, pd.DataFrame] = field(default_factory=dict)
+
+    def ordered(self, by: str) -> pd.DataFrame:
+        """The contacts by a key of CONTACTS_BY, as of `sort_by_pair`; made once."""
+        if by not in self._ordered:
+            self._ordered[by] = sort_by_pair(CONTACTS_BY[by](self.rows))
+        return self._ordered[by]
+
+    def merged(self, rule: CountingRule, frequency_hz: float) -> pd.DataFrame:
+        """The collisions by the pairs and the gap of a rule, without its thresholds, as of `merge_contacts`.
+
+        frequency_hz: turns of the mill.
+        """
+        return merge_contacts(self.ordered(rule.by), rule.gap_s(frequency_hz))
+
+
+def read_contacts(path: str | Path) -> Contacts | None:
+    """The contacts of a run.h5; None where it holds their histograms only. Raises ConfigError for a damaged file."""
+    with open_hdf5(path) as file:
+        group = file["collisions"]
+        rows = read_rows(group, ("start_s", "duration_s", "peak_force_N", "normal_J", "damping_J", SLIDING))
+        if rows is None:
+            return None
+        begin_s, window_s = float(group.attrs["begin_s"]), float(group.attrs["window_s"])
+        spring = file["ledger/elastic_tangential_J"]
+        stored = float(spring[-1] - spring[0])
+    contacts = by_surface(rows)
+    is_open = (contacts["complete"].to_numpy() == 0) | (contacts["start_s"].to_numpy() < begin_s)
+    open_J = {channel: float(energy[is_open].sum()) for channel, energy in energies_of(contacts).items()}
+    return Contacts(rows, begin_s, window_s, open_J, stored)
+
+
+def read_spectra(path: str | Path) -> pd.DataFrame:
+    """A table that `tabulate_spectra` gave, from its file."""
+    text, powers = [*CONDITION_TEXT, "counting_rule", "channel", "pair"], ["collisions_hz", "power_W"]
+    table = read_table(path, numeric=["fill_ratio", *powers], text=text, may_be_blank=powers)
+    return table.fillna({CHARGE: ONE_SIZE})
+
+
+def bin_edges(settings: SpectraConfig) -> np.ndarray:
+    """The edges of the bins [J], (bins + 1,), equally far apart in the logarithm."""
+    decades = np.log10(settings.highest_J / settings.lowest_J)
+    return np.geomspace(settings.lowest_J, settings.highest_J, max(1, round(decades * settings.bins_per_decade)) + 1)
+
+
+@dataclass(frozen=True)
+class Collisions:
+    """The collisions of a run that a rule keeps.
+
+    energy: of each of CHANNELS, within the window [J], (collisions,); rate: 1 / window of one that begins in it, else 0
+    [1/s]; between_balls: (collisions,); dropped_W: power of each channel below a threshold of the rule.
+    """
+
+    energy: dict[str, np.ndarray]
+    rate: np.ndarray
+    between_balls: np.ndarray
+    window_s: float
+    dropped_W: dict[str, float]
+
+    def chosen(self, pair: str) -> np.ndarray:
+        """Which collisions are of this pair: one of PAIRS, or BOTH."""
+        return np.ones_like(self.between_balls) if pair == BOTH else self.between_balls == (pair == PAIRS[0])
+
+
+def collisions_by(contacts: Contacts, rule: CountingRule, frequency_hz: float) -> Collisions:
+    """The collisions of a run by a counting rule; what counts is what `dem.collisions.count_collisions` counts."""
+    merged = contacts.merged(rule, frequency_hz)
+    kept = kept_by(rule, merged)
+    energy = {channel: merged[f"{channel}_J"].to_numpy() for channel in CHANNELS}
+    return Collisions(
+        energy={channel: values[kept] for channel, values in energy.items()},
+        rate=(merged["start_s"].to_numpy()[kept] >= contacts.begin_s) / contacts.window_s,
+        between_balls=merged["second"].to_numpy()[kept] >= 0,
+        window_s=contacts.window_s,
+        dropped_W={channel: float(values[~kept].sum()) / contacts.window_s for channel, values in energy.items()},
+    )
+
+
+def spectrum(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Collisions a second and power [W] in each bin, both (bins + 2,); the first and the last lie beyond the edges.
+
+    energy [J], rate [1/s] and power [W]: of each collision, (collisions,). Contacts with no energy of a kind, and the
+    few whose spring gave back more than they dissipated in the window, are in the first.
+    """
+    place = np.searchsorted(edges, energy, side="right")
+    return tuple(np.bincount(place, weights=weight, minlength=len(edges) + 1) for weight in (rate, power))
+
+
+def weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
+    """The smallest value at which the weights of all values up to it reach half of their sum; nan without weights."""
+    if not weights.sum() > 0:
+        return np.nan
+    order = np.argsort(values)
+    return float(values[order][np.searchsorted(np.cumsum(weights[order]), weights.sum() / 2)])
+
+
+def _share_above(values: np.ndarray) -> np.ndarray:
+    """Share of the sum of the values that is in each bin and in those above it; 0 where there is none."""
+    total = values.sum()
+    return np.cumsum(values[::-1])[::-1] / total if total else np.zeros_like(values)
+
+
+def _bins_of(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np.ndarray) -> pd.DataFrame:
+    """BIN_COLUMNS of a spectrum, from its first bin with a collision to its last. An open bin has an empty edge."""
+    rates, powers = spectrum(energy, rate, power, edges)
+    table = pd.DataFrame(
+        {
+            "energy_low_J": [np.nan, *edges],
+            "energy_high_J": [*edges, np.nan],
+            "collisions_hz": rates,
+            "power_W": powers,
+            "collisions_above_share": _share_above(rates),
+            "power_above_share": _share_above(powers),
+        }
+    )
+    filled = np.flatnonzero((rates != 0) | (powers != 0))
+    return table.iloc[filled[0] : filled[-1] + 1] if len(filled) else table.iloc[:0]
+
+
+def _read_off(energy: np.ndarray, rate: np.ndarray, power: np.ndarray, edges: np.ndarray) -> dict[str, float]:
+    """What people compare: rates, mean, median, and the energy above which half of the power falls [J]."""
+    collisions, total = rate.sum(), power.sum()
+    beyond = (energy < edges[0]) | (energy >= edges[-1])
+    return {
+        "collisions_hz": collisions,
+        "power_W": total,
+        "mean_J": total / collisions if collisions else np.nan,
+        "median_J": weighted_median(energy, rate),
+        "half_power_J": weighted_median(energy, np.maximum(power, 0.0)),
+        "beyond_bins_share": power[beyond].sum() / total if total else 0.0,
+    }
+
+
+def _condition_tables(
+    key: dict, runs: list[tuple[str, dict, Contacts]], rule_name: str, edges: np.ndarray
+) -> tuple[list[pd.DataFrame], list[dict]]:
+    """Bins and rows of one condition by one rule; its seeds count alike, as in the descriptors."""
+    parts = []
+    for _, summary, contacts in runs:
+        rule = CountingRule.of_count(recorded_count(summary, rule_name))
+        parts.append(collisions_by(contacts, rule, summary["frequency_hz"]))
+    bins: list[pd.DataFrame] = []
+    rows: list[dict] = []
+    seeds = len(runs)
+    for channel in CHANNELS:
+        dropped = sum(part.dropped_W[channel] for part in parts) / seeds
+        stored = sum(contacts.stored_J / contacts.window_s for _, _, contacts in runs) / seeds
+        ledger = sum(summary["power_W"][channel] for _, summary, _ in runs) / seeds
+        of_channel: dict[str, dict] = {}
+        for pair in (*PAIRS, BOTH):
+            chosen = [part.chosen(pair) for part in parts]
+            energy = np.concatenate([part.energy[channel][mask] for part, mask in zip(parts, chosen, strict=True)])
+            rate = np.concatenate([part.rate[mask] for part, mask in zip(parts, chosen, strict=True)]) / seeds
+            window = np.repeat([part.window_s for part in parts], [mask.sum() for mask in chosen])
+            power = energy / window / seeds
+            name = {**key, "seeds": seeds, "counting_rule": rule_name, "channel": channel, "pair": pair}
+            of_channel[pair] = name | _read_off(energy, rate, power, edges)
+            if pair != BOTH:
+                bins.append(_bins_of(energy, rate, power, edges).assign(**name))
+        whole = of_channel[BOTH]
+        for row in of_channel.values():
+            row["power_share"] = row["power_W"] / whole["power_W"] if whole["power_W"] else 0.0
+        stored = stored if channel == "tangential" else 0.0
+        difference = whole["power_W"] + dropped - stored - ledger
+        whole |= {
+            "dropped_W": dropped,
+            "stored_W": stored,
+            "open_W": sum(contacts.open_J[channel] / contacts.window_s for _, _, contacts in runs) / seeds,
+            "ledger_W": ledger,
+            "error_percent": 100.0 * difference / ledger if ledger else 0.0,
+        }
+        if abs(difference) > CLOSURE_MAX * abs(ledger):
+            raise MillprintError(
+                f"{runs[0][0]}: its contacts dissipate {whole['power_W'] + dropped - stored:.6g} W ({channel}), its "
+                f"ledger has {ledger:.6g} W; delete the folder and run the simulation again"
+            )
+        rows += of_channel.values()
+    return bins, rows
+
+
+def tabulate_spectra(
+    runs: Iterable[tuple[str, dict]], rule_names: list[str], settings: SpectraConfig
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Spectra of every condition, and what is read off each: OF_SPECTRUM with BIN_COLUMNS, and with READ_OFF.
+
+    runs: path of each run.h5 with its summary; the seeds of a condition are averaged, each with the same weight. A
+    condition of which a run holds no contacts has one row without numbers, which says so. Raises ConfigError for a rule
+    that a run lacks, and MillprintError where the contacts do not hold the power of the ledger.
+    """
+    edges = bin_edges(settings)
+    conditions: dict[tuple, list[tuple[str, dict]]] = {}
+    for path, summary in runs:
+        conditions.setdefault(tuple(condition_of(summary).values()), []).append((path, summary))
+    bins: list[pd.DataFrame] = []
+    rows: list[dict] = []
+    bar = progress(len(conditions), None, unit="condition")
+    for values in sorted(conditions):
+        bar.update()
+        key = dict(zip(CONDITION, values, strict=True))
+        read = [(path, summary, read_contacts(path)) for path, summary in conditions[values]]
+        whole = [(path, summary, contacts) for path, summary, contacts in read if contacts is not None]
+        for rule_name in rule_names:
+            if len(whole) < len(read):
+                rows.append(key | {"seeds": len(read), "counting_rule": rule_name, "note": TABLE_ONLY})
+                continue
+            new_bins, new_rows = _condition_tables(key, whole, rule_name, edges)
+            bins += new_bins
+            rows += new_rows
+    bar.close()
+    if not rows:
+        raise ConfigError("dose.spectra: no simulation to read; sweeps must hold a case without snapshots")
+    columns = [*OF_SPECTRUM, *BIN_COLUMNS]
+    table = pd.concat(bins, ignore_index=True)[columns] if bins else pd.DataFrame(columns=columns)
+    return table, pd.DataFrame(rows, columns=[*OF_SPECTRUM, *READ_OFF])

@@ -1,0 +1,301 @@
+"""Wear of the balls by Archard's law on the sliding work of a simulation.
+
+Archard (J. Appl. Phys. 24 (1953) 981): a body that slides a distance s under the normal load F loses the volume
+V = K F s / H, with its hardness H [Pa] and a wear coefficient K [-]. Where a contact slides, its friction is mu F
+(Coulomb), so the friction work of the ledger is W = mu F s, and
+
+    F s = W / mu,    V = K W / (mu H).
+
+No load and no distance has to be recorded. Both bodies of a contact lose volume. The balls therefore lose
+
+    m = rho K / H (2 W_bb / mu_bb + W_bw / mu_bw)
+
+with the work of contacts between balls (bb) and with walls (bw); a jar of the same material loses the part of W_bw once
+more. Hardness is the Vickers number times 9.807 MPa. K is fitted to weighings of the balls; it takes in all that
+Archard's law leaves out: impacts, abrasion by the powder, its coating of balls and jar.
+
+What is fitted and what is held back was fixed before any number was looked at: the first, third, ... row of the table
+of weighings are fitted, the others are predicted.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.constants import g as KGF
+
+from millprint.config.dose import ChargeConfig
+from millprint.dose.sliding import BALL_BALL, BALL_WALL, CONDITION
+from millprint.errors import ConfigError
+from millprint.fingerprint.bands import Factors
+from millprint.run.files import read_json
+from millprint.run.tables import Number, Text, read_measured, refuse_rows
+from millprint.statistics.quantiles import normal_quantile, student_quantile
+from millprint.thesis.doe.chemistry import powder_mass
+from millprint.thesis.doe.wet_lab import GRAM, HOUR, READING_G
+
+# Pa in one Vickers unit, kgf/mm2.
+VICKERS = KGF * 1e6
+FITTED, HELD = "fitted", "held back"
+AS_RUN, BETWEEN, BY_CUBE = "a run", "between runs", "by the cube of the speed"
+# With fewer weighings held back, an interval says more of Student's t than of the wear.
+FEWEST_HELD = 3
+LOADS = {kind: f"load_{kind}_N_m_s" for kind in (BALL_BALL, BALL_WALL)}
+ORIGINS = ("coefficient", "scatter", "hardness", "contact")
+ENDS = ("", "seen_lower_", "seen_upper_", "lower_", "upper_")
+WEAR_COLUMNS = [
+    *(*CONDITION, "material", "bpr", "time_h", "powder_g"),
+    *(f"{end}{name}" for name in ("wear_g", "powder_percent", "iron_percent") for end in ENDS),
+    *("jar_g", *(f"factor_{origin}" for origin in ORIGINS), "note"),
+]
+
+
+def archard_mass(load_distance: float, coefficient: float, hardness_pa: float, density: float) -> float:
+    """Mass lost by a body [kg]: rho K F s / H; load_distance: F s [N m], density [kg/m3]."""
+    return density * coefficient * load_distance / hardness_pa
+
+
+def worn_load(loads: Mapping[str, float]) -> float:
+    """F s of all balls, 2 L_bb + L_bw, from that of the contacts (a rate for rates); loads: by kind of contact."""
+    return 2 * loads[BALL_BALL] + loads[BALL_WALL]
+
+
+def read_materials(path: str, needed: str = "") -> pd.DataFrame:
+    """The table of materials, by name.
+
+    Raises ConfigError, in one line, as `read_measured`, for a hardness outside its own range and where `needed` is not
+    among them.
+    """
+    names = ["density_kg_m3", "hardness_hv", "hardness_low_hv", "hardness_high_hv"]
+    table = read_measured(
+        path,
+        [
+            Text("material", unique=True),
+            Number("density_kg_m3", 500, 25_000),
+            *(Number(name, 5, 10_000) for name in names[1:]),
+            Number("iron_share", 0, 1),
+            Number("coefficient_factor", 1),
+            Text("source"),
+        ],
+    )
+    outside = ~table["hardness_hv"].between(table["hardness_low_hv"], table["hardness_high_hv"])
+    why = "must lie between hardness_low_hv and hardness_high_hv"
+    refuse_rows(table.rename(columns={"material": "case"}), path, "hardness_hv", outside, why)
+    if needed and needed not in set(table["material"]):
+        known = ", ".join(table["material"])
+        raise ConfigError(f"{path}: dose.wear.material = {needed!r}: not in the column material; it has {known}")
+    return table.set_index("material")
+
+
+def loads_at(
+    conditions: pd.DataFrame, diameter_mm: float, fill_ratio: float, speed_rpm: float, tolerance: float
+) -> tuple[dict[str, float], float, str]:
+    """F s a second of each kind [N m/s] at a speed [rpm], its relative error, and where it comes from.
+
+    conditions: of one mill and contact set, as `mean_conditions` gives them. Taken are runs of that ball diameter whose
+    fill ratio differs by at most `tolerance` (a fraction), the nearest first. Between two speeds the powers follow a
+    power law; beyond the simulated speeds the cube of the speed (thesis Eq. 3.28). NaN without such a run.
+    """
+    near = conditions[np.isclose(conditions["ball_diameter_mm"], diameter_mm)]
+    near = near[(near["fill_ratio"] / fill_ratio - 1).abs() <= tolerance]
+    if near.empty:
+        return dict.fromkeys(LOADS, np.nan), np.nan, f"no run with {diameter_mm:g} mm at fill {fill_ratio:.3g}"
+    fill = near["fill_ratio"].iloc[(near["fill_ratio"] / fill_ratio - 1).abs().argmin()]
+    runs = near[near["fill_ratio"] == fill].sort_values("speed_rpm")
+    speeds = runs["speed_rpm"].to_numpy(float)
+    values = {kind: runs[column].to_numpy(float) for kind, column in LOADS.items()}
+    errors = runs["relative_error"].to_numpy(float)
+    place = int(np.searchsorted(speeds, speed_rpm * (1 - 1e-9)))
+    if place < len(speeds) and np.isclose(speeds[place], speed_rpm):
+        return {kind: float(own[place]) for kind, own in values.items()}, float(errors[place]), AS_RUN
+    if 0 < place < len(speeds):
+        ends = slice(place - 1, place + 1)
+        weigh = np.log(speeds[ends])
+        loads = {
+            kind: float(np.exp(np.interp(np.log(speed_rpm), weigh, np.log(own[ends])))) for kind, own in values.items()
+        }
+        return loads, float(np.nanmax(errors[ends], initial=0.0)), BETWEEN
+    near_by = min(place, len(speeds) - 1)
+    cube = (speed_rpm / speeds[near_by]) ** 3
+    return {kind: float(cube * own[near_by]) for kind, own in values.items()}, float(errors[near_by]), BY_CUBE
+
+
+def fit_wear(
+    weighings: pd.DataFrame, conditions: pd.DataFrame, material: pd.Series, tolerance: float
+) -> tuple[pd.DataFrame, dict]:
+    """The coefficient from every other weighing, and the others predicted by it.
+
+    weighings: of `doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing is the
+    volume of its unused balls over that of the jar. The coefficient is the geometric mean of those of the fitted rows,
+    since their errors are factors. Returns the table (a row for each weighing: role, loads, measured and predicted
+    wear, coefficient of the row alone) and the result: coefficient, its range over all weighings, miss_log (root mean
+    square of ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises ConfigError
+    for a wear of 0, whose coefficient has no logarithm.
+    """
+    if not (weighings["wear_g"] > 0).all():
+        raise ConfigError(f"wear_g = {weighings['wear_g'].min():g}: must be above 0 in every row to fit a coefficient")
+    hardness, density = VICKERS * material["hardness_hv"], material["density_kg_m3"]
+    jar = float(conditions["volume_m3"].iloc[0])
+    rows = []
+    for number, row in enumerate(weighings.to_dict("records")):
+        fill = row["unused_mass_g"] * GRAM / density / jar
+        loads, error, origin = loads_at(conditions, row["ball_diameter_mm"], fill, row["speed_rpm"], tolerance)
+        own = worn_load(loads) * row["time_h"] * HOUR
+        rows.append(
+            {
+                "role": HELD if number % 2 else FITTED,
+                **{name: row[name] for name in ("ball_diameter_mm", "speed_rpm", "time_h", "bpr")},
+                "fill_ratio": fill,
+                **{LOADS[kind]: value for kind, value in loads.items()},
+                "loads_from": origin,
+                "relative_error": error,
+                "measured_g": row["wear_g"],
+                "reading_error_g": READING_G,
+                "coefficient": row["wear_g"] * GRAM / archard_mass(own, 1.0, hardness, density),
+            }
+        )
+    table = pd.DataFrame(rows)
+    fitted, held = (table[table["role"] == role].dropna(subset="coefficient") for role in (FITTED, HELD))
+    coefficient = float(np.exp(np.log(fitted["coefficient"]).mean())) if len(fitted) else np.nan
+    table["predicted_g"] = table["measured_g"] * coefficient / table["coefficient"]
+    table["measured_over_predicted"] = table["measured_g"] / table["predicted_g"]
+    misses = np.log(held["coefficient"] / coefficient)
+    known = pd.concat([fitted, held])["coefficient"]
+    result = {
+        "coefficient": coefficient,
+        "coefficient_lowest": known.min(),
+        "coefficient_highest": known.max(),
+        "miss_log": float(np.sqrt((misses**2).mean())) if len(misses) else np.nan,
+        "weighings_fitted": len(fitted),
+        "weighings_held_back": len(held),
+        "fill_ratio": float(fitted["fill_ratio"].mean()) if len(fitted) else np.nan,
+        "mill": str(conditions["mill"].iloc[0]),
+        "contact": str(conditions["contact"].iloc[0]),
+        "material": str(material.name),
+        "hardness_hv": float(material["hardness_hv"]),
+    }
+    return table, {name: None if pd.isna(value) else value for name, value in result.items()}
+
+
+def read_coefficient(path: str | Path) -> dict:
+    """The result of `fit_wear` from its file. Raises ConfigError, in one line, for another file or without a value."""
+    try:
+        result = read_json(path)
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file; `snakemake --cores 2 dose` fits the coefficient") from None
+    missing = [key for key in ("coefficient", "miss_log", "weighings_held_back", "material") if key not in result]
+    if missing:
+        raise ConfigError(f"{path}: {missing[0]}: this key is missing; must be a wear_coefficient.json")
+    if result["coefficient"] is None:
+        raise ConfigError(f"{path}: coefficient = null: {result.get('verdict', 'nothing was fitted')}")
+    return result
+
+
+def verdict(result: Mapping) -> str:
+    """What the weighings can tell, in one sentence or two."""
+    if result["coefficient"] is None:
+        return "no run at the conditions of the fitted weighings: no coefficient"
+    if result["miss_log"] is None:
+        return "nothing was held back: the law is fitted, not tested"
+    factor = np.exp(result["miss_log"])
+    missed = f"the weighings held back are missed by a factor of {factor:.2g}"
+    if result["weighings_held_back"] < FEWEST_HELD:
+        return f"{missed}; held back: {result['weighings_held_back']}, too few to tell how far the law holds"
+    return missed
+
+
+def _factors(
+    row: Mapping, material: pd.Series, result: Mapping, contact: Factors | None, probability: float
+) -> dict[str, float]:
+    """Half width of the interval of ln(wear) by each of ORIGINS; NaN where it is not known."""
+    half = 0.5 + probability / 2
+    held = result["weighings_held_back"]
+    own = material.name == result["material"]
+    widths = dict.fromkeys(ORIGINS, np.nan) | {"hardness": 0.0}
+    if held:
+        widths["coefficient"] = float(student_quantile(half, held)) * result["miss_log"]
+    if not own:
+        # The hardness of the weighed material is a part of its coefficient: only another material adds its own.
+        widths["coefficient"] = float(np.hypot(widths["coefficient"], np.log(material["coefficient_factor"])))
+    spans = (
+        np.log(material["hardness_high_hv"] / material["hardness_hv"]),
+        np.log(material["hardness_hv"] / material["hardness_low_hv"]),
+    )
+    widths["hardness"] = 0.0 if own else float(max(spans))
+    widths["scatter"] = float(normal_quantile(half)) * row["relative_error"]
+    if contact is not None and (contact.mill, contact.contact) == (row["mill"], row["contact"]):
+        ends = np.log(contact.at(np.array([row["fill_ratio"], result["fill_ratio"]]))["Pt"])
+        # In the mill and with the balls of the fit, contact parameters act on fit and prediction alike.
+        same = (row["mill"], row["contact"]) == (result["mill"], result["contact"])
+        widths["contact"] = float(np.abs(ends[:, 0] - ends[:, 1] if same else ends[:, 0]).max())
+    return widths
+
+
+def predict_wear(
+    conditions: pd.DataFrame,
+    materials: pd.DataFrame,
+    charges: list[ChargeConfig],
+    result: Mapping,
+    contact: Factors | None,
+    probability: float,
+) -> pd.DataFrame:
+    """Wear and iron in the powder at every condition, for every material of balls and jar and every charge.
+
+    result: of `fit_wear`; contact: factors by contact parameters of a mill, None where they were not analysed. Powers
+    are proportional to the density of the balls (thesis Eq. 3.28). wear_g: of all balls; jar_g: of a jar of the same
+    material, if no layer of powder protects it; powder_percent: wear over powder charged, as in Table 2.6;
+    iron_percent: its iron. seen_: the range between the coefficients of single weighings. lower, upper: an interval of
+    `probability` by all ORIGINS, each with its own factor; what is not known is left out of it and named in `note`.
+    Nothing wears by more than its mass.
+    """
+    rows = []
+    if result["coefficient"] is None:
+        return pd.DataFrame(columns=WEAR_COLUMNS)
+    for condition in conditions.to_dict("records"):
+        for name, material in materials.iterrows():
+            denser = material["density_kg_m3"] / condition["density_kg_m3"]
+            loads = {kind: denser * condition[column] for kind, column in LOADS.items()}
+            mass = denser * condition["balls_mass_kg"]
+            widths = _factors(condition, material, result, contact, probability)
+            known = [width for width in widths.values() if np.isfinite(width)]
+            factor = float(np.exp(np.sqrt(np.square(known).sum())))
+            for charge in charges:
+                unit = (VICKERS * material["hardness_hv"], material["density_kg_m3"])
+                time = charge.time_h * HOUR
+                wear = archard_mass(worn_load(loads) * time, result["coefficient"], *unit)
+                powder = powder_mass(mass, charge.bpr)
+                ends = {
+                    "": wear,
+                    "seen_lower_": wear * result["coefficient_lowest"] / result["coefficient"],
+                    "seen_upper_": wear * result["coefficient_highest"] / result["coefficient"],
+                    "lower_": wear / factor,
+                    "upper_": wear * factor,
+                }
+                ends = {end: min(value, mass) for end, value in ends.items()}
+                rows.append(
+                    {column: condition[column] for column in CONDITION}
+                    | {"material": name, "bpr": charge.bpr, "time_h": charge.time_h, "powder_g": powder / GRAM}
+                    | {f"{end}wear_g": value / GRAM for end, value in ends.items()}
+                    | {f"{end}powder_percent": 100 * value / powder for end, value in ends.items()}
+                    | {
+                        f"{end}iron_percent": 100 * material["iron_share"] * value / powder
+                        for end, value in ends.items()
+                    }
+                    | {"jar_g": archard_mass(loads[BALL_WALL] * time, result["coefficient"], *unit) / GRAM}
+                    | {f"factor_{origin}": float(np.exp(width)) for origin, width in widths.items()}
+                    | {"note": _note(widths, material, result)}
+                )
+    return pd.DataFrame(rows)[WEAR_COLUMNS]
+
+
+def _note(widths: Mapping[str, float], material: pd.Series, result: Mapping) -> str:
+    notes = []
+    if result["weighings_held_back"] < FEWEST_HELD:
+        notes.append(f"weighings held back: {result['weighings_held_back']}, too few for a useful interval")
+    if material.name != result["material"]:
+        notes.append("coefficient of another material: an order of magnitude")
+    unknown = [origin for origin, width in widths.items() if not np.isfinite(width)]
+    if unknown:
+        notes.append(f"not in the interval: {', '.join(unknown)}")
+    return "; ".join(notes)

@@ -1,0 +1,176 @@
+"""What the explorer computes from: fingerprints of mills, their yields, spectra and temperatures, as plain values."""
+
+import hashlib
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+from millprint.config.fingerprint import DESCRIPTOR_SETS, DescriptorSet, MatchConfig
+from millprint.config.mill import MillConfig
+from millprint.config.mixture import ONE_SIZE
+from millprint.explorer.tables import Heat, Spectra, heat_content, spectra_content
+from millprint.fingerprint import processes
+from millprint.fingerprint.bands import FURTHER, MEAN, SCATTER, checked_factors
+from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.inputs import read_content
+from millprint.fingerprint.model import Fingerprint
+from millprint.fingerprint.search import GRID
+from millprint.mill.speed_limits import GRAVITY
+from millprint.mill.words import mill_in_words, wall_acceleration
+from millprint.thesis.yields.explorer import Yields, chemistry, yield_content
+
+# A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
+BEYOND = 1.25
+LONE = 2.0
+# The keys of the request that the search of the page uses.
+SEARCHED = {"speeds_rpm", "fill_ratios", "ball_diameters_mm", "densities_kg_m3", "weights", "ranked"}
+# Digits of a file's SHA-256 that name it in the methods text.
+DIGEST = 12
+
+
+class Machine(NamedTuple):
+    """What the page says of a mill beside its fingerprints.
+
+    name: in addresses and files; words: what its walls do; acceleration: the largest of a wall at one turn a second, in
+    units of gravity [s2], None where it is not known; speed_unit: rpm or hz.
+    """
+
+    name: str
+    title: str
+    words: str = ""
+    acceleration: float | None = None
+    speed_unit: str = "rpm"
+
+    @classmethod
+    def of_mill(cls, mill: MillConfig) -> "Machine":
+        """The machine that a mill's file describes."""
+        acceleration = wall_acceleration(mill) / GRAVITY
+        return cls(mill.name, mill.title, mill_in_words(mill), acceleration, mill.speed_unit)
+
+
+def explorer_content(name: str, mills: Sequence[dict], descriptors: DescriptorSet = "weighted") -> dict:
+    """Everything that the page computes from; mills: `mill_content` of each, the first is shown first.
+
+    name: of the run; descriptors: with which a search begins.
+    """
+    return {
+        "name": name,
+        "version": version("millprint"),
+        "variables": list(VARIABLES),
+        "descriptors": list(DESCRIPTOR_SETS[descriptors]),
+        "mills": list(mills),
+    }
+
+
+def mill_content(
+    machine: Machine,
+    fingerprints: Sequence[str | Path],
+    request: MatchConfig,
+    yields: Yields | None = None,
+    spectra: Spectra | None = None,
+    heat: Heat | None = None,
+) -> dict:
+    """What the page computes from for one mill.
+
+    fingerprints: fingerprint_CONTACT.json files of the mill, with further intervals or without; request: what the user
+    of the mill can set; yields: None for a mill without measured yields; spectra, heat: None where they were not
+    calculated. Raises ConfigError for a file that is not what it should be.
+    """
+    contents = [read_content(path) for path in fingerprints]
+    # Only the data of the processes and the factors are needed, without format and file name.
+    kept = [
+        {key: content[key] for key in ("about", "inputs")}
+        | {"processes": _processes(content, path)}
+        | {"digest": hashlib.sha256(Path(path).read_bytes()).hexdigest()[:DIGEST]}
+        | _further(content, str(path))
+        for content, path in zip(contents, fingerprints, strict=True)
+    ]
+    origins = {"scatter": SCATTER, "mean": MEAN} | {
+        name: about for name, about in FURTHER.items() if any(name in own for own in kept)
+    }
+    return {
+        **machine._asdict(),
+        "widths": [
+            processes.band_width(content["about"]["probability"], len(content["inputs"]["fill_ratio"]))
+            for content in contents
+        ],
+        "fingerprints": kept,
+        "origins": {name: about._asdict() for name, about in origins.items()},
+        "yield": yield_content(yields) if yields else None,
+        "sliders": sliders([content["about"] for content in contents], request),
+        "chemistry": chemistry(yields.model) if yields else {},
+        "spectra": spectra_content(spectra) if spectra else None,
+        "heat": heat_content(heat) if heat else None,
+        "search": {
+            "grid": list(GRID),
+            **request.model_dump(include=SEARCHED),
+            "balls_in_words": balls_searched(request.ball_diameters_mm),
+            "targets": {target.name: target.given for target in request.targets if target.like is None},
+        },
+    }
+
+
+def _processes(content: dict, path: str | Path) -> dict[str, dict]:
+    """The processes as the page takes them: as they are or, of many conditions, by the few that tell of all."""
+    if len(content["inputs"]["fill_ratio"]) <= processes.WHOLE_MAX:
+        return content["processes"]
+    predictors = Fingerprint.read(path).predictors
+    kept = ("log_parameters", "noise_variance", "sampling", "stretch")
+    return {
+        name: {key: own[key] for key in kept} | {"reduced": predictors[name].reduced()}
+        for name, own in content["processes"].items()
+    }
+
+
+def _further(content: dict, source: str) -> dict:
+    """The factors of every further origin of intervals that a fingerprint has, as far as the page needs them."""
+    found = {}
+    for origin in FURTHER:
+        if origin in content:
+            factors = checked_factors(content[origin], origin, content["about"], f"{source}: {origin}")
+            found[origin] = factors.model_dump(mode="json", include={"fill_ratios", "factors", "probability"})
+    return found
+
+
+def sliders(abouts: list[dict], request: MatchConfig) -> dict[str, list[float]]:
+    """The range of every slider in SI units: the possible and the simulated values, and a margin.
+
+    Where charges of several sizes alone were simulated there is none for the ball diameter.
+    """
+    asked = {
+        "speed_hz": [speed / 60 for speed in request.speeds_rpm],
+        "fill_ratio": request.fill_ratios,
+        "ball_diameter_m": [size * 1e-3 for size in request.ball_diameters_mm if not isinstance(size, str)],
+        "density_kg_m3": request.densities_kg_m3,
+    }
+    found = {}
+    for name, values in asked.items():
+        simulated = [value for about in abouts for value in _simulated(about, name)]
+        if not simulated:
+            continue
+        every = [*values, *simulated]
+        factor = BEYOND if max(every) > min(every) * BEYOND else LONE
+        found[name] = [min(every) / factor, max(every) * factor]
+    # Random packings of balls fill at most about 0.6 of a vessel.
+    found["fill_ratio"][1] = min(found["fill_ratio"][1], 0.6)
+    return found
+
+
+def _simulated(about: dict, name: str) -> list[float]:
+    """The ends of a variable's simulated range; of the ball diameter, the diameters of balls of one size."""
+    if name != "ball_diameter_m" or not about.get("charges"):
+        return about["ranges"][name]
+    settings = about["settings"]
+    pairs = zip(settings["ball_diameter_m"], settings[CHARGE], strict=True)
+    return [diameter for diameter, charge in pairs if charge == ONE_SIZE]
+
+
+def balls_searched(choices: list[float | str]) -> str:
+    """The balls of a search in words: "balls of 5, 10 mm, the charge graded"."""
+    sizes = ", ".join(f"{size:g}" for size in choices if not isinstance(size, str))
+    charges = [choice for choice in choices if isinstance(choice, str)]
+    words = [f"balls of {sizes}\u00a0mm"] if sizes else []
+    words += [f"the charge{'s' * (len(charges) > 1)} {', '.join(charges)}"] if charges else []
+    return ", ".join(words)

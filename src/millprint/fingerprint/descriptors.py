@@ -1,0 +1,230 @@
+"""Descriptors of dissipation: a row for each condition, the mean over its seeds."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.mixture import ONE_SIZE
+from millprint.dem.turns import has_impacts, mean_of_turns, repeats
+from millprint.errors import ConfigError
+from millprint.fingerprint.columns import COMPUTED, DESCRIPTORS, MEASURED, relative_error_of
+from millprint.fingerprint.condition import Condition, energy_scale, specific_frequency
+from millprint.fingerprint.inputs import counted
+from millprint.fingerprint.seeds import MOTIONS, Run, motion_of, variance_of_run
+from millprint.run.files import read_table
+
+# The columns that define a condition. `varied` names what a sweep changed of mill or balls; NOTHING if as built.
+# `charge` names balls of several sizes; ONE_SIZE for others.
+CHARGE = "charge"
+CONDITION_TEXT = ["mill", "contact", "varied", CHARGE]
+CONDITION_NUMBERS = ["ball_diameter_mm", "fill_ratio", "speed_rpm", "density_kg_m3", "amplitude_m"]
+CONDITION = [*CONDITION_TEXT, *CONDITION_NUMBERS]
+NOTHING = "nothing"
+CHANNELS = ("normal", "tangential")
+FEWEST_FILLS = 3  # that a master curve needs
+OVERRIDES = {"amplitude_mm": "amplitude", "density_kg_m3": "density"}
+
+# Columns that later stages need.
+OF_RULE = ["counting_rule", "collisions_by"]
+DESCRIPTOR_TEXT = [*CONDITION_TEXT, *OF_RULE, "motion"]
+DESCRIPTOR_NUMBERS = [*CONDITION_NUMBERS, *(name for name, column in DESCRIPTORS.items() if not column.optional)]
+
+# Column of a table: key of a summary's count. In the order of a sorted table.
+RULE_COLUMNS = {
+    "collisions_by": "by",
+    "collision_gap_turns": "gap_turns",
+    "collision_peak_force_min_N": "peak_force_min_N",
+    "collision_duration_min_s": "duration_min_s",
+    "counting_rule": "name",
+}
+
+
+def condition_of(summary: dict) -> dict:
+    """The condition of a run: CONDITION by name."""
+    case = summary["case"]
+    changed = [word for key, word in OVERRIDES.items() if case.get(key) is not None]
+    return {
+        "mill": summary["mill"],
+        "contact": summary["contact"],
+        "varied": " and ".join(changed) or NOTHING,
+        CHARGE: (case.get("mixture") or {}).get("name", ONE_SIZE),
+        **{name: case[name] for name in ("ball_diameter_mm", "fill_ratio", "speed_rpm")},
+        **{name: summary[name] for name in ("density_kg_m3", "amplitude_m")},
+    }
+
+
+def read_descriptors(path: str | Path) -> pd.DataFrame:
+    """Read descriptors.tsv; raises ConfigError as `millprint.run.files.read_table`."""
+    table = read_table(path, numeric=DESCRIPTOR_NUMBERS, text=DESCRIPTOR_TEXT)
+    # An empty cell is read as not a number, which no group would hold.
+    return table.assign(**{name: table[name].fillna("") for name in (CHARGE, "motion") if name in table})
+
+
+def as_built(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of the unchanged mill and balls, without those of sweeps over amplitude or density."""
+    return table[table["varied"] == NOTHING]
+
+
+def said_of(table: pd.DataFrame, name: str) -> pd.Series:
+    """Whether each condition has the word of a motion, by its name in MOTIONS."""
+    return table["motion"].fillna("").str.split(", ").map(lambda words: MOTIONS[name].word in words).astype(bool)
+
+
+def with_impacts(table: pd.DataFrame) -> pd.DataFrame:
+    """The conditions in which balls hit anything: of the others, a logarithm has nothing to tell.
+
+    Raises ConfigError where these leave too few fill ratios for a curve.
+    """
+    still = said_of(table, "no_impacts")
+    kept = table[~still]
+    fills = as_built(kept)["fill_ratio"].nunique()
+    if still.any() and fills < FEWEST_FILLS:
+        without = ", ".join(f"{fill:g}" for fill in sorted(table.loc[still, "fill_ratio"].unique()))
+        raise ConfigError(
+            f"{table['mill'].iloc[0]}: sweep.fill_ratios: at {without} all balls move with the wall, without impacts; "
+            f"that leaves {fills} of the {FEWEST_FILLS} fill ratios that a curve needs: take higher ones"
+        )
+    return kept
+
+
+def run_row(summary: dict, rule_name: str) -> dict:
+    """The measured columns of a run, with collisions counted by the rule of that name, which has no threshold."""
+    rule = counted(summary, rule_name)
+    return {
+        **condition_of(summary),
+        "counting_rule": rule["name"],
+        "collisions_by": rule["by"],
+        **{column.name: column.of_run(summary, rule) for column in MEASURED},
+        **_turns_row(summary, rule["frequency_hz"] / summary["frequency_hz"]),
+        **{
+            column: _squared(summary["weighted"][channel]["relative_error"][kind]) for column, channel, kind in WEIGHTED
+        },
+    }
+
+
+def _turns_row(summary: dict, collisions: float) -> dict:
+    """Variance of each power of a run and its degrees of freedom, and what its turns say: whether balls hit anything,
+    independent turns, and whether the motion repeats.
+
+    collisions: of a turn.
+    """
+    energies = {name: summary["per_revolution"].get(f"{name}_J", []) for name in CHANNELS}
+    known = {name: mean_of_turns(own) for name, own in energies.items()}
+    row = {}
+    for name, of_turns in known.items():
+        error = summary["power_standard_error_W"][name]
+        row[f"{name}_variance_W2"] = np.nan if error is None else error**2
+        row[f"{name}_freedom"] = 0 if of_turns is None or error is None else of_turns.freedom
+    independent = [of_turns.independent if of_turns else float(len(energies[name])) for name, of_turns in known.items()]
+    locked = all(repeats(own, collisions) for own in energies.values())
+    hits = has_impacts(energies["normal"] or [_of_a_turn(summary)], summary["balls"] * _energy_scale(summary))
+    return row | {"runs_with_impacts": int(hits), "independent_turns": min(independent), "repeating_runs": int(locked)}
+
+
+def _of_a_turn(summary: dict) -> float:
+    """Normal dissipation of all balls in a turn [J]."""
+    return summary["power_W"]["normal"] / summary["frequency_hz"]
+
+
+def _energy_scale(summary: dict) -> float:
+    """Scale of the energy of one collision of a run [J]."""
+    names = ("ball_diameter_m", "density_kg_m3", "amplitude_m")
+    own = {name: summary[name] for name in names}
+    return energy_scale(Condition(fill_ratio=summary["case"]["fill_ratio"], speed_hz=summary["frequency_hz"], **own))
+
+
+# Column of a relative variance, then of a relative standard error, with the channel and the kind in a summary.
+WEIGHTED = [
+    (relative_error_of(f"weighted_{channel}_{kind}_"), channel, kind)
+    for channel in ("normal", "tangential")
+    for kind in ("energy", "frequency")
+]
+
+
+def _squared(error: float | None) -> float:
+    return np.nan if error is None else error**2
+
+
+def _over_seeds(runs: pd.DataFrame) -> pd.DataFrame:
+    """Mean of every measured column over the seeds of a condition, with the errors of powers and their spread.
+
+    NAME_power_se_W: standard error of the mean, from turns and seeds, with NAME_power_freedom degrees of freedom;
+    motion: what turns and seeds say against it, `MOTIONS`.
+    """
+    groups = runs.groupby(CONDITION, sort=True)
+    mean = groups.mean(numeric_only=True)
+    mean.insert(0, "seeds", groups.size())
+    for place, name in enumerate(OF_RULE, start=1):
+        mean.insert(place, name, groups[name].first())
+    mean["collisions"] = groups["collisions"].sum()
+    mean["closure"] = groups["closure"].agg(lambda closures: closures.abs().max())
+    differ = pd.Series(False, index=mean.index)
+    for name in CHANNELS:
+        known = groups.apply(_variance_of_run, name, include_groups=False)
+        mean[f"{name}_power_se_W"] = [np.sqrt(own.variance / n) for own, n in zip(known, mean["seeds"], strict=True)]
+        mean[f"{name}_power_freedom"] = [own.freedom for own in known]
+        mean[f"{name}_power_seed_sd_W"] = groups[f"{name}_power_W"].std(ddof=1)
+        mean = mean.drop(columns=[f"{name}_variance_W2", f"{name}_freedom"])
+        differ |= np.array([own.differ for own in known])
+    for name, _, _ in WEIGHTED:
+        mean[name] = np.sqrt(mean[name] / mean["seeds"])
+    mean["collision_frequency_seed_sd_hz"] = groups["collision_frequency_hz"].std(ddof=1)
+    mean["balls"] = mean["balls"].round().astype(int)
+    told = ["runs_with_impacts", "independent_turns", "repeating_runs"]
+    turns = zip(*(groups[name].sum() for name in told), differ, strict=True)
+    mean["motion"] = [", ".join(said.word for said in motion_of(*own)) for own in turns]
+    return mean.drop(columns=told).reset_index()
+
+
+def _variance_of_run(seeds: pd.DataFrame, channel: str) -> Run:
+    """What the seeds of a condition say of the variance of a power of one of them [W2]; NaN where nothing does."""
+    columns = (f"{channel}_variance_W2", f"{channel}_freedom")
+    within = [(variance, freedom) for variance, freedom in zip(*(seeds[name] for name in columns), strict=True)]
+    known = [(variance, int(freedom)) for variance, freedom in within if freedom]
+    return variance_of_run(seeds[f"{channel}_power_W"].to_list(), known) or Run(np.nan, 0, False)
+
+
+def with_descriptors(table: pd.DataFrame) -> pd.DataFrame:
+    """Add the computed descriptors to the measured ones, then a column NAME_se for each that has a standard error."""
+    table = table.copy()
+    for column in COMPUTED:
+        table[column.name] = column.values(table)
+    for column in COMPUTED:
+        if column.standard_error:
+            table[f"{column.name}_se"] = column.standard_error(table)
+    return table
+
+
+def tabulate_descriptors(summaries: list[dict], rule_name: str) -> pd.DataFrame:
+    """Descriptors of every condition, one row each; raises ConfigError if a run lacks the counting rule."""
+    return with_descriptors(_over_seeds(pd.DataFrame([run_row(summary, rule_name) for summary in summaries])))
+
+
+def tabulate_counting_rules(summaries: list[dict]) -> pd.DataFrame:
+    """Collision frequency and energies per collision of every condition under every recorded counting rule.
+
+    ball_ball_share: fraction of the counted collisions that are between balls; dropped_share: fraction of all
+    collisions that a threshold of the rule drops. Energies of a rule that counts none are empty.
+    """
+    rows = []
+    for summary in summaries:
+        for rule in summary["collisions"]:
+            frequency = rule["frequency_hz"]
+            rows.append(
+                {
+                    **condition_of(summary),
+                    **{column: rule[key] for column, key in RULE_COLUMNS.items()},
+                    "speed_hz": summary["frequency_hz"],
+                    "ball_diameter_m": summary["ball_diameter_m"],
+                    "specific_frequency_hz": rule["specific_frequency_hz"],
+                    "collisions_of_a_ball_hz": rule["collisions_of_a_ball_hz"],
+                    "collision_frequency_hz": frequency,
+                    "f": specific_frequency(frequency, summary["balls"], summary["frequency_hz"]),
+                    "normal_energy_J": rule["mean_normal_J"] if frequency else np.nan,
+                    "tangential_energy_J": rule["mean_tangential_J"] if frequency else np.nan,
+                    "ball_ball_share": rule["shares"]["ball_ball"]["count"],
+                    "dropped_share": rule["dropped"]["count"],
+                }
+            )
+    return pd.DataFrame(rows).groupby([*CONDITION, *RULE_COLUMNS], sort=True).mean().reset_index()

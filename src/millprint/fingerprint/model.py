@@ -1,0 +1,444 @@
+"""The fingerprint of one mill and contact set: a model that predicts descriptors with intervals, stored as JSON."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.mixture import ONE_SIZE, BallMixture, balls_in_words
+from millprint.config.sweep import ball_count
+from millprint.errors import ConfigError
+from millprint.fingerprint.bands import (
+    FURTHER,
+    Band,
+    Factors,
+    Interval,
+    checked_factors,
+    factor_of,
+    interval_columns,
+    mean_columns,
+    new_columns,
+    read_factors,
+    share_of,
+)
+from millprint.fingerprint.condition import (
+    BASIC,
+    VARIABLES,
+    WEIGHTED_BASIC,
+    Condition,
+    descriptors_of,
+    power_scale,
+    scaled_quantities,
+)
+from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.descriptors import CHARGE, FEWEST_FILLS, OF_RULE, as_built, with_impacts
+from millprint.fingerprint.inputs import FORMAT, WALL, read_content
+from millprint.fingerprint.processes import (
+    Predictor,
+    Process,
+    Told,
+    band_width,
+    kinds_of,
+    logarithms,
+    varied_components,
+)
+from millprint.run.files import write_json
+
+# Properties of the runs that a fingerprint stores.
+SHARED = ("restitution", "static_friction", "collision_gap_turns", "density_kg_m3", "amplitude_m")
+NO_CHARGES: Mapping[str, BallMixture] = {}
+SETTING = ["ball_diameter_m", "speed_hz"]
+# The quantities from which `scaled_quantities` calculates all others.
+KNOWN = (*BASIC, *WEIGHTED_BASIC)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Descriptors of one condition, each with its bands; `outside` names the variables outside the simulated range.
+
+    missing: why an interval of a further origin (contact parameters, shape of the jar) is None, by origin.
+    """
+
+    balls: int
+    weighted_normal_energy_J: Band
+    weighted_tangential_energy_J: Band
+    weighted_normal_frequency_hz: Band
+    weighted_tangential_frequency_hz: Band
+    strong_frequency_hz: Band
+    normal_energy_J: Band
+    tangential_energy_J: Band
+    specific_frequency_hz: Band
+    normal_power_W: Band
+    tangential_power_W: Band
+    power_W: Band
+    tangential_share: Band
+    outside: tuple[str, ...]
+    missing: Mapping[str, str]
+
+
+def describe(
+    descriptors: pd.DataFrame, volume_m3: float, probability: float, charges: Mapping[str, BallMixture] = NO_CHARGES
+) -> dict:
+    """The data of a fingerprint: mill, balls, counting rule, settings of the mill as built, simulated ranges.
+
+    charges: those of several sizes by name; with any, settings tell the charge of each, and `charges` its sizes.
+    `kinds` are the kinds of balls (ONE_SIZE and charges) if there are several.
+    """
+    built, kinds = as_built(descriptors), kinds_of(descriptors[CHARGE])
+    first = built.iloc[0]
+    columns = ["speed_hz", "ball_diameter_m", *([CHARGE] if charges else [])]
+    settings = built[columns].drop_duplicates().sort_values([*SETTING, *columns[2:]])
+    mixed = {
+        name: {
+            "ball_diameter_m": charge.mean_diameter_mm / 1e3,
+            "sizes_m": [size / 1e3 for size in charge.sizes_mm],
+            "fractions": charge.fractions,
+        }
+        for name, charge in charges.items()
+    }
+    return {
+        **{name: first[name] for name in ("mill", "contact", *OF_RULE)},
+        **{name: float(first[name]) for name in SHARED},
+        "volume_m3": float(volume_m3),
+        "probability": float(probability),
+        "settings": settings.to_dict("list"),
+        **({"charges": mixed} if mixed else {}),
+        **({"kinds": kinds} if kinds else {}),
+        **{name: float(first[name]) for name, of_balls in WALL.items() if first[name] != first[of_balls]},
+        "ranges": {name: [float(descriptors[name].min()), float(descriptors[name].max())] for name in VARIABLES},
+    }
+
+
+class Fingerprint:
+    """Scaled powers, frequency and energies of one mill and contact set over everything that was varied.
+
+    `about` is what `describe` returns, `processes` a Process for each of CURVES, `further` the factors of each origin
+    of intervals that was analysed besides the scatter of the simulation.
+    """
+
+    def __init__(
+        self, about: dict, processes: dict[str, Process], further: Mapping[str, Factors] | None = None
+    ) -> None:
+        self.about = about
+        self.processes = processes
+        self.further = dict(further or {})
+        self.width = band_width(about["probability"], len(next(iter(processes.values())).logs))
+
+    @classmethod
+    def fit(
+        cls,
+        descriptors: pd.DataFrame,
+        volume_m3: float,
+        probability: float,
+        charges: Mapping[str, BallMixture] = NO_CHARGES,
+    ) -> "Fingerprint":
+        """The fingerprint of the conditions of one mill and contact set, all counted by one rule, that have impacts.
+
+        charges: every charge of several sizes among the conditions, by its name.
+        Raises ConfigError for fewer than three fill ratios of the mill as built, or a quantity that is not positive.
+        """
+        descriptors, contact = with_impacts(descriptors), descriptors["contact"].iloc[0]
+        fills = as_built(descriptors)["fill_ratio"].nunique()
+        if fills < FEWEST_FILLS:
+            raise ConfigError(
+                f"sweeps: contact set {contact} is simulated at {fills} fill ratios; a curve needs {FEWEST_FILLS}"
+            )
+        about = describe(descriptors, volume_m3, probability, charges)
+        inputs, components = logarithms(descriptors, about.get("kinds", ())), varied_components(descriptors)
+        processes = {}
+        for quantity in CURVES:
+            known = descriptors[quantity].to_numpy(dtype=float)
+            if not np.all(known > 0):
+                raise ConfigError(
+                    f"descriptors: {quantity} = {known.min():g} with {contact}: a curve needs values over 0"
+                )
+            stated = (descriptors[f"{quantity}_se"] / known).to_numpy(dtype=float)
+            seeds = descriptors["seeds"].to_numpy()
+            processes[quantity] = Process.fit(inputs, np.log(known), stated, components, seeds)
+        return cls(about, processes)
+
+    def with_further(self, further: Mapping[str, Factors]) -> "Fingerprint":
+        """The same fingerprint with the factors of further origins of intervals, checked by `checked_factors`."""
+        return Fingerprint(self.about, self.processes, {**self.further, **further})
+
+    def with_factors(self, files: Mapping[str, str]) -> "Fingerprint":
+        """The same fingerprint with the factors in some files, by the origin of their intervals, on its own values."""
+        read = {origin: read_factors(path, origin, self.about) for origin, path in files.items()}
+        return self.with_further({origin: own.onto(self._sampled(own)) for origin, own in read.items()})
+
+    def _sampled(self, factors: Factors) -> dict[str, np.ndarray]:
+        """Scaled quantities of the condition that factors were sampled at, one for each fill ratio."""
+        if factors.sampled is None:
+            return {}
+        settings = factors.sampled.model_dump(include=set(VARIABLES))
+        table = self.scaled(Condition(fill_ratio=np.array(factors.fill_ratios), **settings), factors.sampled.charge)
+        return {name: table[name].to_numpy() for name in CURVES}
+
+    def write(self, path: str | Path) -> None:
+        """Write the fingerprint as JSON: description, data, parameters of its processes, and further factors."""
+        inputs = next(iter(self.processes.values())).inputs
+        values = np.exp(inputs[:, : len(VARIABLES)])
+        charges = {CHARGE: [self.kinds[int(place)] for place in inputs[:, -1]]} if self.kinds else {}
+        content = {
+            "format": FORMAT,
+            "about": self.about,
+            "inputs": dict(zip(VARIABLES, values.T.tolist(), strict=True)) | charges,
+            "processes": {name: process.to_dict() for name, process in self.processes.items()},
+            **{origin: factors.model_dump(mode="json") for origin, factors in self.further.items()},
+        }
+        write_json(content, path)
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Fingerprint":
+        """Read what `write` wrote, also without further factors; raises ConfigError, in one line, for another file."""
+        content = read_content(path)
+        try:
+            about = content["about"]
+            kinds = about.get("kinds", ())
+            known = pd.DataFrame({name: content["inputs"][name] for name in (*VARIABLES, *([CHARGE] if kinds else []))})
+            inputs = logarithms(known, kinds)
+            processes = {name: Process.from_dict(content["processes"][name], inputs) for name in CURVES}
+            further = {
+                origin: checked_factors(content[origin], origin, about, f"{path}: {origin}")
+                for origin in FURTHER
+                if origin in content
+            }
+            return cls(about, processes, further)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigError(f"{path}: not a whole fingerprint: {type(error).__name__} {error}") from None
+
+    @cached_property
+    def predictors(self) -> dict[str, Predictor]:
+        """The predictor of each quantity, made once."""
+        return {name: process.predictor() for name, process in self.processes.items()}
+
+    @property
+    def fill_range(self) -> tuple[float, float]:
+        """The smallest and the largest fill ratio that was simulated."""
+        return tuple(self.about["ranges"]["fill_ratio"])
+
+    @property
+    def kinds(self) -> list[str]:
+        """The kinds of balls, ONE_SIZE and charges of several sizes, if several were simulated."""
+        return self.about.get("kinds", [])
+
+    @property
+    def charges(self) -> dict[str, BallMixture]:
+        """The simulated charges of several ball sizes, by name."""
+        return {
+            name: BallMixture(name=name, sizes_mm=[1e3 * size for size in own["sizes_m"]], numbers=own["fractions"])
+            for name, own in self.about.get("charges", {}).items()
+        }
+
+    @property
+    def settings(self) -> list[tuple[float, float, str]]:
+        """The simulated speeds [Hz], ball diameters [m] and charges (ONE_SIZE for balls of one size)."""
+        stored = self.about["settings"]
+        charges = stored.get(CHARGE, [ONE_SIZE] * len(stored["speed_hz"]))
+        return list(zip(stored["speed_hz"], stored["ball_diameter_m"], charges, strict=True))
+
+    def charge_diameter_m(self, charge: str) -> float:
+        """Diameter of the ball of mean volume of a simulated charge [m]; raises ConfigError for another name."""
+        known = self.about.get("charges", {})
+        if charge not in known:
+            has = f"has {', '.join(known)}" if known else "is of balls of one size"
+            raise ConfigError(f"charge = {charge}: the fingerprint of {self.about['mill']} {has}")
+        return known[charge]["ball_diameter_m"]
+
+    def choices(self) -> list[float | str]:
+        """The simulated balls, as `balls` takes them: diameters of one size [mm], rising, and names of charges."""
+        sizes = sorted({1e3 * diameter for _, diameter, charge in self.settings if charge == ONE_SIZE})
+        return [*sizes, *self.about.get("charges", {})]
+
+    def balls(self, choice: float | str) -> tuple[float, str]:
+        """Diameter [m] and charge of balls that are given by a diameter [mm] or by the name of a charge.
+
+        A charge is exactly one that was simulated: nothing is known between two charges, nor between a charge and
+        balls of one size. Raises ConfigError for a charge that was not, and for balls of one size where there are
+        charges alone.
+        """
+        if isinstance(choice, str):
+            return self.charge_diameter_m(choice), choice
+        if not any(charge == ONE_SIZE for _, _, charge in self.settings):
+            raise ConfigError(
+                f"balls of {balls_in_words(choice)}: {self.about['mill']} was simulated with charges of several sizes "
+                f"alone, which tell nothing of other balls; name one of {', '.join(self.charges)}"
+            )
+        return choice * 1e-3, ONE_SIZE
+
+    def condition(
+        self,
+        *,
+        speed_hz: float,
+        ball_diameter_m: float,
+        fill_ratio: float,
+        density_kg_m3: float | None = None,
+        amplitude_m: float | None = None,
+    ) -> Condition[float]:
+        """A condition of this mill; density and amplitude are those of the mill as built where they are left out."""
+        return Condition(
+            fill_ratio=fill_ratio,
+            speed_hz=speed_hz,
+            ball_diameter_m=ball_diameter_m,
+            density_kg_m3=self.about["density_kg_m3"] if density_kg_m3 is None else density_kg_m3,
+            amplitude_m=self.about["amplitude_m"] if amplitude_m is None else amplitude_m,
+        )
+
+    def _inputs(self, condition: Condition, charge: str) -> np.ndarray:
+        return logarithms(condition.table().assign(**{CHARGE: charge}), self.kinds)
+
+    def descriptors(self, condition: Condition, charge: str = ONE_SIZE) -> dict[str, np.ndarray]:
+        """Energies [J] and frequencies over the balls [1/s] (m,) of the conditions, without bands."""
+        inputs = self._inputs(condition, charge)
+        basic = {name: np.exp(self.predictors[name].mean(inputs)) for name in KNOWN}
+        return descriptors_of(condition, scaled_quantities(basic))
+
+    def scaled(self, condition: Condition, charge: str = ONE_SIZE) -> pd.DataFrame:
+        """Every scaled quantity Q of the conditions with its two bands, as `banded`."""
+        inputs = self._inputs(condition, charge)
+        told = {name: predictor.predict(inputs) for name, predictor in self.predictors.items()}
+        return banded(told, self.width)
+
+    def at_settings(self, fill_ratios: np.ndarray) -> np.ndarray:
+        """Inputs (m, 5 or 6) of each fill ratio with each speed and balls of the mill as built, fill by fill."""
+        built = {name: self.about[name] for name in ("density_kg_m3", "amplitude_m")}
+        columns = [*reversed(SETTING), *([CHARGE] if self.kinds else [])]
+        settings = pd.DataFrame({name: self.about["settings"][name] for name in columns}).assign(**built)
+        fills = pd.DataFrame({"fill_ratio": np.asarray(fill_ratios, dtype=float)})
+        return logarithms(fills.merge(settings, how="cross"), self.kinds)
+
+    def curve(self, fill_ratios: np.ndarray) -> pd.DataFrame:
+        """The master curves: fill_ratio, then every quantity with its two bands, as `banded`.
+
+        The mean over the simulated speeds and ball sizes, and the bands of a condition drawn from them: their
+        variance is the mean of theirs and the variance between them. Raises ConfigError outside the simulated fills.
+        """
+        fill_ratios = np.atleast_1d(np.asarray(fill_ratios, dtype=float))
+        low, high = self.fill_range
+        for fill in fill_ratios:
+            if not low * (1 - 1e-9) <= fill <= high * (1 + 1e-9):
+                raise ConfigError(
+                    f"fill_ratio = {fill:g}: the curves of {self.about['contact']} hold from {low:g} to {high:g}"
+                )
+        inputs = self.at_settings(fill_ratios)
+        told = {}
+        for name, predictor in self.predictors.items():
+            each = Told(*(part.reshape(fill_ratios.size, -1) for part in predictor.predict(inputs)))
+            between = each.logs.var(axis=1)
+            mean, new = (np.sqrt((part**2).mean(axis=1) + between) for part in (each.of_mean, each.of_new))
+            told[name] = Told(each.logs.mean(axis=1), mean, new)
+        table = banded(told, self.width)
+        table.insert(0, "fill_ratio", fill_ratios)
+        return table
+
+    def at(self, fill_ratio: float) -> dict[str, Band]:
+        """The master curves at one fill ratio; raises ConfigError outside the simulated fill ratios."""
+        return self._with_intervals(bands(self.curve(np.array([fill_ratio]))), fill_ratio)
+
+    def further_curve(self, curve: pd.DataFrame) -> pd.DataFrame:
+        """A table of `curve` with the columns Q_by_ORIGIN_lower and _upper of every origin that was analysed.
+
+        NaN at a fill ratio where the factors of an origin are not known.
+        """
+        columns: dict[str, np.ndarray] = {}
+        for origin, factors in self.further.items():
+            for name, ends in factors.at(curve["fill_ratio"].to_numpy()).items():
+                columns |= dict(zip(interval_columns(name, origin), curve[name].to_numpy() * ends, strict=True))
+        return curve.assign(**columns)
+
+    def _with_intervals(self, scaled: dict[str, Band], fill_ratio: float) -> dict[str, Band]:
+        """Scaled quantities with the intervals of the further origins that are known at a fill ratio."""
+        known = self.further.keys() - self.missing(fill_ratio).keys()
+        factors = {origin: self.further[origin].at(np.array([fill_ratio])) for origin in known}
+        found = {}
+        for name, band in scaled.items():
+            # What was counted by another rule is not known.
+            intervals: dict[str, Any] = {
+                origin: Interval(*(band.value * ends[name][:, 0]).tolist())
+                for origin, ends in factors.items()
+                if np.isfinite(ends[name]).all()
+            }
+            found[name] = replace(band, **intervals)
+        return found
+
+    def missing(self, fill_ratio: float) -> dict[str, str]:
+        """Why the interval of an origin is not known at a fill ratio, for each that is not."""
+        found = {origin: "not analysed" for origin in FURTHER if origin not in self.further}
+        for origin, factors in self.further.items():
+            low, high = factors.fill_range
+            if not low * (1 - 1e-9) <= fill_ratio <= high * (1 + 1e-9):
+                found[origin] = f"fill_ratio = {fill_ratio:g}: analysed from {low:g} to {high:g}"
+        return found
+
+    def outside(self, condition: Condition[float], volume_m3: float, charge: str = ONE_SIZE) -> tuple[str, ...]:
+        """Names of the variables, of the charge and of the jar's volume, that lie outside what was simulated."""
+        # Balls of one size say nothing of a charge of several, nor the other way round.
+        diameters = [diameter for _, diameter, own in self.settings if own == charge]
+        ranges = self.about["ranges"]
+        if self.about.get("charges") and diameters:
+            ranges = ranges | {"ball_diameter_m": [min(diameters), max(diameters)]}
+        beyond = []
+        for name in VARIABLES:
+            low, high = ranges[name]
+            if not low * (1 - 1e-9) <= getattr(condition, name) <= high * (1 + 1e-9):
+                beyond.append(name)
+        beyond += [] if diameters else [CHARGE]
+        return (*beyond, *([] if np.isclose(volume_m3, self.about["volume_m3"]) else ["volume_m3"]))
+
+    def predict(
+        self, condition: Condition[float], volume_m3: float | None = None, charge: str = ONE_SIZE
+    ) -> Prediction:
+        """Descriptors of a condition by Eqs 3.28, 3.29 and 4.5, with the variables outside the simulated range.
+
+        volume_m3: of the jar, that of the mill as built if left out. charge: the name of one of several ball sizes, of
+        which the condition has the ball of mean volume (`charge_diameter_m`); balls of one size if left out. Beyond the
+        simulated range the scaling of the thesis carries the curves on, with an interval that widens. Raises
+        ConfigError for a condition that cannot be: a value of 0 or less, or a fill ratio of 1 or more.
+        """
+        volume = self.about["volume_m3"] if volume_m3 is None else volume_m3
+        for name, value in (*vars(condition).items(), ("volume_m3", volume)):
+            if not 0 < value < (1 if name == "fill_ratio" else np.inf):
+                raise ConfigError(f"{name} = {value:g}: must be over 0{' and under 1' * (name == 'fill_ratio')}")
+        scaled = self._with_intervals(bands(self.scaled(condition, charge)), condition.fill_ratio)
+        balls = ball_count(condition.fill_ratio, volume, condition.ball_diameter_m)
+        power = balls * power_scale(condition)
+        return Prediction(
+            balls=balls,
+            **descriptors_of(condition, scaled),
+            normal_power_W=scaled["Pn"] * power,
+            tangential_power_W=scaled["Pt"] * power,
+            power_W=scaled["P"] * power,
+            tangential_share=share_of(scaled["ratio"]),
+            outside=self.outside(condition, volume, charge),
+            missing=self.missing(condition.fill_ratio),
+        )
+
+
+def bands(table: pd.DataFrame) -> dict[str, Band]:
+    """The quantities of the first row of a table of `banded`, each with its two bands."""
+    row = {name: float(value) for name, value in table.iloc[0].items()}
+    found = {}
+    for name in CURVES:
+        lower, upper = (row[column] for column in new_columns(name))
+        found[name] = Band(row[name], lower, upper, mean=Interval(*(row[column] for column in mean_columns(name))))
+    return found
+
+
+def banded(told: Mapping[str, Told], width: float) -> pd.DataFrame:
+    """Q, then Q_lower and Q_upper of a new simulation and Q_mean_lower and Q_mean_upper of the mean, of every quantity.
+
+    Ends that are not known are NaN.
+    told: logarithms and deviations (m,) of each; width: of the bands, in deviations.
+    """
+    values = scaled_quantities({name: np.exp(told[name].logs) for name in KNOWN})
+    table: dict[str, np.ndarray] = {}
+    for name in CURVES:
+        new, mean = (factor_of(width * deviations) for deviations in (told[name].of_new, told[name].of_mean))
+        table[name] = values[name]
+        for columns, factor in ((new_columns(name), new), (mean_columns(name), mean)):
+            table |= dict(zip(columns, (values[name] / factor, values[name] * factor), strict=True))
+    return pd.DataFrame(table)

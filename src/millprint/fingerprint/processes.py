@@ -1,0 +1,330 @@
+"""A Gaussian process of the logarithm of a scaled quantity: a curve over fill ratio, and departures from the scaling.
+
+If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ratio alone. The process takes that as
+its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
+    log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
+each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the
+scaling of the thesis, and the bands widen to what departures were worth elsewhere. Departures of amplitude and density
+are taken to multiply those of speed and ball size: what a sweep finds at one speed is carried to the others.
+
+There are two bands, of two variances of log y at a condition x, with d(x) the deviation of g + h + a + r as known from
+the simulations, n the noise and s2(x) the variance of one run by its finite window:
+    of the mean of very many simulations    d(x)^2
+    of a new simulation, one run            d(x)^2 + n + s2(x)
+Both are widened by one factor, the stretch, and are as many deviations wide as Student's t says.
+s2(x) = exp(b0 + b1 ln fill) is fitted to the errors that the runs state, since that of a single run, from a few turns,
+is hardly known: a generalised linear model of gamma distribution, which a variance has. For the same reason, the
+variance of each simulated value is taken half from itself and half from s2, as a moderated variance (Smyth, Stat. Appl.
+Genet. Mol. Biol. 3 (2004) 3) of equal degrees of freedom. Whether n is of runs, or of conditions that the curve does
+not follow, one seed a condition cannot tell: it is taken to be of runs.
+
+Where several kinds of balls were simulated, such as balls of one size and a charge of several, each kind has a
+departure q(fill) of its own. There is nothing between two kinds: one tells nothing of another's.
+"""
+
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.mixture import ONE_SIZE
+from millprint.fingerprint.condition import VARIABLES
+from millprint.fingerprint.descriptors import CHARGE
+from millprint.fingerprint.many import WHOLE_MAX, Reduced, ReducedInverse, Whole, WholeInverse
+from millprint.statistics.quantiles import student_quantile
+
+if TYPE_CHECKING:
+    from sklearn.gaussian_process.kernels import Kernel
+
+# Component -> its variables besides the fill ratio, and the start and bounds of its variance.
+COMPONENTS = {
+    "fill": ((), 0.1, (0.04, 10.0)),  # curves vary by 20 % or more
+    "machine": (("speed_hz", "ball_diameter_m"), 0.02, (1e-4, 0.5)),
+    "amplitude": (("amplitude_m",), 0.02, (1e-4, 2.0)),
+    "density": (("density_kg_m3",), 1e-3, (1e-5, 0.5)),
+    CHARGE: ((CHARGE,), 0.02, (1e-4, 0.5)),
+}
+# Bounds of lengths, in logarithms: a curve turns within a factor exp(0.3) to exp(3) of fill ratio, a departure within
+# a factor 2 to 1000 of a machine's variable.
+FILL_LENGTH, MACHINE_LENGTH = (0.3, 3.0), (0.7, 7.0)
+NOISE, NOISE_BOUNDS = 1e-3, (1e-5, 0.05)
+IDLE = 1e5  # length of a variable that a component does not depend on
+# The likelihood of n conditions costs n^3 a trial. Of more than these, so many chosen at random give the parameters,
+# and all of them the predictions.
+LEARNT_FROM = 250
+NO_SAMPLING = (-40.0, 0.0)  # b0, b1 of runs that state no error
+SCORINGS = 30  # of the search for b0 and b1, which takes a few
+JITTER = 1e-10  # keeps a covariance of almost equal conditions invertible
+# Name of what is left out at a time -> the variables that its conditions share.
+LEFT_OUT = {
+    "condition": ["fill_ratio", "speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+    "fill ratio": ["fill_ratio"],
+    "setting": ["speed_hz", "ball_diameter_m", "density_kg_m3", "amplitude_m", CHARGE],
+}
+APART = 0.01  # length between kinds of balls, whose places differ by 1: no two have anything in common
+
+
+def kinds_of(charges: Iterable[str]) -> list[str]:
+    """The kinds of balls by the names of their charges, if there are several; an empty list if all are of one kind."""
+    found = sorted(set(charges))
+    return found if len(found) > 1 else []
+
+
+def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
+    """Logarithms (n, 5) of VARIABLES; with `kinds`, (n, 6), the last the place of the row's charge among them.
+
+    A charge that is none of them has the place -1, which is as far from each as they are from each other.
+    """
+    logs = np.log(table[list(VARIABLES)].to_numpy(dtype=float))
+    if not kinds:
+        return logs
+    charges = table[CHARGE] if CHARGE in table else [ONE_SIZE] * len(table)
+    places = [kinds.index(charge) if charge in kinds else -1 for charge in charges]
+    return np.column_stack([logs, np.array(places, dtype=float)])
+
+
+def varied_components(table: pd.DataFrame) -> dict[str, list[str]]:
+    """Component -> its variables, of those that the conditions of `table` vary; a departure needs one at least."""
+    varied = [name for name in (*VARIABLES, CHARGE) if name in table and table[name].nunique() > 1]
+    found = {name: [v for v in others if v in varied] for name, (others, *_) in COMPONENTS.items()}
+    return {name: ["fill_ratio", *others] for name, others in found.items() if others or name == "fill"}
+
+
+def held(length: float) -> tuple[float, tuple[float, float]]:
+    """A length and bounds that hold it there."""
+    return length, (length, length * (1 + 1e-9))
+
+
+# Start and bounds of the length of a variable that a component depends on; all others have those of a machine.
+LENGTHS = {"fill_ratio": (1.0, FILL_LENGTH), CHARGE: held(APART)}
+
+
+def build_kernel(components: dict[str, list[str]]) -> "Kernel":
+    """The sum of the components, without noise; a length at IDLE is held there."""
+    # Takes two seconds to import: who reads a fingerprint and predicts nothing does without.
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern
+
+    total = None
+    for name, variables in components.items():
+        _, variance, bounds = COMPONENTS[name]
+        lengths, length_bounds = [], []
+        for variable in (*VARIABLES, *([CHARGE] if CHARGE in components else [])):
+            start, own = LENGTHS.get(variable, (2.0, MACHINE_LENGTH)) if variable in variables else held(IDLE)
+            lengths.append(start)
+            length_bounds.append(own)
+        part = ConstantKernel(variance, bounds) * Matern(lengths, length_bounds, nu=2.5)
+        total = part if total is None else total + part
+    return total
+
+
+def grouped(inputs: np.ndarray, shared: list[str]) -> list[np.ndarray]:
+    """Indices of the conditions that have equal values of the variables `shared`."""
+    known = (*VARIABLES, CHARGE)[: inputs.shape[1]]
+    frame = pd.DataFrame(inputs.round(9), columns=known)
+    shared = [name for name in shared if name in known]
+    return [np.asarray(index) for index in frame.groupby(shared, sort=True).indices.values()]
+
+
+def band_width(probability: float, conditions: int) -> float:
+    """Half the width of a band in deviations: Student's quantile, as its scale is from so many conditions."""
+    return float(student_quantile(0.5 + 0.5 * probability, max(1, conditions - 1)))
+
+
+def fit_sampling(log_fills: np.ndarray, variances: np.ndarray) -> tuple[float, float]:
+    """b0 and b1 of the variance of the logarithm of one run, s2 = exp(b0 + b1 ln fill).
+
+    log_fills: ln of fill ratios (n,); variances: of one run at each, by its own turns (n,), NaN where it is not known.
+    """
+    known = np.isfinite(variances) & (variances > 0)
+    if not known.any():
+        return NO_SAMPLING
+    values = variances[known]
+    level, slope = float(np.log(values.mean())), 0.0
+    if np.ptp(log_fills[known]) < 1e-9:
+        return level, slope
+    # Fisher's scoring (McCullagh, Nelder, Generalized Linear Models, 1989), in which all weights are one.
+    centre = log_fills[known].mean()
+    design = np.column_stack([np.ones(len(values)), log_fills[known] - centre])
+    for _ in range(SCORINGS):
+        excess = values / np.exp(design @ [level, slope]) - 1
+        step = np.clip(np.linalg.lstsq(design, excess, rcond=None)[0], -1, 1)
+        level, slope = level + float(step[0]), slope + float(step[1])
+    return level - slope * float(centre), slope
+
+
+def variance_of_run(inputs: np.ndarray, sampling: tuple[float, float]) -> np.ndarray:
+    """Variance s2 (m,) of the logarithm of one run by its window, at inputs (m, 5)."""
+    return np.exp(sampling[0] + sampling[1] * inputs[:, 0])
+
+
+class Told(NamedTuple):
+    """Log values (m,), and the standard deviations (m,) about them of the mean and of a new simulation."""
+
+    logs: np.ndarray
+    of_mean: np.ndarray
+    of_new: np.ndarray
+
+
+@dataclass(frozen=True)
+class Process:
+    """One quantity: inputs (n, 5 or 6) of `logarithms`, logarithms of values (n,), their relative standard errors (n,).
+
+    components and theta (the kernel's logarithmic parameters) describe the kernel; noise is the variance of log
+    values between runs that no variable explains; sampling: b0 and b1 of the variance of one run by its window;
+    stretch widens every deviation to what leaving conditions out has shown.
+    """
+
+    inputs: np.ndarray
+    logs: np.ndarray
+    errors: np.ndarray
+    components: dict[str, list[str]]
+    theta: np.ndarray
+    noise: float
+    sampling: tuple[float, float] = NO_SAMPLING
+    stretch: float = 1.0
+
+    @classmethod
+    def fit(
+        cls, inputs: np.ndarray, logs: np.ndarray, stated: np.ndarray, components: dict, runs: np.ndarray | int = 1
+    ) -> "Process":
+        """Parameters of largest marginal likelihood, and the stretch that leaving conditions out asks for.
+
+        stated: relative standard errors of the values by their own windows and seeds (n,), NaN where they are not
+        known; runs: seeds that each value is the mean of.
+
+        stretch = max(1, root mean square of the standardised errors), as in Bachoc, Comput. Stat. Data Anal. 66
+        (2013) 55, the largest of the ways of LEFT_OUT: the likelihood is too sure of itself where the model is not
+        quite right. Of more than LEARNT_FROM conditions, so many give the parameters, and all of them the stretch.
+        """
+        from sklearn.exceptions import ConvergenceWarning
+        from sklearn.gaussian_process import GaussianProcessRegressor
+        from sklearn.gaussian_process.kernels import WhiteKernel
+
+        sampling = fit_sampling(inputs[:, 0], runs * stated**2)
+        typical = variance_of_run(inputs, sampling) / runs
+        errors = np.sqrt(np.where(np.isfinite(stated), (stated**2 + typical) / 2, typical))
+        known = (inputs, logs, errors)
+        if len(logs) > LEARNT_FROM:
+            chosen = np.random.default_rng(0).permutation(len(logs))[:LEARNT_FROM]
+            known = (inputs[chosen], logs[chosen], errors[chosen])
+        kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
+        regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER)
+        with warnings.catch_warnings():
+            # A parameter may end at its bound: few conditions cannot tell noise from shape.
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            regressor.fit(known[0], known[1] - known[1].mean())
+        theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level
+        process = cls(inputs, logs, errors, components, theta, noise, sampling)
+        inverse, stretch = process.inverse(), 1.0
+        for shared in LEFT_OUT.values():
+            groups = grouped(inputs, shared)
+            if len(groups) > 1:
+                means, deviations = process.leave_out(groups, inverse)
+                errors = (logs[np.concatenate(groups)] - means) / deviations
+                stretch = max(stretch, float(np.sqrt(np.mean(errors**2))))
+        return replace(process, stretch=stretch)
+
+    def _kernel(self) -> "Kernel":
+        return build_kernel(self.components).clone_with_theta(self.theta)
+
+    def predictor(self) -> "Predictor":
+        """A predictor of new conditions."""
+        centre = float(self.logs.mean())
+        kind = Reduced if len(self.logs) > WHOLE_MAX else Whole
+        known = kind.fit(self._kernel(), self.inputs, self.logs - centre, self._noise())
+        return Predictor(known, centre, self.noise, self.sampling, self.stretch)
+
+    def _noise(self) -> np.ndarray:
+        """The variances of the log values as measured (n,)."""
+        return self.errors**2 + self.noise + JITTER
+
+    def inverse(self) -> WholeInverse | ReducedInverse:
+        """The inverse of the covariance of the log values, noise included."""
+        if len(self.logs) > WHOLE_MAX:
+            return Reduced.fit(self._kernel(), self.inputs, self.logs - self.logs.mean(), self._noise()).inverse()
+        covariance = self._kernel()(self.inputs)
+        covariance[np.diag_indices_from(covariance)] += self._noise()
+        return WholeInverse.of(covariance)
+
+    def leave_out(
+        self, groups: Sequence[np.ndarray], inverse: WholeInverse | ReducedInverse | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation of the log values of each group of indices, as measured, predicted without that group.
+
+        The groups one after another. With Q the inverse of the covariance of all log values y, noise included, and c
+        the mean of those that are kept, y_B - mean = Q_BB^-1 [Q (y - c)]_B with the covariance Q_BB^-1 (Dubrule, Math.
+        Geol. 15 (1983) 687). So one inverse serves every group; a new prediction would take one for each group.
+
+        inverse: the result of `inverse()`, where it is needed more than once; without it, it is made here.
+        """
+        inverse = inverse or self.inverse()
+        weighted, sums = inverse.times(self.logs), inverse.times(np.ones(len(self.logs)))
+        means, deviations = [], []
+        for left in groups:
+            centre = (self.logs.sum() - self.logs[left].sum()) / (len(self.logs) - len(left))
+            own = np.linalg.inv(inverse.block(left))
+            means.append(self.logs[left] - own @ (weighted[left] - centre * sums[left]))
+            # The jitter is no part of what is measured.
+            deviations.append(self.stretch * np.sqrt(np.diag(own) - JITTER))
+        return np.concatenate(means), np.concatenate(deviations)
+
+    def to_dict(self) -> dict:
+        """Parameters and data as plain values."""
+        return {
+            "components": self.components,
+            "log_parameters": self.theta.tolist(),
+            "noise_variance": float(self.noise),
+            "sampling": list(self.sampling),
+            "stretch": float(self.stretch),
+            "values": np.exp(self.logs).tolist(),
+            "relative_errors": self.errors.tolist(),
+        }
+
+    @classmethod
+    def from_dict(cls, content: dict, inputs: np.ndarray) -> "Process":
+        """The process that `to_dict` described; raises KeyError or ValueError for a content that it did not write."""
+        return cls(
+            inputs=inputs,
+            logs=np.log(np.array(content["values"], dtype=float)),
+            errors=np.array(content["relative_errors"], dtype=float),
+            components=content["components"],
+            theta=np.array(content["log_parameters"], dtype=float),
+            noise=float(content["noise_variance"]),
+            sampling=tuple(content["sampling"]),
+            stretch=float(content["stretch"]),
+        )
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """What is known of log values about their mean."""
+
+    known: Whole | Reduced
+    centre: float
+    noise: float
+    sampling: tuple[float, float]
+    stretch: float
+
+    def mean(self, inputs: np.ndarray) -> np.ndarray:
+        """Log values (m,) at inputs (m, 5)."""
+        return self.centre + self.known.mean(inputs)
+
+    def predict(self, inputs: np.ndarray) -> Told:
+        """Log values (m,) at inputs (m, 5) with the deviations of both bands: the one place that defines them."""
+        mean, deviation = self.known.with_deviation(inputs)
+        one_run = self.noise + variance_of_run(inputs, self.sampling)
+        return Told(self.centre + mean, self.stretch * deviation, self.stretch * np.sqrt(deviation**2 + one_run))
+
+    def joint(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Log values (m,) and their covariance (m, m), that of the mean: how sure the curve is, not a new run."""
+        mean, covariance = self.known.with_covariance(inputs)
+        return self.centre + mean, self.stretch**2 * covariance
+
+    def reduced(self) -> dict:
+        """What a reduced process predicts by, as plain values; raises TypeError for a whole one."""
+        if not isinstance(self.known, Reduced):
+            raise TypeError("a process of all its conditions has nothing that is reduced")
+        return {**self.known.to_dict(), "centre": self.centre}

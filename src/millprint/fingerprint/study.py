@@ -1,0 +1,290 @@
+"""Are the settings of a mill's sweep good enough? Descriptors of one condition, each setting changed alone.
+
+A change of a descriptor is held against a tolerance that does not matter, and against the scatter between seeds:
+`judge` has the rule.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.fingerprint import DESCRIPTOR_SETS, StudyConfig
+from millprint.dem.convergence import column_of, deviations, pooled_variance
+from millprint.fingerprint.columns import DESCRIPTORS
+from millprint.fingerprint.inputs import counted
+from millprint.statistics.quantiles import chi_squared_exceeded, chi_squared_quantile, normal_exceeded, student_exceeded
+
+GOOD, BAD, UNKNOWN, UNTESTED = "good enough", "not good enough", "undecided", "not tested"
+POWERS = ("normal", "tangential")
+# What is compared.
+DESCRIBED = (*DESCRIPTOR_SETS["per_collision"], *(f"{name}_power_W" for name in POWERS))
+# The first columns of a study.
+FRONT = ("setting", "factor", "value", "seeds", "time_step_s", "young_modulus_gpa", "closure", "processor_s")
+# Settings, as a line names them, with what to change.
+NAMES = {
+    "time_step": "time step",
+    "stiffness": "stiffness",
+    "facets": "facets",
+    "window": "window",
+    "seeds": "seeds",
+}
+ADVICE = {
+    "time_step": "make mills.rayleigh_fraction smaller",
+    "stiffness": "raise young_modulus_gpa of the contact set",
+    "facets": "give the geometry more facets",
+    "window": "raise sweep.discard_turns or sweep.window_turns",
+    "seeds": "give sweep.seeds {seeds} seeds, or raise sweep.window_turns",
+}
+# Beyond this, more seeds are no advice.
+MOST_SEEDS = 200
+
+
+def study_row(setting: str, factor: float, value: float, summaries: list[dict], rule: str) -> dict:
+    """The row of a variant: means of DESCRIBED over its seeds, with standard errors, and what it cost.
+
+    closure: the largest error of the energy balance; processor_s: the mean of a run.
+    """
+    runs = pd.DataFrame([_descriptors(summary, rule) for summary in summaries])
+    means, errors = runs.mean(), runs.std(ddof=1) / math.sqrt(len(runs))
+    first = summaries[0]
+    return {
+        "setting": setting,
+        "factor": factor,
+        "value": value,
+        "seeds": len(runs),
+        "time_step_s": first["time_step_s"],
+        "young_modulus_gpa": first["young_modulus_pa"] / 1e9,
+        "closure": max(abs(summary["closure"]) for summary in summaries),
+        "processor_s": float(np.mean([summary["processor_s"] for summary in summaries])),
+        **{name: means[name] for name in DESCRIBED},
+        **{column_of(name, "se"): errors[name] for name in DESCRIBED},
+    }
+
+
+def _descriptors(summary: dict, rule: str) -> dict[str, float]:
+    frequency = counted(summary, rule)["frequency_hz"]
+    normal, tangential = (summary["power_W"][name] for name in POWERS)
+    energies = [power / frequency if frequency else np.nan for power in (normal, tangential)]
+    return dict(zip(DESCRIBED, [*energies, frequency / summary["balls"], normal, tangential], strict=True))
+
+
+def tabulate_study(rows: list[dict]) -> pd.DataFrame:
+    """The rows of the variants, the reference first, with changes from it [%] and their standard errors [%]."""
+    table = pd.DataFrame(rows)
+    for name in DESCRIBED:
+        table = table.join(deviations(table, name))
+    kinds = ("se", "deviation_percent", "deviation_se_percent")
+    measured = [column for name in DESCRIBED for column in (name, *(column_of(name, kind) for kind in kinds))]
+    return table[[*FRONT, *measured]]
+
+
+def tabulate_window(summaries: list[dict]) -> pd.DataFrame:
+    """How the powers settle: their mean over the first turns of the window, against the whole window's [%].
+
+    A row for each whole turn; means over the seeds, with standard errors.
+    """
+    turns = min(len(summary["per_revolution"]["normal_J"]) for summary in summaries)
+    table = pd.DataFrame({"turns": np.arange(1, turns + 1)})
+    for name in POWERS:
+        energies = np.array([summary["per_revolution"][f"{name}_J"][:turns] for summary in summaries])
+        means = np.cumsum(energies, axis=1) / table["turns"].to_numpy()
+        change = 100 * (means / means[:, -1:] - 1)
+        table[f"{name}_power_change_percent"] = change.mean(axis=0)
+        table[f"{name}_power_change_se_percent"] = change.std(axis=0, ddof=1) / math.sqrt(len(change))
+    return table
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison of a descriptor: its change or its error [%], the standard error [%] of that, and the verdict.
+
+    factor: of the setting, over that of the sweep [-]; decides: whether it counts for the verdict on the setting, as
+    that of a refinement does; seeds: how many would decide, where more of them can.
+    """
+
+    setting: str
+    factor: float
+    quantity: str
+    change_percent: float
+    error_percent: float
+    verdict: str
+    decides: bool = True
+    seeds: int | None = None
+
+
+def judge(change: float, error: float, freedom: int, comparisons: int, study: StudyConfig) -> str:
+    """Whether a change [%] with a standard error [%] matters: GOOD, BAD or UNKNOWN.
+
+    With Student's t of `freedom` degrees and a = 1 - confidence: GOOD where |change| + t(a) error is within the
+    tolerance (two one-sided tests, Schuirmann, J. Pharmacokinet. Biopharm. 15, 657, 1987; all must pass, so none needs
+    a share of a), BAD where |change| - t(a / comparisons) error is beyond it (Bonferroni: one false alarm among all is
+    as rare as a), and UNKNOWN between, where the scatter hides it.
+    """
+    if freedom < 1 or not math.isfinite(change) or not math.isfinite(error):
+        return UNKNOWN
+    chance = 1 - study.confidence
+    if abs(change) + student_exceeded(chance, freedom) * error <= study.tolerance_percent:
+        return GOOD
+    if abs(change) - student_exceeded(chance / comparisons, freedom) * error > study.tolerance_percent:
+        return BAD
+    return UNKNOWN
+
+
+def seeds_to_decide(change: float, error: float, freedom: int, seeds: int, study: StudyConfig) -> int | None:
+    """About how many seeds would show that a change is within the tolerance; None where no reasonable number does."""
+    room = study.tolerance_percent - abs(change)
+    if freedom < 1 or not room > 0 or not math.isfinite(error):
+        return None
+    needed = math.ceil(seeds * (student_exceeded(1 - study.confidence, freedom) * error / room) ** 2)
+    return max(needed, seeds + 1) if needed <= MOST_SEEDS else None
+
+
+def judge_scatter(relative: float, freedom: int, seeds: int, comparisons: int, study: StudyConfig) -> tuple[float, str]:
+    """Half-width [%] of the interval of a point of the sweep with `seeds` seeds, and whether it is small enough.
+
+    relative: standard deviation s between seeds over the mean [-], known with `freedom` degrees of freedom. The
+    half-width is z s / sqrt(seeds). GOOD where it is within the tolerance with the upper bound of s (chi square), BAD
+    where it is beyond with the lower one, shared out among the comparisons.
+    """
+    half = 100 * float(normal_exceeded((1 - study.confidence) / 2)) * relative / math.sqrt(seeds)
+    if freedom < 1 or not math.isfinite(half):
+        return half, UNKNOWN
+    chance = 1 - study.confidence
+    upper = half * math.sqrt(freedom / chi_squared_quantile(chance, freedom))
+    lower = half * math.sqrt(freedom / chi_squared_exceeded(chance / comparisons, freedom))
+    if upper <= study.tolerance_percent:
+        return half, GOOD
+    return half, BAD if lower > study.tolerance_percent else UNKNOWN
+
+
+def check_study(table: pd.DataFrame, halves: pd.DataFrame, sweep_seeds: int, study: StudyConfig) -> list[Check]:
+    """Every comparison of a study; table: as of `tabulate_study`; halves: as of `changes_of_halves`.
+
+    sweep_seeds: how many seeds each condition of the mill's sweep has.
+    """
+    variants, freedom = table.iloc[1:], int((table["seeds"] - 1).sum())
+    # A descriptor that is zero, as the shear of balls without friction, has no relative change.
+    names = [name for name in DESCRIBED if table[name].iloc[0]]
+    deciding = {setting: _refinement(variants, setting) for setting in variants["setting"].unique()}
+    comparisons = max(
+        1, sum(factor is not None for factor in deciding.values()) * len(names) + len(names) + len(halves)
+    )
+    checks = []
+    for row in variants.itertuples():
+        for name in names:
+            change, error = (getattr(row, column_of(name, f"deviation{kind}_percent")) for kind in ("", "_se"))
+            verdict = judge(change, error, freedom, comparisons, study)
+            enough = seeds_to_decide(change, error, freedom, row.seeds, study) if verdict == UNKNOWN else None
+            decides = row.factor == deciding[row.setting]
+            checks.append(Check(row.setting, row.factor, name, change, error, verdict, decides, enough))
+    for half in halves.itertuples():
+        verdict = judge(half.change_percent, half.error_percent, half.freedom, comparisons, study)
+        checks.append(Check("window", 0.5, half.quantity, half.change_percent, half.error_percent, verdict))
+    for name in names:
+        relative = math.sqrt(pooled_variance(table[name], table[column_of(name, "se")], table["seeds"]))
+        half_width, verdict = judge_scatter(relative, freedom, sweep_seeds, comparisons, study)
+        wanted = math.ceil(sweep_seeds * (half_width / study.tolerance_percent) ** 2) if verdict == BAD else None
+        checks.append(Check("seeds", sweep_seeds, name, half_width, 0.0, verdict, seeds=wanted))
+    return checks
+
+
+def _refinement(variants: pd.DataFrame, setting: str) -> float | None:
+    """The factor of the refinement that decides on a setting: the one nearest to 1; None without one."""
+    factors = variants.loc[variants["setting"] == setting, "factor"]
+    finer = factors[factors < 1] if setting == "time_step" else factors[factors > 1]
+    if finer.empty:
+        return None
+    return float(finer.max() if setting == "time_step" else finer.min())
+
+
+def changes_of_halves(summaries: list[dict]) -> pd.DataFrame:
+    """Change [%] of the powers from the first to the second half of the window, over all runs.
+
+    Each run is compared with itself, so that runs of any variant count alike. error_percent: the standard error.
+    """
+    rows = []
+    for name in POWERS:
+        changes = []
+        for summary in summaries:
+            energies = np.asarray(summary["per_revolution"][f"{name}_J"])
+            half = len(energies) // 2
+            if half and energies.mean():
+                changes.append(100 * (energies[-half:].mean() - energies[:half].mean()) / energies.mean())
+        number = len(changes)
+        error = float(np.std(changes, ddof=1) / math.sqrt(number)) if number > 1 else np.nan
+        change = float(np.mean(changes)) if changes else np.nan
+        rows.append((f"{name}_power_W", change, error, number - 1))
+    return pd.DataFrame(rows, columns=["quantity", "change_percent", "error_percent", "freedom"])
+
+
+def verdict_of(checks: list[Check]) -> str:
+    """The worst verdict of some checks; UNTESTED without any."""
+    found = {check.verdict for check in checks if check.decides}
+    return next((verdict for verdict in (BAD, UNKNOWN, GOOD) if verdict in found), UNTESTED)
+
+
+def conclude(mill: str, checks: list[Check], study: StudyConfig) -> dict:
+    """The verdict on each setting and on all, and the one line that says it: verdict.json."""
+    settings = {name: verdict_of([check for check in checks if check.setting == name]) for name in NAMES}
+    overall = verdict_of(checks)
+    return {
+        "mill": mill,
+        "verdict": overall,
+        "line": f"{mill}: {_line(overall, settings, checks, study)}",
+        "settings": settings,
+        "criteria": study.model_dump(mode="json"),
+        "checks": [asdict(check) for check in checks],
+    }
+
+
+def _line(overall: str, settings: dict[str, str], checks: list[Check], study: StudyConfig) -> str:
+    of = {
+        verdict: [name for name in settings if settings[name] == verdict] for verdict in (GOOD, BAD, UNKNOWN, UNTESTED)
+    }
+    parts = []
+    if overall == GOOD:
+        largest = max((check for check in checks if check.decides), key=lambda check: abs(check.change_percent))
+        parts.append(
+            f"{_listed(of[GOOD])} change no descriptor by more than {study.tolerance_percent:g} % (largest: "
+            f"{_told(largest)})"
+        )
+    for name in of[BAD]:
+        failed = [check for check in checks if check.setting == name and check.decides and check.verdict == BAD]
+        worst = max(failed, key=lambda check: abs(check.change_percent))
+        seeds = max((check.seeds or 0 for check in failed), default=0)
+        parts.append(f"{_told(worst)}: {ADVICE[name].format(seeds=seeds)}")
+    if of[UNKNOWN]:
+        unknown = [check for check in checks if check.setting in of[UNKNOWN] and check.verdict == UNKNOWN]
+        needed = [check.seeds for check in unknown if check.decides and check.setting not in ("window", "seeds")]
+        enough = max(filter(None, needed), default=study.seeds + 1) if all(needed) else None
+        more = f"about {enough} seeds" if enough else "many more seeds, or a longer window,"
+        parts.append(
+            f"the scatter between seeds hides a change of {study.tolerance_percent:g} % for {_listed(of[UNKNOWN])}; "
+            f"{more} would show it (convergence.study.seeds)"
+        )
+    if of[UNTESTED]:
+        parts.append(f"{_listed(of[UNTESTED])} not tested")
+    said = (
+        "whether the settings of the sweep are good enough is undecided"
+        if overall == UNKNOWN
+        else (f"the settings of the sweep are {overall}")
+    )
+    return f"{said}: {'; '.join(parts)}"
+
+
+def _told(check: Check) -> str:
+    """A check in words: the setting, the descriptor, and its change with one standard error."""
+    title = DESCRIPTORS[check.quantity].title
+    if check.setting == "seeds":
+        return f"seeds, {title} known to {check.change_percent:.2g} %"
+    changed = (
+        NAMES[check.setting] if check.setting == "window" else f"{check.factor:g} times the {NAMES[check.setting]}"
+    )
+    return f"{changed}, {title} {check.change_percent:+.2g} ± {check.error_percent:.1g} %"
+
+
+def _listed(names: list[str]) -> str:
+    words = [NAMES[name] for name in names]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,177 @@
+"""Exact cylinders and tori, of which flat facets of a wall are pieces.
+
+The facets say where such a surface is and what joins it; how far a ball is from it, and in which direction, is that of
+the cylinder or the torus itself. So a round wall is round, however many facets draw it. A torus whose circle has no
+radius is a sphere.
+
+A surface of less than a turn, or with less than a whole tube, goes on beyond its borders along its tangents, as the
+walls that join it smoothly do: there both give the same distance, and a ball passes from one to the other without a
+jump.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.mill.kernel_columns import Vector, number_columns, span_of, width_of
+from millprint.mill.vectors import add_scaled, cross, dot, row, scale, subtract, vector
+from millprint.run.kernel import array_maker, inlined
+
+# Closer to its axis or to the middle of its tube [m], a point has no direction to the wall.
+CLOSEST = 1e-12
+
+
+class CurveColumns(NamedTuple):
+    """A cylinder or a torus, in a row of walls.Walls.curves."""
+
+    origin: Vector  # on the axis; of a torus its middle [m]
+    axis: Vector  # unit vector
+    first: Vector  # unit vectors across the axis, between which the surface lies, turning about it
+    last: Vector
+    begin_out: int  # unit vectors (out, up) in the plane through the axis, between which a tube's arc lies
+    begin_up: int
+    end_out: int
+    end_up: int
+    low: int  # ends of a cylinder along its axis, from the origin [m]
+    high: int
+    major: int  # radius of a cylinder, or of the circle on which a torus's tube has its middle [m]
+    minor: int  # radius of the tube [m]
+    side: int  # 1 if the balls are on the side of the axis, or of the tube's middle; -1 if they are outside
+    is_torus: int
+    is_part: int  # 1 where the surface is less than a turn
+    is_arc: int  # 1 where a torus's tube is less than a turn
+
+
+CURVE = number_columns(CurveColumns)
+
+
+@inlined()
+def length_and_direction(vector):
+    """Length of a vector, and the unit vector along it."""
+    length = math.sqrt(dot(vector, vector)) + CLOSEST
+    return length, scale(1.0 / length, vector)
+
+
+@inlined()
+def out_of_axis(curves, k, out):
+    """Distance from the axis, the direction away from it, and how far a vector across the axis is past the borders [m].
+
+    Beyond the borders of a surface of less than a turn, distance and direction are those along the nearer border, so
+    that what is at one distance from the axis is a plane there. It is negative on the other side of the axis.
+    """
+    if curves[k, CURVE.is_part] > 0.0:
+        axis = vector(curves, k, CURVE.axis)
+        first, last = vector(curves, k, CURVE.first), vector(curves, k, CURVE.last)
+        if dot(cross(first, out), axis) < 0.0 or dot(cross(out, last), axis) < 0.0:
+            along_first, along_last = dot(out, first), dot(out, last)
+            if along_first > along_last:
+                return along_first, first, abs(dot(cross(first, out), axis))
+            return along_last, last, abs(dot(cross(last, out), axis))
+    length, direction = length_and_direction(out)
+    return length, direction, 0.0
+
+
+@inlined()
+def out_of_tube(curves, k, out, up):
+    """The same for a tube's middle, in the plane through the axis, with the direction as (out, up)."""
+    if curves[k, CURVE.is_arc] > 0.0:
+        begin = curves[k, CURVE.begin_out], curves[k, CURVE.begin_up]
+        end = curves[k, CURVE.end_out], curves[k, CURVE.end_up]
+        before, after = begin[0] * up - begin[1] * out, out * end[1] - up * end[0]
+        if before < 0.0 or after < 0.0:
+            along_begin, along_end = out * begin[0] + up * begin[1], out * end[0] + up * end[1]
+            if along_begin > along_end:
+                return along_begin, begin, abs(before)
+            return along_end, end, abs(after)
+    length = math.sqrt(out * out + up * up) + CLOSEST
+    return length, (out / length, up / length), 0.0
+
+
+@inlined()
+def curve_touch(curves, k, point):
+    """Of a point and the wall of curve k: (signed distance, direction, how far past the borders, bend).
+
+    The distance is positive where balls are [m], and the direction is that to the ball. bend: the sum of the wall's
+    curvatures as seen from the point [1/m], by which the distance falls short of that to the tangent plane: a move by
+    d along the wall takes d^2 bend / 2. It is negative or 0 for a wall that bends away.
+    """
+    axis, side = vector(curves, k, CURVE.axis), curves[k, CURVE.side]
+    away = subtract(point, vector(curves, k, CURVE.origin))
+    up = dot(away, axis)
+    reach, outwards, past = out_of_axis(curves, k, add_scaled(away, -up, axis))
+    bend = side / max(abs(reach), CLOSEST)
+    if curves[k, CURVE.is_torus] == 0.0:
+        past = max(past, curves[k, CURVE.low] - up, up - curves[k, CURVE.high])
+        return side * (curves[k, CURVE.major] - reach), scale(-side, outwards), past, bend
+    reach, (out, along), past_tube = out_of_tube(curves, k, reach - curves[k, CURVE.major], up)
+    bend += side / max(abs(reach), CLOSEST)
+    direction = scale(-side, add_scaled(scale(out, outwards), along, axis))
+    return side * (curves[k, CURVE.minor] - reach), direction, max(past, past_tube), bend
+
+
+@array_maker()
+def touch_points(curves, k, points):
+    """Signed distances (n,), directions (n, 3) and ways past the borders (n,) of points (n, 3)."""
+    distance, direction, past = np.empty(len(points)), np.empty((len(points), 3)), np.empty(len(points))
+    for p in range(len(points)):
+        distance[p], towards, past[p], _ = curve_touch(curves, k, row(points, p))
+        for c in range(3):
+            direction[p, c] = towards[c]
+    return distance, direction, past
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cylinder, or with `minor` a torus, in the frame of a body.
+
+    origin (3,) [m], on the axis; axis (3,), a unit vector; major, minor: radii [m], see CurveColumns; hollow: the balls
+    are on the side of the axis, or of the tube's middle; part: unit vectors (3,) across the axis between which the
+    surface lies, up to half a turn from the first to the second; arc: unit vectors (out, up) likewise for the tube;
+    ends: of a cylinder along its axis, from the origin [m].
+    """
+
+    origin: np.ndarray
+    axis: np.ndarray
+    major: float
+    minor: float | None = None
+    hollow: bool = True
+    part: tuple[np.ndarray, np.ndarray] | None = None
+    arc: tuple[tuple[float, float], tuple[float, float]] | None = None
+    ends: tuple[float, float] = (-math.inf, math.inf)
+
+    def moved(self, rotation: np.ndarray, shift: np.ndarray) -> "Curve":
+        """The surface turned by a matrix (3, 3), then shifted (3,) [m]."""
+        part = self.part and (rotation @ self.part[0], rotation @ self.part[1])
+        return replace(self, origin=rotation @ self.origin + shift, axis=rotation @ self.axis, part=part)
+
+    @property
+    def turned_out(self) -> "Curve":
+        """The same surface with the balls on its other side."""
+        return replace(self, hollow=not self.hollow)
+
+    @property
+    def row(self) -> np.ndarray:
+        """The numbers of CurveColumns."""
+        numbers = np.zeros(width_of(CURVE))
+        numbers[span_of(CURVE.origin)], numbers[span_of(CURVE.axis)] = self.origin, self.axis
+        if self.part:
+            numbers[span_of(CURVE.first)], numbers[span_of(CURVE.last)] = self.part
+        if self.arc:
+            numbers[[CURVE.begin_out, CURVE.begin_up]], numbers[[CURVE.end_out, CURVE.end_up]] = self.arc
+        numbers[CURVE.low], numbers[CURVE.high] = self.ends
+        numbers[CURVE.major], numbers[CURVE.minor] = self.major, self.minor or 0.0
+        numbers[CURVE.side] = 1.0 if self.hollow else -1.0
+        numbers[CURVE.is_torus] = self.minor is not None
+        numbers[CURVE.is_part], numbers[CURVE.is_arc] = self.part is not None, self.arc is not None
+        return numbers
+
+    def touch(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of points (n, 3): see `curve_touch`, signed distances (n,), directions (n, 3), ways past the borders (n,)."""
+        return touch_points(self.row[None], 0, np.ascontiguousarray(points, dtype=float))
+
+
+def curve_rows(curves: tuple[Curve, ...]) -> np.ndarray:
+    """The rows (n, width) of some curves."""
+    return np.array([curve.row for curve in curves]).reshape(-1, width_of(CURVE))

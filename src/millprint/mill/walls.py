@@ -1,0 +1,280 @@
+"""What a ball touches of the walls of a vessel, from flat arrays (mill.wall_arrays makes them).
+
+A ball touches the local minima of its distance to the wall: the inside of a facet, a convex edge, or a corner. Where
+two of them meet in a seam that is no more than a joint of facets, only the nearer one carries the contact: `belongs`
+tells which features are pieces of one wall there (mill.patches), and dem.touching chooses and passes contacts on.
+
+A vessel and the inserts in it are bodies, each in a frame of its own. Features are numbered: the facets of all bodies
+first, then the convex edges, the corners, and the curves (mill.curves), of which some facets are only a drawing.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from millprint.mill.curves import curve_touch
+from millprint.mill.kernel_columns import Vector, number_columns
+from millprint.mill.pose import angular_velocity_of, rotation_of, velocity_of
+from millprint.mill.vectors import add, add_scaled, cross, dot, rotate, rotate_back, row, subtract
+from millprint.run.kernel import inlined, inner, kernel
+
+
+class PlaneColumns(NamedTuple):
+    """The plane of a facet."""
+
+    normal: Vector  # unit vector towards the balls
+    offset: int  # normal . x on the facet [m]
+
+
+class SideColumns(NamedTuple):
+    """A side of a facet, in the axes u, v of its plane [m]."""
+
+    start_u: int
+    start_v: int
+    direction_u: int  # of a unit vector
+    direction_v: int
+    length: int
+    end_u: int
+    end_v: int
+
+
+class Surfaces(NamedTuple):
+    """Kinds of surface, each with a contact law of its own."""
+
+    rough: int  # a wall as the contact set has it
+    smooth: int  # without friction
+
+
+# A foot so little outside of a facet, over the radius, is still on it: rounding leaves no gap between two facets.
+ON_SIDE = 1e-9
+
+PLANE, SIDE, SURFACE = number_columns(PlaneColumns), number_columns(SideColumns), number_columns(Surfaces)
+
+
+class Walls(NamedTuple):
+    """Flat arrays of the bodies' facets (f), their sides (s), convex edges (e), corners (c), curves (k), and cells.
+
+    The features are facets, convex edges, corners and curves, in this order.
+    """
+
+    plane: np.ndarray  # (f, 4) see PlaneColumns
+    axes: np.ndarray  # (f, 2, 3) unit vectors in the plane
+    first_side: np.ndarray  # (f + 1,) sides of facet i are first_side[i] to first_side[i + 1]
+    side: np.ndarray  # (s, 7) see SideColumns
+    slack: np.ndarray  # (f,) how far a facet reaches beyond its outline [m], see patches.outline_slack
+    edge: np.ndarray  # (e, 5, 3) start, direction, inward of one facet, inward of the other, (length, 0, 0)
+    corner: np.ndarray  # (c, 3)
+    first_direction: np.ndarray  # (c + 1,)
+    direction: np.ndarray  # (d, 3) edges that leave the corners
+    body: np.ndarray  # (features,) the body that a feature belongs to
+    surface: np.ndarray  # (features,) see Surfaces; edges and corners are rough
+    curves: np.ndarray  # (k, width) curves.CurveColumns
+    is_drawing: np.ndarray  # (features,) 1 where a feature only shows a curve, see patches.Patches
+    patch: np.ndarray  # (features,) the patch that a feature belongs to, numbered through all bodies (mill.patches)
+    first_vertex: np.ndarray  # (features + 1,) vertices of feature i are first_vertex[i] to first_vertex[i + 1]
+    vertex: np.ndarray  # numbers of vertices, ascending for each feature
+    grid_origin: np.ndarray  # (b, 3) [m]
+    grid_shape: np.ndarray  # (b, 3)
+    grid_pitch: float  # [m]
+    grid_first: np.ndarray  # (b,) number of a body's first cell
+    cell_first: np.ndarray  # (cells + 1,)
+    cell_feature: np.ndarray  # features that a ball with its centre in the cell may touch
+    cell_sure: np.ndarray  # 1 where the foot of any such ball lies on the facet
+
+
+@inlined()
+def body_of(walls, feature):
+    """The body that a feature belongs to."""
+    return walls.body[feature] if walls.grid_first.size > 1 else 0
+
+
+@inlined()
+def direction_to_laboratory(motions, body, direction):
+    """A direction of a body's frame in the laboratory: R d."""
+    return rotate(rotation_of(motions, body), direction) if motions.turns[body] else direction
+
+
+@inlined()
+def direction_to_body(motions, body, direction):
+    """A direction of the laboratory in a body's frame: R^T d."""
+    return rotate_back(rotation_of(motions, body), direction) if motions.turns[body] else direction
+
+
+@inlined()
+def to_body(motions, body, point):
+    """A point of the laboratory in the frame of a body: R^T (x - X)."""
+    return direction_to_body(motions, body, subtract(point, row(motions.pose, body)))
+
+
+@inlined()
+def wall_velocity(motions, body, point):
+    """Velocity [m/s] of a body at a point of the laboratory: V + omega x (point - X)."""
+    velocity = velocity_of(motions, body)
+    if motions.turns[body]:
+        arm = subtract(point, row(motions.pose, body))
+        velocity = add(velocity, cross(angular_velocity_of(motions, body), arm))
+    return velocity
+
+
+@inlined()
+def plane_distance(walls, feature, point):
+    """Distance of `point` (body frame) from a facet's plane [m]; 0 for an edge or a corner."""
+    if feature >= walls.plane.shape[0]:
+        return 0.0
+    return dot(row(walls.plane, feature), point) - walls.plane[feature, PLANE.offset]
+
+
+@kernel()
+def beyond_side(axes, first_side, side, facet, point):
+    """Distance of the foot of `point` on a facet's plane from its outline [m]; negative inside."""
+    u, v = dot(row(axes[facet], 0), point), dot(row(axes[facet], 1), point)
+    nearest = 1e300
+    inside = False
+    for k in range(first_side[facet], first_side[facet + 1]):
+        du, dv, length = side[k, SIDE.direction_u], side[k, SIDE.direction_v], side[k, SIDE.length]
+        ru, rv = u - side[k, SIDE.start_u], v - side[k, SIDE.start_v]
+        along = min(max(ru * du + rv * dv, 0.0), length)
+        away_u, away_v = ru - along * du, rv - along * dv
+        nearest = min(nearest, away_u * away_u + away_v * away_v)
+        # Even-odd rule with a ray along u: it works for outlines with holes and inward corners. Compared with the
+        # vertices' own numbers, or rounding would count the corner between two sides twice or not at all.
+        if (v >= side[k, SIDE.start_v]) != (v >= side[k, SIDE.end_v]) and (ru * dv - rv * du) * dv < 0:
+            inside = not inside
+    distance = math.sqrt(nearest)
+    return -distance if inside else distance
+
+
+@inlined()
+def touch(walls, feature, surely_over, point, limit):
+    """Distance from `point` (body frame) to a feature that a ball of radius `limit` there touches, and the direction.
+
+    surely_over: nonzero where the foot is known to lie on the facet. Returns (distance, unit vector from the wall to
+    the ball); the distance is -1 where nothing is touched.
+    """
+    facets, edges = walls.plane.shape[0], walls.edge.shape[0]
+    nothing = (-1.0, (0.0, 0.0, 0.0))
+    if walls.is_drawing[feature]:
+        return nothing
+    if feature < facets:
+        normal = row(walls.plane, feature)
+        distance = plane_distance(walls, feature, point)
+        if distance >= limit or distance <= 0.0:
+            return nothing
+        if not surely_over:
+            beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+            if beyond > ON_SIDE * limit + walls.slack[feature]:
+                return nothing
+        return distance, normal
+    if feature >= facets + edges + walls.corner.shape[0]:
+        distance, normal, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
+        if distance >= limit or distance <= 0.0 or past > ON_SIDE * limit:
+            return nothing
+        return distance, normal
+    if feature < facets + edges:
+        edge = walls.edge[feature - facets]
+        away = subtract(point, row(edge, 0))
+        along = dot(away, row(edge, 1))
+        if along <= 0.0 or along >= edge[4, 0]:
+            return nothing
+        away = add_scaled(away, -along, row(edge, 1))
+        # A minimum of the distance only if both facets lead away from the ball; on the border the facet has it.
+        if dot(away, row(edge, 2)) >= 0.0 or dot(away, row(edge, 3)) >= 0.0:
+            return nothing
+    else:
+        corner = feature - facets - edges
+        away = subtract(point, row(walls.corner, corner))
+        for k in range(walls.first_direction[corner], walls.first_direction[corner + 1]):
+            if dot(away, row(walls.direction, k)) > 0.0:
+                return nothing
+    distance = math.sqrt(dot(away, away))
+    if distance >= limit or distance == 0.0:
+        return nothing
+    return distance, (away[0] / distance, away[1] / distance, away[2] / distance)
+
+
+@inlined()
+def curve_of(walls, feature):
+    """The curve that a feature is, if it is one."""
+    return feature - walls.plane.shape[0] - walls.edge.shape[0] - walls.corner.shape[0]
+
+
+@inner()
+def belongs(walls, feature, other):
+    """Whether two features are pieces of one patch that meet in a vertex."""
+    if walls.patch[feature] != walls.patch[other]:
+        return False
+    a, b = walls.first_vertex[feature], walls.first_vertex[other]
+    while a < walls.first_vertex[feature + 1] and b < walls.first_vertex[other + 1]:
+        if walls.vertex[a] == walls.vertex[b]:
+            return True
+        if walls.vertex[a] < walls.vertex[b]:
+            a += 1
+        else:
+            b += 1
+    return False
+
+
+@inner()
+def near(walls, feature, point, radius, margin):
+    """Whether a ball there may touch a feature before it has moved by `margin`: 0 no, 1 maybe, 2 over the facet.
+
+    2 says that the foot stays on the facet, whatever the ball does within the margin.
+    """
+    facets, edges = walls.plane.shape[0], walls.edge.shape[0]
+    reach_out = radius + margin
+    if walls.is_drawing[feature]:
+        return 0
+    if feature < facets:
+        distance = plane_distance(walls, feature, point)
+        if distance > reach_out or distance < -margin:
+            return 0
+        beyond = beyond_side(walls.axes, walls.first_side, walls.side, feature, point)
+        if beyond > margin + ON_SIDE * radius + walls.slack[feature]:
+            return 0
+        return 2 if beyond < -margin else 1
+    if feature >= facets + edges + walls.corner.shape[0]:
+        distance, _, past, _ = curve_touch(walls.curves, curve_of(walls, feature), point)
+        return 1 if -margin <= distance <= reach_out and past <= margin + ON_SIDE * radius else 0
+    if feature < facets + edges:
+        edge = walls.edge[feature - facets]
+        away = subtract(point, row(edge, 0))
+        along = min(max(dot(away, row(edge, 1)), 0.0), edge[4, 0])
+        away = add_scaled(away, -along, row(edge, 1))
+    else:
+        away = subtract(point, row(walls.corner, feature - facets - edges))
+    return 1 if dot(away, away) < reach_out * reach_out else 0
+
+
+@inlined()
+def bounding_plane(walls, feature, point, margin):
+    """A plane (normal, offset) that a ball near `point` (body frame) is no farther from than from the feature.
+
+    It holds until the ball has moved by `margin` [m]. For edges, corners and the inside of tight curves it is nowhere
+    far: normal and offset are 0.
+    """
+    facets = walls.plane.shape[0]
+    if feature < facets:
+        return row(walls.plane, feature), walls.plane[feature, PLANE.offset]
+    if feature >= facets + walls.edge.shape[0] + walls.corner.shape[0]:
+        distance, normal, _, bend = curve_touch(walls.curves, curve_of(walls, feature), point)
+        # Nearer to the middle of the bend by the margin, a wall bends more.
+        if bend * margin < 0.5:
+            sag = margin * margin * max(bend, 0.0)
+            return normal, dot(normal, point) - distance + sag
+    return (0.0, 0.0, 0.0), 0.0
+
+
+@inlined()
+def cell_of(walls, body, point):
+    """Index of the cell of a body's grid that holds `point` (body frame); -1 outside the grid."""
+    shape = row(walls.grid_shape, body)
+    away = subtract(point, row(walls.grid_origin, body))
+    x, y, z = (
+        math.floor(away[0] / walls.grid_pitch),
+        math.floor(away[1] / walls.grid_pitch),
+        math.floor(away[2] / walls.grid_pitch),
+    )
+    if x < 0 or y < 0 or z < 0 or x >= shape[0] or y >= shape[1] or z >= shape[2]:
+        return -1
+    return walls.grid_first[body] + int((x * shape[1] + y) * shape[2] + z)

@@ -1,0 +1,96 @@
+"""What a run takes: time, memory and disk of the jobs that Snakemake is going to run.
+
+A rule that simulates declares what it takes, computed from its cases (`millprint.dem.resources`): the resources
+`processor_s`, `mem_mb` and `disk_mb`. Any other job counts as a mean one, but for the longest ones.
+"""
+
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from millprint.run.progress import duration
+
+# Processor time for Snakemake and Python to start a job [s].
+JOB_START_S = 2.0
+# Of a job that says nothing about itself: near the mean of the shorter ones, of the thesis and of a smoke run [s], and
+# the largest of both [MB].
+OTHER_S, OTHER_MB, OTHER_DISK_MB = 6.0, 750.0, 2.0
+# Jobs of the thesis, at its size, that take much longer: Intel Xeon of type Emerald Rapids, November 2026 [s].
+LONG_S = {
+    "train_surrogate": 282.0,
+    "roll_out_surrogate": 45.0,
+    "hold_out_yields": 56.0,
+    "permute_yields": 36.0,
+}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job that is going to run: its rule, threads and files, and what its rule declares [s], [MB]."""
+
+    rule: str
+    threads: int
+    outputs: tuple[str, ...]
+    resources: Mapping[str, float]
+
+    @property
+    def processor_s(self) -> float:
+        """Processor time with that of its start [s]."""
+        return JOB_START_S + (self.resources.get("processor_s") or LONG_S.get(self.rule, OTHER_S))
+
+    @property
+    def memory_mb(self) -> float:
+        """Memory that it needs at most [MB]."""
+        return self.resources.get("mem_mb", OTHER_MB)
+
+    @property
+    def disk_mb(self) -> float:
+        """Size of its files [MB]."""
+        return self.resources.get("disk_mb", OTHER_DISK_MB)
+
+    @property
+    def simulations(self) -> int:
+        """Simulations that are files of the run; a job may simulate more inside."""
+        return sum(Path(name).name == "summary.json" for name in self.outputs)
+
+
+def run_time(jobs: Sequence[Job], cores: int) -> float:
+    """Time of a run on some cores [s]: of all jobs over the cores, or of the longest job if that is longer.
+
+    A run takes longer where jobs wait for each other while cores are free.
+    """
+    longest = max(job.processor_s / min(job.threads, cores) for job in jobs)
+    return max(longest, sum(job.processor_s for job in jobs) / cores)
+
+
+def plan_text(jobs: Sequence[Job], cores: int) -> str:
+    """What the jobs take, in lines; a remark where the disk is too small."""
+    if not jobs:
+        return "Everything is done; a run has nothing to do."
+    longest = max(jobs, key=lambda job: job.processor_s)
+    inside = sorted({job.rule for job in jobs if job.resources.get("processor_s") and not job.simulations})
+    memory = sum(sorted((job.memory_mb for job in jobs), reverse=True)[:cores])
+    disk, free = sum(job.disk_mb for job in jobs), free_mb(jobs[0].outputs)
+    more = f", and more inside {', '.join(inside)}" if inside else ""
+    lines = [
+        f"simulations  {sum(job.simulations for job in jobs)}{more}",
+        f"time         about {duration(run_time(jobs, cores))} on {cores} core{'s' * (cores > 1)}; "
+        f"{duration(sum(job.processor_s for job in jobs))} of one processor; "
+        f"the longest job, {longest.rule}, {duration(longest.processor_s)}",
+        f"memory       up to {_megabytes(memory)} for the largest jobs at the same time",
+        f"disk         about {_megabytes(disk)} more; {_megabytes(free)} are free",
+    ]
+    return "\n".join([*lines, *(["             THE DISK IS TOO SMALL"] if disk > free else [])])
+
+
+def free_mb(files: Iterable[str]) -> float:
+    """Free space of the disk that holds the first of some files, or will hold it [MB]."""
+    path = Path(next(iter(files), ".")).absolute()
+    while not path.exists():
+        path = path.parent
+    return shutil.disk_usage(path).free / 1e6
+
+
+def _megabytes(value: float) -> str:
+    return f"{value:.0f} MB" if value < 1000 else f"{value / 1000:.1f} GB"

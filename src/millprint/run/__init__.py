@@ -1,0 +1,1 @@
+"""What every step needs: its log, files, records, progress."""

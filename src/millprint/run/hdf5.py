@@ -1,0 +1,37 @@
+"""HDF5 result files, written completely or not at all; an error while reading is one line."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+from millprint.errors import ConfigError
+from millprint.run.files import whole_file
+
+
+@contextmanager
+def whole_hdf5(path: str | Path, front: Callable[[bytes], bytes] | None = None) -> Iterator[h5py.File]:
+    """A file that is made in memory and written at the end, below a block of 512 bytes that `front` makes of it.
+
+    HDF5 itself cannot close a file on a disk that is full: it tries again at the end of the process, and ends it.
+    """
+    with whole_file(path) as partial:
+        with h5py.File(partial.name, "w", driver="core", backing_store=False) as file:
+            yield file
+            file.flush()
+            image = file.id.get_file_image()
+        partial.write_bytes((front(image) if front else b"") + image)
+
+
+@contextmanager
+def open_hdf5(path: str | Path) -> Iterator[h5py.File]:
+    """Open a file of results. Raises ConfigError, in one line, where it or a part of it cannot be read."""
+    if not Path(path).is_file():
+        raise ConfigError(f"{path}: no such file")
+    try:
+        with h5py.File(path) as file:
+            yield file
+    except (OSError, KeyError) as error:
+        what = " ".join(str(error).split())
+        raise ConfigError(f"{path}: truncated or damaged ({what}); delete it and run the same command again") from None

@@ -1,0 +1,82 @@
+"""The log file of a job, its run time, and what ends it with one line."""
+
+import errno
+import gc
+import logging
+import re
+import sys
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from millprint.errors import MillprintError
+from millprint.run import files
+from millprint.run.progress import job_title
+from millprint.run.records import record_path, write_record
+
+logger = logging.getLogger("millprint")
+
+# A full disk, a used-up quota, a file that is too large.
+FULL = {errno.ENOSPC: "no space left on the disk", errno.EDQUOT: "the disk quota is used up",
+        errno.EFBIG: "the file is too large for this file system"}  # fmt: skip
+
+
+@contextmanager
+def job(log_path: str, title: str) -> Iterator[logging.Logger]:
+    """Log one job to `log_path`. A MillprintError ends the job with a line for each fault and without a traceback.
+
+    The files that it writes are recorded next to the log.
+    """
+    # The garbage collector need not examine what is imported by now.
+    gc.freeze()
+    gc.enable()
+    Path(log_path).parent.mkdir(parents=True, exist_ok=True)
+    handler = logging.FileHandler(log_path, mode="w")
+    record = record_path(log_path)
+    record.unlink(missing_ok=True)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s", "%Y-%m-%d %H:%M:%S"))
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    logging.captureWarnings(True)
+    logging.getLogger("py.warnings").addHandler(handler)
+    warnings.simplefilter("default")
+    named = job_title.set(title)
+    start = time.perf_counter()
+    logger.info("%s: begin", title)
+    files.written.clear()
+    try:
+        yield logger
+        write_record(record, files.written)
+    except MillprintError as error:
+        logger.error("%s", error)
+        for line in str(error).split("\n"):
+            print(f"error: {title}: {line}", file=sys.stderr)
+        raise SystemExit(1) from None
+    except OSError as error:
+        if not (reason := _full(error)):
+            logger.exception("%s: failed", title)
+            raise
+        message = f"{error.filename or log_path}: {reason}; make room and run the same command again"
+        logger.error("%s", message)
+        print(f"error: {title}: {message}", file=sys.stderr)
+        raise SystemExit(1) from None
+    except BaseException:
+        logger.exception("%s: failed", title)
+        raise
+    else:
+        logger.info("%s: done in %.1f s", title, time.perf_counter() - start)
+    finally:
+        job_title.reset(named)
+        logger.removeHandler(handler)
+        logging.getLogger("py.warnings").removeHandler(handler)
+        handler.close()
+        # Without this, Python examines all objects twice more at its end: half a second if torch is imported.
+        gc.freeze()
+
+
+def _full(error: OSError) -> str | None:
+    """The message for an error of a full disk; HDF5 gives the error number only in its text."""
+    found = re.search(r"errno = (\d+)", str(error))
+    return FULL.get(error.errno or (int(found.group(1)) if found else 0))

@@ -1,0 +1,106 @@
+"""Compilation of the numerical kernels: without Python objects, with one thread by default, cached on disk.
+
+Numba keys its cache by the date of the file that holds a function, and does not see edits of the functions that it
+calls. So the cache lives in a folder named after the contents of every kernel file: an edit starts a new one. The name
+also holds the processor's type: the nodes of a cluster that share a folder keep their code apart.
+"""
+
+import hashlib
+import os
+import re
+import shutil
+from functools import partial
+from pathlib import Path
+
+import numba
+from llvmlite import binding
+
+from millprint.run.digest import content_digest
+
+PACKAGE = Path(__file__).parent
+KERNEL_FOLDERS = ("mill", "dem", "surrogate/thesis")
+MAKERS = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
+IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
+
+
+def cache_root() -> Path:
+    """The folder of the cache: in a checkout of the project, or in the user's cache for an installed library."""
+    project = PACKAGE.parents[1]
+    if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
+        return project / ".numba_cache"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "millprint"
+
+
+CACHE_ROOT = cache_root()
+
+
+def processor_type() -> str:
+    """Name of the processor and a short hash of its instruction sets, on which machine code depends."""
+    features = binding.get_host_cpu_features().flatten()
+    return f"{binding.get_host_cpu_name()}-{hashlib.sha256(features.encode()).hexdigest()[:6]}"
+
+
+def kernel_files() -> list[Path]:
+    """Every library file that holds kernels, and the files that these import: their numbers are compiled in.
+
+    Settings (millprint.config) reach kernels as arguments, and are left out, as is millprint.run.digest.
+    """
+    kernels = [file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).glob("*.py")]
+    found = {PACKAGE / "kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
+    to_read = list(found)
+    while to_read:
+        for module in IMPORTS.findall(to_read.pop().read_text()):
+            file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
+            if file.is_file() and file not in found and not module.startswith(("config", "digest")):
+                found.add(file)
+                to_read.append(file)
+    return sorted(found)
+
+
+def kernel_digest() -> str:
+    """A short hash of what the kernels compute, comments aside, and of the compiler's version."""
+    total = hashlib.sha256(numba.__version__.encode())
+    for file in kernel_files():
+        total.update(file.name.encode())
+        total.update(content_digest(file))
+    return total.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """The folder of this version's machine code for this type of processor."""
+    return CACHE_ROOT / f"{kernel_digest()}-{processor_type()}"
+
+
+def drop_old_caches() -> None:
+    """Remove the machine code of earlier versions of the kernels for this type of processor."""
+    for folder in CACHE_ROOT.glob("*"):
+        of_another = "-" in folder.name and not folder.name.endswith(f"-{processor_type()}")
+        if folder.is_dir() and folder != cache_folder() and not of_another:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    numba.config.CACHE_DIR = str(cache_folder())
+
+# Without nnan and ninf, so that a lost ball shows up as NaN. Division by zero follows IEEE. C never calls these
+# functions, and compiling the wrappers for it would take a fifth of the time.
+_OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract", "nsz", "arcp"},
+    "no_cfunc_wrapper": True,
+}
+
+# Kernels make no arrays, so they need no reference counts: counting costs thirty times the physics.
+kernel = partial(numba.njit, _nrt=False, **_OPTIONS)
+# What only kernels call does without the wrapper for Python as well: of a small function, both take as long to compile
+# as all the rest. Python must not call them: the process would end silently.
+inner = partial(numba.njit, _nrt=False, no_cpython_wrapper=True, **_OPTIONS)
+inlined = partial(inner, forceinline=True)
+
+# For loops over `prange` whose body is the call of one kernel: these count references, once a call.
+threaded = partial(numba.njit, parallel=True, **_OPTIONS)
+
+# For the few functions that do make arrays, outside of any step.
+array_maker = partial(numba.njit, **_OPTIONS)

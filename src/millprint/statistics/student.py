@@ -1,0 +1,51 @@
+"""What a few repeats, such as trainings or seeds, say of their mean, and of a value that was found once."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from millprint.statistics.quantiles import student_quantile
+
+LEVEL = 0.95
+# Of fewer repeats the spread is hardly known: an interval of their mean would be of any size, and decides nothing.
+FEWEST_REPEATS = 5
+
+
+def spread_of(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
+    """Between which values the mean of repeats lies: Student's interval, mean +- t(n - 1) s / sqrt(n), and all of them.
+
+    Of fewer than FEWEST_REPEATS, only the lowest and the highest. Repeats that are not finite, as of a roll-out
+    that runs away, open the upper end. Raises ValueError for fewer than two.
+    """
+    found = _several(values)
+    known = found[np.isfinite(found)]
+    if len(known) < len(found):
+        return (float(known.min()) if len(known) else np.inf), np.inf
+    low, high = float(known.min()), float(known.max())
+    if len(known) < FEWEST_REPEATS:
+        return low, high
+    reach = student_quantile((1 + level) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known))
+    return min(low, float(known.mean() - reach)), max(high, float(known.mean() + reach))
+
+
+def once(value: float, values: Sequence[float]) -> tuple[float, float]:
+    """Where a value that was found once may lie, if it scatters as these repeats of something alike: value +- `apart`.
+
+    What is not negative does not become so. Raises ValueError for fewer than two repeats.
+    """
+    found, reach = _several(values), apart(values)
+    lowest = 0.0 if value >= 0 and (found >= 0).all() else -np.inf
+    return (max(lowest, value - reach) if np.isfinite(value) else lowest), value + reach
+
+
+def apart(values: Sequence[float]) -> float:
+    """The largest difference between two of the values; infinite if some are infinite and others not."""
+    found = np.asarray(values, dtype=float)
+    with np.errstate(invalid="ignore"):
+        return float(np.nanmax(found) - np.nanmin(found)) if np.isfinite(found).any() else 0.0
+
+
+def _several(values: Sequence[float]) -> np.ndarray:
+    if len(values) < 2:
+        raise ValueError("an interval needs two repeats or more")
+    return np.asarray(values, dtype=float)

@@ -1,0 +1,1 @@
+"""The thesis: one user of the mill's library, which never imports it."""

@@ -1,0 +1,234 @@
+"""Claims of thesis chapter 2: the screening design, the analysis of variance, half-life and wear."""
+
+import pandas as pd
+
+from millprint.statistics.quantiles import f_above
+from millprint.thesis.claims.evidence import Contradiction, Evidence, Finding, NotRun, as_printed, claim, in_words
+from millprint.thesis.claims.tolerances import agrees
+
+ANOVA, WEAR = "doe/anova_printed.tsv", "doe/wear.tsv"
+# What the printed analysis does not say; for explanations alone.
+CORRECTED, PARTS = "doe/anova_corrected.tsv", "doe/residual_parts.tsv"
+DETECTABLE, CONTESTED = "doe/detectable.tsv", "doe/contested.tsv"
+MAIN_EFFECTS, INTERACTIONS = ("A", "B", "C", "D"), ("A:B", "A:C", "B:C")
+
+
+@claim("2.full_factorial")
+def full_factorial(evidence: Evidence) -> Finding:
+    """Eq. 2.8."""
+    row = evidence.row("doe/fraction.json", "full_factorial_runs")
+    return Finding(row["full_factorial_runs"], "m^x with three levels and four factors")
+
+
+@claim("2.screening_runs")
+def screening_runs(evidence: Evidence) -> Finding:
+    """Table 2.3, with the runs that depart from the design."""
+    fraction = evidence.row("doe/fraction.json", "runs")
+    departing = evidence.table("doe/audit.tsv", "check.str.startswith('generator') and departs == 'yes'")
+    departures = in_words(departing, "{subject} was run at {found}, not {wanted}", "; ")
+    return Finding(
+        fraction["runs"],
+        f"{', '.join(fraction['generators'])} (mod 3), defining relation I = {', '.join(fraction['defining_words'])}, "
+        f"resolution {fraction['resolution']}; {departures or 'every run is as designed'}",
+    )
+
+
+@claim("2.half_life")
+def half_life(evidence: Evidence) -> Finding:
+    """Eq. 2.7, also with the temperature that the thesis has rounded."""
+    own = evidence.row("doe/half_life.tsv", "half_life_h", "note == 'as configured'")
+    exact = evidence.table("doe/half_life.tsv", "note == '25 degC, not rounded'").iloc[0]
+    return Finding(
+        own["half_life_h"],
+        f"pH {own['ph']:g} and {own['temperature_k']:g} K; {exact['temperature_k']:g} K gives "
+        f"{exact['half_life_h']:.1f} h",
+    )
+
+
+@claim(
+    "2.anova.{term}.ss",
+    "2.anova.A.ss 2.anova.B.ss 2.anova.C.ss 2.anova.D.ss 2.anova.AB.ss 2.anova.AC.ss 2.anova.BC.ss",
+)
+def sum_of_squares(evidence: Evidence, term: str) -> Finding:
+    """Table 2.5, factors and interactions."""
+    term = ":".join(term)
+    absent = f"{term} is not in the model of this configuration"
+    row = evidence.row(ANOVA, "sum_of_squares", f"term == '{term}'", absent)
+    return Finding(
+        row["sum_of_squares"],
+        "type I, yield as a fraction, factors as run; the designed level of D in every run would give "
+        f"{row['sum_of_squares_as_designed']:.4f}{only_by_a_departure(evidence, term)}",
+    )
+
+
+def only_by_a_departure(evidence: Evidence, term: str) -> str:
+    """What is left of a term beside a rival only because some runs are not at the levels of the design."""
+    where = f"term == '{term}' and degrees_of_freedom_if_rival_first > degrees_of_freedom_if_designed"
+    return "".join(
+        f"; beside {row.rival} it keeps {row.sum_if_rival_first:.3f} on {row.degrees_of_freedom_if_rival_first:.0f} "
+        f"degrees of freedom, of which the design has {row.degrees_of_freedom_if_designed:.0f}: the rest comes from "
+        "the run at another speed alone"
+        for row in evidence.table(CONTESTED, where).itertuples()
+    )
+
+
+def tested_against(evidence: Evidence, term: str) -> str:
+    """What the residual is that the F of a term is over, if it holds interactions of that term alone."""
+    parts = evidence.table(PARTS)
+    if parts.empty:
+        return ""
+    parts, everything = parts[parts["effect"] != "together"], parts[parts["effect"] == "together"].iloc[0]
+    if round(everything["share"], 6) < 1 or not all(term in effect.split(":") for effect in parts["effect"]):
+        return ""
+    shares = in_words(parts, "{effect} {share_as_designed:.0%}", " + ")
+    return f"; the residual is {shares} (as designed) and nothing else, so {term} is tested against its interactions"
+
+
+def smallest_seen(evidence: Evidence, term: str) -> str:
+    """The smallest effect of a factor that the analysis would have found."""
+    rows = evidence.table(DETECTABLE, f"factor == '{term}' and shape == 'steps'")
+    return in_words(
+        rows,
+        "; a range of {smallest_range_percent:.0f} points between its levels would be seen with a probability of "
+        "{power:.0%}",
+    )
+
+
+def after_holm(evidence: Evidence, term: str) -> str:
+    """The p-value of a term with type II sums, corrected by Holm for the number of terms."""
+    rows = evidence.table(CORRECTED, f"sums == 'II' and term == '{term}'")
+    return in_words(rows, "; type II after Holm p = {p_holm:.3f}")
+
+
+@claim("2.anova.{term}.p", "2.anova.A.p 2.anova.B.p 2.anova.C.p 2.anova.D.p 2.anova.AB.p 2.anova.AC.p 2.anova.BC.p")
+def p_value(evidence: Evidence, term: str) -> Finding:
+    """Table 2.5."""
+    term = ":".join(term)
+    row = evidence.row(ANOVA, "p_value", f"term == '{term}'", f"{term} is not in the model of this configuration")
+    residual = evidence.table(ANOVA, "term == 'Residual'").iloc[0]
+    return Finding(
+        row["p_value"],
+        f"F = {row['F']:.3f} on {row['degrees_of_freedom']:.0f} and {residual['degrees_of_freedom']:.0f} degrees of "
+        f"freedom{after_holm(evidence, term)}{tested_against(evidence, term)}{smallest_seen(evidence, term)}",
+    )
+
+
+@claim(
+    "2.anova.{contrast}.ss",
+    "2.anova.AL.ss 2.anova.AQ.ss 2.anova.BL.ss 2.anova.BQ.ss 2.anova.CL.ss 2.anova.CQ.ss 2.anova.DL.ss 2.anova.DQ.ss",
+)
+def contrast_sum(evidence: Evidence, contrast: str) -> Finding:
+    """Table 2.5, linear and quadratic contrasts."""
+    absent = f"this configuration has no contrast {contrast}"
+    row = evidence.row(ANOVA, "sum_of_squares", f"term == '{contrast}'", absent)
+    return Finding(row["sum_of_squares"], "type I, model of the linear and quadratic contrasts alone")
+
+
+@claim("2.anova.AB.df")
+def interaction_degrees_of_freedom(evidence: Evidence) -> Finding:
+    """The printed degrees of freedom of an interaction, against those that its printed p-value stands for."""
+    absent = "the model of this configuration is not that of Table 2.5"
+    evidence.row(ANOVA, "degrees_of_freedom", "term == 'A:B'", absent)
+    anova = evidence.table(ANOVA).set_index("term")
+    if not {*MAIN_EFFECTS, *INTERACTIONS} <= set(anova.index):
+        raise NotRun(absent)
+    degrees = anova["degrees_of_freedom"]
+    own, residual = int(degrees["A:B"]), int(degrees["Residual"])
+    total = int(degrees[[*MAIN_EFFECTS, *INTERACTIONS, "Residual"]].sum())
+    left = total - int(degrees[list(MAIN_EFFECTS)].sum()) - len(INTERACTIONS) * int(evidence.printed[evidence.id])
+    told = f"contrasts of A:B in the fitted model; p = {anova.loc['A:B', 'p_value']:.4f} on {own} and {residual}"
+    return Finding(own, told, contradiction=_too_many_degrees(evidence, anova, left))
+
+
+def _too_many_degrees(evidence: Evidence, anova: pd.DataFrame, left: int) -> Contradiction | None:
+    """The printed degrees of freedom leave none for a residual, and the printed p is not theirs."""
+    printed, printed_p = int(evidence.printed[evidence.id]), evidence.printed["2.anova.AB.p"]
+    residual, mean_square = anova.loc["Residual", ["degrees_of_freedom", "mean_square"]]
+    other = f_above(anova.loc["A:B", "sum_of_squares"] / printed / mean_square, printed, int(residual))
+    rests = "2.screening_runs 2.anova.AB.ss 2.anova.AB.p"
+    if left > 0 or agrees(printed_p, "printed", other) or not as_printed(evidence, rests):
+        return None
+    return Contradiction(
+        f"its own p of {printed_p}, with the {evidence.printed['2.screening_runs']} runs of Table 2.3",
+        f"{printed} for each of the three interactions would leave {left} degrees of freedom for the residual, and "
+        f"even with {int(residual)} there p would be {other:.4f}. {printed} is the number for A:B and C:D together, "
+        "but the sum of squares is that of A:B",
+    )
+
+
+@claim("2.pareto.first")
+def largest_effect(evidence: Evidence) -> Finding:
+    """Fig. 2.3; the table is sorted by F."""
+    pareto = evidence.rows("doe/pareto.tsv", "source, F")
+    stand = pareto[pareto["stands_after_holm"] == "yes"]
+    return Finding(
+        pareto["source"].iloc[0],
+        f"F of each term, largest first: {in_words(pareto, '{source} {F:.1f}')}; after Holm (type II) "
+        f"{in_words(stand, '{source}', ' and ') or 'no term'} {'stands' if len(stand) < 2 else 'stand'}",
+    )
+
+
+@claim("2.best_yield")
+def best_yield(evidence: Evidence) -> Finding:
+    """Table 2.4."""
+    runs = evidence.rows("doe/residuals.tsv", "yield_percent")
+    best = runs["yield_percent"].idxmax()
+    return Finding(runs["yield_percent"][best], f"measured, case {runs['case'][best]}")
+
+
+@claim("2.wear.{speed}", "2.wear.1200 2.wear.1000")
+def iron(evidence: Evidence, speed: str) -> Finding:
+    """Table 2.6: iron in the powder."""
+    row = evidence.row(WEAR, "iron_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    return Finding(
+        row["iron_percent"],
+        f"{row['wear_g']:.3f} g of wear in {row['powder_mass_g']:.3f} g of powder charged (balls / BPR); "
+        f"{row['iron_of_mixture_percent']:.1f} % of powder and wear together",
+    )
+
+
+@claim("2.wear.{speed}.g", "2.wear.1200.g 2.wear.1000.g")
+def wear(evidence: Evidence, speed: str) -> Finding:
+    """Table 2.6: what the balls lost."""
+    row = evidence.row(WEAR, "wear_g", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    return Finding(row["wear_g"], "weighed; from the table of wear")
+
+
+@claim("2.wear.{speed}.loss", "2.wear.1200.loss 2.wear.1000.loss")
+def weight_loss(evidence: Evidence, speed: str) -> Finding:
+    """Table 2.6: wear over the unused mass, and what the difference of the two masses gives."""
+    row = evidence.row(WEAR, "weight_loss_percent", f"speed_rpm == {speed}", f"no weighing at {speed} rpm")
+    value, rounded = row["weight_loss_percent"], row["weight_loss_by_difference_percent"]
+    told = (
+        f"wear over the unused mass; the masses differ by {rounded:.3f} +- {row['reading_error_percent']:.3f} %, as "
+        "they are printed to 0.01 g"
+    )
+    return Finding(value, told, contradiction=_loss_of_the_wear(evidence, speed, row["unused_mass_g"]))
+
+
+def _loss_of_the_wear(evidence: Evidence, speed: str, unused_g: float) -> Contradiction | None:
+    """The printed loss and the printed wear are of one weighing, and each stands for a range."""
+    printed, wear_g = evidence.printed[evidence.id], evidence.printed[f"2.wear.{speed}.g"]
+    rests = f"2.wear.{speed}.g"
+    ends = [100 * (float(wear_g) + end * 0.001) / unused_g for end in (-0.5, 1)]
+    if any(agrees(printed, "printed", end) for end in ends) or not as_printed(evidence, rests):
+        return None
+    return Contradiction(
+        f"the wear of {wear_g} g in the same row",
+        f"it is {ends[0]:.3f} to {ends[1]:.3f} % of {unused_g:.2f} g. {printed} % follows from the two masses, so one "
+        "of two printed numbers is off, and which one is not known",
+    )
+
+
+@claim("2.wear.below")
+def iron_at_the_largest_speed(evidence: Evidence) -> Finding:
+    """Sec. 2.3.3: the contamination is said to be below a bound up to 1000 rpm."""
+    row = evidence.row(WEAR, "iron_percent", "speed_rpm == 1000", "no weighing at 1000 rpm")
+    least = row["iron_percent"] * (1 - 0.0005 / row["wear_g"])
+    bound, wear_g = float(evidence.printed[evidence.id]), evidence.printed["2.wear.1000.g"]
+    contradiction = Contradiction(
+        f"the wear of {wear_g} g in Table 2.6",
+        f"it is {row['iron_percent']:.2f} % of {row['powder_mass_g']:.3f} g of powder, and {least:.2f} % at least",
+    )
+    holds = least <= bound or not as_printed(evidence, "2.wear.1000.g")
+    return Finding(row["iron_percent"], "at 1000 rpm", contradiction=None if holds else contradiction)

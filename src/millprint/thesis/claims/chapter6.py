@@ -1,0 +1,296 @@
+"""Claims of thesis chapter 6 and appendix A: the surrogate."""
+
+import numpy as np
+import pandas as pd
+
+from millprint.thesis.claims.chapter3_causes import CONTACT, MILL
+from millprint.thesis.claims.evidence import Evidence, Finding, Interval, NotRun, claim, in_words, yes_no
+from millprint.thesis.surrogate.ablations import BASELINE, DISSIPATION, NOTHING, OPEN, PLATEAU, SOMETHING
+from millprint.thesis.surrogate.spread import failed_tests
+from millprint.thesis.surrogate.tables import covered_share
+
+VARIANT = "thesis"
+METRICS = "surrogate/metrics.tsv"
+# What a test is on, in words. On the trained motion, the roll-out begins after the time of the training.
+TRAINED_TEST, TRAINED, UNSEEN = "trained", "the motion of the training", "a motion that was not trained on"
+# What an interval is over.
+TRAININGS = "trainings"
+CORRELATIONS = -1.0, 1.0
+# Tables 6.1 and 6.3.
+SURROGATE_STEP_S, DEM_STEP_S, WALL_THRESHOLD_M = 1e-4, 9.5e-7, -0.0052
+
+
+@claim("6.timestep")
+def time_step(evidence: Evidence) -> Finding:
+    """Sec. 6.2.2."""
+    evidence.cite("src/millprint/thesis/claims/chapter6.py", "SURROGATE_STEP_S, DEM_STEP_S", time_step)
+    return Finding(100 * (SURROGATE_STEP_S / DEM_STEP_S - 1), "1e-4 s over 9.5e-7 s of Tables 6.3 and 6.1, less one")
+
+
+@claim("6.contacts")
+def covered_contacts(evidence: Evidence) -> Finding:
+    """Fig. 6.4."""
+    table = evidence.rows("surrogate/wall_contacts.tsv", "low_m, contacts")
+    return Finding(
+        100 * covered_share(table, WALL_THRESHOLD_M),
+        f"of {int(table['contacts'].sum())} balls at the wall in the training snapshots; with an exact distance a "
+        "10 mm ball touches at -5 mm or above, so any threshold below that covers all",
+    )
+
+
+@claim("6.duration")
+def contact_duration(evidence: Evidence) -> Finding:
+    """Sec. 6.2.2: of the simulation that the surrogate is trained on.
+
+    Other seeds of this condition are shorter runs for other ends, such as those of a smoke run in the same folder.
+    """
+    run = f"{MILL}/{CONTACT}/d10_f0.10_n300_s0"
+    row = evidence.row(f"dem/{run}/summary.json", "median_contact_duration_s", "", f"no simulation of {run}")
+    return Finding(float(row["median_contact_duration_s"]), "median of the contact lifetimes of 24 balls in one run")
+
+
+def _measure(evidence: Evidence, test: str, measure: str) -> pd.Series:
+    """A measure of the variant of the thesis in a test, which decides a claim."""
+    where = f"test == '{test}' and measure == '{measure}'"
+    return evidence.row(
+        f"surrogate/{VARIANT}/metrics.tsv", "value", where, f"no roll-out of variant {VARIANT}, test {test}"
+    )
+
+
+def _over(row: pd.Series, test: str) -> str:
+    """The length of the roll-out behind a measure, and whether its motion was trained on, as text."""
+    return f"over {row['length_s']:g} s of {TRAINED if test == TRAINED_TEST else UNSEEN}"
+
+
+def _all_measures(evidence: Evidence, test: str) -> pd.Series:
+    """All measures of the variant of the thesis in a test, by name, for explanations."""
+    return evidence.table(METRICS, f"variant == '{VARIANT}' and test == '{test}'").set_index("measure")["value"]
+
+
+@claim("6.mse")
+def plateau(evidence: Evidence) -> Finding:
+    """Sec. 6.4."""
+    row = _measure(evidence, "trained", PLATEAU)
+    centroid = _all_measures(evidence, "trained")["position_mse_centroid_m2"]
+    return Finding(
+        float(row["value"]),
+        f"{_over(row, 'trained')}, after the time of the training; two DEM seeds are {row['dem_reference']:.2g} m2 "
+        f"apart and every ball at the centre of mass scores {centroid:.2g} m2, so a plateau says nothing of "
+        f"trajectories{_trainings(evidence, 'trained', PLATEAU, 'm2')}",
+    )
+
+
+@claim("6.energy.{test}", "6.energy.motion1 6.energy.motion2")
+@claim("6.energy")
+def dissipation(evidence: Evidence, test: str = "trained") -> Finding:
+    """Secs 6.3.1 and 6.3.2: the error of the cumulative dissipation."""
+    row, own = _measure(evidence, test, DISSIPATION), _all_measures(evidence, test)
+    return Finding(
+        float(row["value"]),
+        f"{_over(row, test)}, against our DEM; two DEM seeds differ by {row['dem_reference']:.2g} %; single "
+        f"steps from DEM states, with the edges of the roll-out, are off by "
+        f"{own['one_step_dissipation_bias_percent']:+.3g} % and explain {100 * own['one_step_acceleration_r2']:.3g} % "
+        f"of the accelerations; {_course(own)}{_budget(evidence)}"
+        f"{_trainings(evidence, test, DISSIPATION, '%')}{_others(evidence, test, DISSIPATION, '%')}",
+    )
+
+
+def _course(own: pd.Series) -> str:
+    """The course of a roll-out, as text."""
+    if own["stable"] == 1:
+        return (
+            f"the roll-out's mean square speed is {own['mean_square_speed_ratio']:.2g} of the DEM's: a small error of "
+            "the sum can be these cancelling"
+        )
+    when = f", the first after {own['first_left_s']:.3g} s" if own["balls_left"] else ""
+    return (
+        f"the roll-out runs away: {int(own['balls_left'])} ball(s) cross the wall{when}, and its mean square speed is "
+        f"{own['mean_square_speed_ratio']:.2g} of the DEM's"
+    )
+
+
+def _budget(evidence: Evidence) -> str:
+    """The training of the variant, compared with the thesis, as text."""
+    history = evidence.table(f"surrogate/{VARIANT}/loss.tsv")
+    if history.empty:
+        return ""
+    last = history.iloc[-1]
+    return f"; trained for {int(last['epoch'])} epochs in {last['elapsed_s']:.0f} s (the thesis: 2000)"
+
+
+def _trainings(evidence: Evidence, test: str, measure: str, unit: str) -> str:
+    """The values of all trainings of the variant of the thesis, as text."""
+    table = evidence.table("surrogate/trainings.tsv", f"variant == '{VARIANT}' and test == '{test}'")
+    values = table[table["measure"] == measure] if len(table) else table
+    if len(values) < 2:
+        return ""
+    failed = [number for number, own in table.groupby("training") if failed_tests(own)]
+    held = values[~values["training"].isin(failed)]
+    if not failed:
+        return f"; {len(values)} trainings: {in_words(values, '{value:.3g}')} {unit}"
+    others = f"; the others: {in_words(held, '{value:.3g}')} {unit}" if len(held) else ""
+    return f"; {len(failed)} of {len(values)} trainings failed (lost balls and ran away){others}"
+
+
+def _others(evidence: Evidence, test: str, measure: str, unit: str) -> str:
+    """The measures of the other variants and of the baselines, as text."""
+    rows = evidence.table(METRICS, f"variant != '{VARIANT}' and test == '{test}' and measure == '{measure}'")
+    return in_words(rows, f"; variant {{variant}}: {{value:.3g}} {unit}", "")
+
+
+@claim("6.pearson")
+def correlation(evidence: Evidence) -> Finding:
+    """Sec. 6.3.2: of the cumulative curves, and of what is dissipated in each 5 ms, which says more."""
+    rows, increments = (
+        [_measure(evidence, test, measure) for test in ("motion1", "motion2")]
+        for measure in ("cumulative_pearson_r", "increments_5ms_r")
+    )
+    own = [row["value"] for row in rows]
+    text = " and ".join(f"{row['value']:.2f} (DEM seeds {row['dem_reference']:.2f})" for row in increments)
+    explanation = (
+        f"{_over(rows[0], 'motion1')}, the smaller of two; two unrelated DEM runs score "
+        f"{min(row['dem_reference'] for row in rows):.4f}, so this measure is empty; increments over 5 ms correlate "
+        f"at {text}"
+    )
+    if not np.isfinite(own).all():
+        explanation = f"a roll-out is not finite, so that nothing correlates; {explanation}"
+        return Finding(0.0, explanation, limits=CORRELATIONS, failed=True)
+    return Finding(float(min(own)), explanation, limits=CORRELATIONS)
+
+
+@claim("6.geometry")
+def modified_geometry(evidence: Evidence) -> Finding:
+    """Sec. 6.3.3: a jar with a post."""
+    stable, own = _measure(evidence, "post", "stable"), _all_measures(evidence, "post")
+    return yes_no(
+        stable["value"] == 1,
+        f"{_over(stable, 'post')}: {_course(own)}; dissipation is {own[DISSIPATION]:.3g} % off our DEM of the "
+        f"modified jar"
+        f"{_others(evidence, 'post', 'balls_left', 'ball(s) out')}",
+    )
+
+
+@claim("6.geometry.dissipation")
+def dissipation_of_the_original(evidence: Evidence) -> Finding:
+    """Sec. 6.3.3: the roll-out in the jar with a post against the simulation of the jar without one."""
+    row = _measure(evidence, "post", "dissipation_error_original_percent")
+    return Finding(
+        float(row["value"]),
+        f"{_over(row, 'post')}; the thesis says itself that this agreement has no physical validity; see 6.geometry",
+    )
+
+
+def _timing(evidence: Evidence, columns: str) -> pd.Series:
+    """The times of one trajectory of the thesis's Emax case, the one with the fewest balls."""
+    where = f"variant == '{VARIANT}' and batch == 1 and balls == balls.min()"
+    return evidence.row("surrogate/runtime.tsv", columns, where, f"no timing of variant {VARIANT}, batch 1")
+
+
+def _timed(row: pd.Series) -> str:
+    return f"{int(row['balls'])} balls, one trajectory, {row['basis']}"
+
+
+@claim("6.runtime.ratio")
+def speed_up(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
+    rivals = evidence.table("surrogate/runtime.tsv", f"variant != '{VARIANT}' and batch == 1 and balls == balls.min()")
+    rivals = rivals.assign(ratio=rivals["dem_seconds_for_15_s"] / rivals["seconds_for_15_s"])
+    return Finding(
+        float(row["dem_seconds_for_15_s"] / row["seconds_for_15_s"]),
+        f"our DEM over our surrogate in the same job: {_timed(row)}; our DEM takes {row['dem_seconds_for_15_s']:.3g} s "
+        f"for what took the thesis's {float(evidence.printed['6.runtime.dem']):,.0f} s, so there is little left to "
+        f"gain{in_words(rivals, '; variant {variant}: {ratio:.3g}', '')}",
+    )
+
+
+@claim("6.runtime.shorter")
+def shorter_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4: by how much the surrogate is shorter than the simulation."""
+    row = _timing(evidence, "dem_seconds_for_15_s, seconds_for_15_s")
+    share = float(row["seconds_for_15_s"] / row["dem_seconds_for_15_s"])
+    return Finding(100 * (1 - share), f"our surrogate takes {share:.3g} of the time of our DEM; see 6.runtime.ratio")
+
+
+@claim("6.runtime.dem")
+def simulation_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "dem_seconds_for_15_s")
+    return Finding(float(row["dem_seconds_for_15_s"]), "our DEM, 15 s of motion on one core")
+
+
+@claim("6.runtime.sgn")
+def surrogate_time(evidence: Evidence) -> Finding:
+    """Sec. 6.3.4."""
+    row = _timing(evidence, "seconds_for_15_s")
+    return Finding(float(row["seconds_for_15_s"]), _timed(row))
+
+
+def _ablation(evidence: Evidence, variant: str, column: str) -> Finding:
+    """A column of an ablation, with what was measured of it beside the baseline of the same budget."""
+    path, absent = "surrogate/ablations.tsv", f"no ablation {variant} or {BASELINE}"
+    row = evidence.row(path, column, f"variant == '{variant}'", absent)
+    baseline = evidence.table(path, f"variant == '{BASELINE}'")
+    if baseline.empty:
+        raise NotRun(absent)
+    nothing = "the baseline runs away too at this budget, so nothing follows; " if row["holds"] == OPEN else ""
+    told = (
+        f"{'stable' if row['stable'] == 1 else 'unstable'}, {int(row['balls_left'])} ball(s) out, mean square speed "
+        f"{row['mean_square_speed_ratio']:.2g} of the DEM's, dissipation error {row[DISSIPATION]:.3g} % against "
+        f"{baseline[DISSIPATION].iloc[0]:.3g} % of the baseline; single steps from DEM states are off by "
+        f"{row['one_step_dissipation_bias_percent']:+.3g} %; {int(row['epochs'])} epochs in "
+        f"{row['training_s']:.0f} s (the thesis: 2000), roll-out of {row['rollout_s']:g} s"
+    )
+    interval = _interval(row, column, int(baseline["trainings"].iloc[0])) if _says(row) else None
+    return Finding(row[column], nothing + told + _scatter(row), interval=interval)
+
+
+def _says(row: pd.Series) -> bool:
+    """Whether the baseline was trained more than once, so that its scatter is known."""
+    return row.get("says") in (SOMETHING, NOTHING)
+
+
+def _scatter(row: pd.Series) -> str:
+    """What the scatter between trainings leaves of an ablation, as text."""
+    if not _says(row):
+        return ""
+    told = (
+        f"its error is {row['from_baseline_percent']:.3g} points from the baseline's, and two trainings of the "
+        f"baseline are up to {row['baseline_apart_percent']:.3g} points apart"
+    )
+    return f"; {told}{', so this row says nothing' if row['says'] == NOTHING else ''}"
+
+
+def _interval(row: pd.Series, column: str, of_baseline: int) -> Interval:
+    """The interval of a column of an ablation, by its own trainings or by how those of the baseline scatter."""
+    own = int(row["trainings"])
+    if column == DISSIPATION:
+        origin, repeats = (TRAININGS, own) if own > 1 else (f"{TRAININGS} of the baseline", of_baseline)
+        return Interval(float(row["lower_percent"]), float(row["upper_percent"]), origin, repeats)
+    open_to_chance = row["says"] == NOTHING or row["holds"] == OPEN
+    lower, upper = ("no", "yes") if open_to_chance else (row[column], row[column])
+    return Interval(lower, upper, f"{TRAININGS} of the baseline", of_baseline)
+
+
+@claim("A.{variant}", "A.window3 A.window9 A.layers2 A.layers4 A.width64 A.mlp2")
+def statement_on_an_ablation(evidence: Evidence, variant: str) -> Finding:
+    """Whether the statement of appendix A on an ablation holds here."""
+    return _ablation(evidence, variant, "holds")
+
+
+@claim("A.phi.shallow")
+def shallow_threshold(evidence: Evidence) -> Finding:
+    """Fig. A.7."""
+    return _ablation(evidence, "phi_shallow", DISSIPATION)
+
+
+@claim("A.phi.deep")
+def deep_threshold(evidence: Evidence) -> Finding:
+    """Fig. A.8."""
+    return _ablation(evidence, "phi_deep", DISSIPATION)
+
+
+@claim("A.global_loss")
+def no_global_loss(evidence: Evidence) -> Finding:
+    """Fig. A.9."""
+    return _ablation(evidence, "no_global_loss", DISSIPATION)

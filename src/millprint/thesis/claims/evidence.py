@@ -1,0 +1,223 @@
+"""The registry of the claims: code that finds a claim's value, and the rows of the results that decide it."""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.errors import ConfigError
+from millprint.run.files import read_json, read_table
+from millprint.statistics.student import spread_of
+from millprint.thesis.claims.sources import Source, source_in
+from millprint.thesis.claims.tolerances import agrees
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Between which values a claim's value would lie if chance were drawn again, and what was drawn.
+
+    lower, upper: two numbers, or two words (the same one twice if it is certain), or pairs such as 0.29/0.044;
+    repeats: how many draws, trainings or seeds it is of; failed: how many of these failed, which are in neither end.
+    """
+
+    lower: float | str
+    upper: float | str
+    origin: str
+    repeats: int
+    failed: int = 0
+
+    def within(self, limits: tuple[float, float]) -> "Interval":
+        """The part of an interval of numbers that the quantity can take at all; words stay as they are."""
+        if isinstance(self.lower, str) or isinstance(self.upper, str):
+            return self
+        return replace(self, lower=max(self.lower, limits[0]), upper=min(self.upper, limits[1]))
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Two printed places that cannot both hold: that of the claim, and another one.
+
+    place: the other one, with what it prints; check: the calculation that shows it, only from printed numbers.
+    """
+
+    place: str
+    check: str
+
+    def __str__(self) -> str:
+        return f"contradicts {self.place}: {self.check}"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The computed value for one claim.
+
+    value: the computed number or word, in the unit of the claim; None if it was not run.
+    interval: of a value that is simulated or trained; None of one that is computed from data.
+    explanation: how it was computed, from how many runs, or why it was not run.
+    contradiction: what else the thesis prints that cannot hold together with the claim; a value that is not reproduced
+    is then an erratum.
+    sources: the rows of the results that decide the value.
+    limits: what a number of this kind can be at all, such as -1 to 1 of a correlation; its interval ends there.
+    failed: whether what was to be measured failed, such as a roll-out that ran away: a miss, whatever its number.
+    """
+
+    value: float | str | None
+    explanation: str = ""
+    contradiction: Contradiction | None = None
+    sources: tuple[Source, ...] = ()
+    interval: Interval | None = None
+    limits: tuple[float, float] = (-math.inf, math.inf)
+    failed: bool = False
+
+
+class NotRun(Exception):
+    """The run has not computed a value that a claim needs; the message says what is missing."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the code of one claim reads: the results of a run, and the values that the thesis prints.
+
+    results: folder of the run; data: folder of claims.tsv; printed: every claim's printed value, as text, by id;
+    id: the claim; sources: every row that its code has read to find the value, filled by `rows`, `row` and `cite`;
+    tables: by path, those that were read before, or that stand in the place of a file; conditions: those that a table
+    was asked, with the columns that they name and the answer.
+    """
+
+    results: Path
+    data: Path
+    printed: pd.Series
+    id: str = ""
+    sources: list[Source] = field(default_factory=list)
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    conditions: dict[str, tuple[pd.DataFrame, pd.Series]] = field(default_factory=dict)
+
+    def table(self, path: str, where: str = "") -> pd.DataFrame:
+        """Rows of a table of the results, for an explanation alone; empty where the run did not write the table.
+
+        path: from the results folder; several files if it is a pattern such as calibration/*/friction_fit.tsv.
+        A JSON file is a table of one row. where: a condition on the columns, as `pandas.DataFrame.query` takes it.
+        """
+        if path not in self.tables:
+            paths = sorted(self.results.glob(path))
+            tables = [pd.DataFrame([read_json(p)]) if p.suffix == ".json" else read_table(p) for p in paths]
+            self.tables[path] = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
+        table = self.tables[path]
+        return table[self._holds(table, where)] if where and len(table.columns) else table.copy()
+
+    def _holds(self, table: pd.DataFrame, where: str) -> pd.Series:
+        """Whether a condition holds, by row.
+
+        Its columns hardly ever differ between hundreds of draws of a table: while they are the same, so is the answer.
+        """
+        named = set(re.findall(r"\w+", where))
+        used = table[[name for name in table.columns if name in named]]
+        before = self.conditions.get(where)
+        if before is None or not before[0].equals(used):
+            before = self.conditions[where] = (used, used.eval(where, engine="python"))
+        return before[1]
+
+    def rows(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.DataFrame:
+        """The rows that decide the claim, at least one; they become its source.
+
+        columns: names, separated by commas, of the columns that are used; path and where as in `table`.
+        Raises NotRun if there is no such row, with the message `lacking` where the file is there.
+        """
+        files = [str(file.relative_to(self.results)) for file in sorted(self.results.glob(path))]
+        read = [source_in(name, columns, where) for name in files or [path]]
+        self.sources.extend(read)
+        if not files:
+            raise NotRun(f"rule {read[0].rule} has not written {path}")
+        table = self.table(path, where)
+        if table.empty:
+            raise NotRun(lacking or f"{path} has no row with {where}")
+        return table
+
+    def row(self, path: str, columns: str, where: str = "", lacking: str = "") -> pd.Series:
+        """The first of `rows`."""
+        return self.rows(path, columns, where, lacking).iloc[0]
+
+    def cite(self, path: str, names: str, function: Callable) -> None:
+        """Make a file of the project, such as config/mills/emax.yaml, the source of a value that is computed here.
+
+        names: what in the file is used; function: what computes the value from it.
+        """
+        own_name = f"{function.__module__}.{function.__qualname__}"
+        self.sources.append(Source(path, names, "", "tabulate_claims", own_name))
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim and the code for it.
+
+    parts: what the id says, such as {"speed": "600"}; find, explain_deviation: called with the evidence and the parts.
+    """
+
+    id: str
+    parts: dict[str, str]
+    find: Callable[..., Finding]
+    explain_deviation: Callable[..., str] | None = None
+
+
+CLAIMS: dict[str, Claim] = {}
+
+
+def claim(template: str, ids: str = "", explain_deviation: Callable[..., str] | None = None) -> Callable:
+    """Register the decorated function as the code of one claim, or of several whose ids have one form.
+
+    template: the id, or the form of the ids with the names of their parts, as in 3.cycle.{diameter}mm.{speed};
+    ids: all ids of that form, separated by blanks; explain_deviation: says in words why such a value deviates.
+    Raises ValueError for an id of another form, and for one that is registered already.
+    """
+    pattern = re.sub(r"\\{(\w+)\\}", r"(?P<\1>.+)", re.escape(template))
+
+    def register(find: Callable[..., Finding]) -> Callable[..., Finding]:
+        for name in ids.split() or [template]:
+            match = re.fullmatch(pattern, name)
+            if match is None:
+                raise ValueError(f"claim {name}: its id is not of the form {template}")
+            if name in CLAIMS:
+                raise ValueError(f"claim {name}: it is registered twice")
+            CLAIMS[name] = Claim(name, match.groupdict(), find, explain_deviation)
+        return find
+
+    return register
+
+
+def find_claim(evidence: Evidence) -> Finding:
+    """The finding of the claim `evidence.id`. Raises ConfigError for an id that no code is registered for."""
+    if evidence.id not in CLAIMS:
+        raise ConfigError(f"{evidence.data / 'claims.tsv'}: column id = {evidence.id}: no code computes this claim")
+    own = CLAIMS[evidence.id]
+    try:
+        found = own.find(evidence, **own.parts)
+    except NotRun as lacking:
+        found = Finding(None, f"not run: {lacking}")
+    return replace(found, sources=tuple(evidence.sources))
+
+
+def in_words(table: pd.DataFrame, form: str, separator: str = ", ") -> str:
+    """The rows of a table as text; form: of one row, as `str.format` takes it: "{f:.0f} 1/s at {speed_rpm:g} rpm"."""
+    return separator.join(form.format(**row) for row in table.to_dict("records"))
+
+
+def yes_no(holds: bool, explanation: str) -> Finding:
+    """The finding of a claim that holds or does not."""
+    return Finding("yes" if holds else "no", explanation)
+
+
+def interval_of(values: list[float], origin: str) -> Interval | None:
+    """The interval of the mean of a few repeats, such as seeds; None of one."""
+    return Interval(*spread_of(values), origin, len(values)) if len(values) > 1 else None
+
+
+def as_printed(evidence: Evidence, ids: str) -> bool:
+    """Whether this run's own numbers are the printed ones of all these claims, separated by blanks, to the digit.
+
+    An erratum rests on them: where the input is not what the thesis prints, it says nothing of the thesis.
+    """
+    found = {name: find_claim(replace(evidence, id=name, sources=[])).value for name in ids.split()}
+    return all(value is not None and agrees(evidence.printed[name], "printed", value) for name, value in found.items())

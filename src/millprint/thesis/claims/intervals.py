@@ -1,0 +1,154 @@
+"""The interval of a claim: what its value would be if chance were drawn again, by the claim's own code.
+
+Another processor rounds otherwise, and a mill of balls is chaotic: its run is another draw. So is the training of a
+network. A claim is therefore computed again with other tables in the place of those that decide it. A training that
+failed is a miss, and makes no interval wider.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.run.files import read_table
+from millprint.run.progress import progress
+from millprint.statistics.student import LEVEL, spread_of
+from millprint.thesis.claims.chapter6 import TRAININGS
+from millprint.thesis.claims.evidence import Evidence, Finding, Interval, find_claim
+from millprint.thesis.claims.natures import CERTAIN, TIMED
+from millprint.thesis.claims.tabulate import collect_findings, read_claims
+from millprint.thesis.claims.tolerances import is_number
+from millprint.thesis.surrogate.spread import failed_tests
+
+WINDOWS = "bootstrap of windows"
+# What the claims ask of a roll-out that ran away; its other measures are of no size.
+COURSE = ("stable", "balls_left", "mean_square_speed_ratio")
+
+INTERVAL_COLUMNS = ["id", "lower", "upper", "interval_from", "repeats", "failed"]
+
+Value = float | str
+Tables = dict[str, pd.DataFrame]
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Tables that stand in for files of the results, drawn again and again.
+
+    tables: of each draw, by path from the results folder; between: the interval of a claim's values over the draws.
+    """
+
+    tables: Sequence[Tables]
+    between: Callable[[Value, list[Value], float], Interval]
+
+    def decides(self, finding: Finding) -> bool:
+        """Whether the value of a claim follows from one of these tables."""
+        return any(source.path in self.tables[0] for source in finding.sources) if self.tables else False
+
+
+def quantiles(values: Sequence[float], level: float = LEVEL) -> tuple[float, float]:
+    """The middle of many draws."""
+    low, high = np.quantile(np.asarray(values, dtype=float), [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def over_repeats(value: Value, values: list[Value], level: float, origin: str = TRAININGS) -> Interval:
+    """The interval over a few repeats, such as trainings: `spread_of`. Of statements, another one is the lower end."""
+    if not all(map(is_number, values)):
+        return Interval(next((one for one in values if one != value), value), value, origin, len(values))
+    found = [float(one) for one in values]
+    lower, upper = spread_of(found, level) if len(found) > 1 else (found[0], found[0])
+    return Interval(lower, upper, origin, len(found))
+
+
+def over_draws(value: Value, values: list[Value], level: float, origin: str = WINDOWS) -> Interval:
+    """The interval over many draws: `quantiles`, moved so that their median is the value, which removes a bias.
+
+    A draw has fewer different revolutions than its run, so that its spread is too small; a largest value is too large.
+    Of statements, the commonest other one is the lower end where it is drawn more often than each end of an interval
+    is left out, (1 - level) / 2.
+    """
+    if not all(is_number(one) for one in [value, *values]):
+        others = pd.Series([one for one in values if one != value], dtype=object).value_counts()
+        often = len(others) and others.sum() > (1 - level) / 2 * len(values)
+        return Interval(str(others.index[0]) if often else value, value, origin, len(values))
+    found = [float(one) for one in values]
+    low, high = quantiles(found, level)
+    bias = float(np.median(found)) - float(value)
+    return Interval(min(low - bias, float(value)), max(high - bias, float(value)), origin, len(values))
+
+
+def findings_of(name: str, evidence: Evidence, tables: Sequence[Tables]) -> list[Finding]:
+    """What a claim finds with each of these tables in the place of the files; without those that do not decide it."""
+    found = [find_claim(replace(evidence, id=name, sources=[], tables=evidence.tables | own)) for own in tables]
+    return [one for one in found if one.value is not None]
+
+
+def interval_from(found: Sequence[Finding], finding: Finding, repeated: Repeated, level: float) -> Interval:
+    """The interval of a claim over its repeats. One that failed is counted, and is in neither end.
+
+    A number that is not finite is of a repeat that failed.
+    """
+    values = [one.value for one in found if not one.failed and one.value is not None and _is_known(one.value)]
+    failed = len(found) - len(values)
+    if not values or finding.value is None:
+        return Interval(math.inf, math.inf, TRAININGS, len(found), failed)
+    value = values[0] if finding.failed or not _is_known(finding.value) else finding.value
+    interval = repeated.between(value, values, level)
+    return replace(interval, repeats=len(found), failed=failed).within(finding.limits)
+
+
+def _is_known(value: Value) -> bool:
+    return not is_number(value) or math.isfinite(float(value))
+
+
+def tabulate_intervals(
+    results: str | Path, claims_path: str | Path, repeated: Sequence[Repeated], level: float = LEVEL
+) -> pd.DataFrame:
+    """A row for each claim that chance has a part in and that has an interval, with INTERVAL_COLUMNS.
+
+    A claim that no repeated table decides keeps the interval that its own code states. Raises ConfigError as
+    `millprint.thesis.claims.tabulate.read_claims`.
+    """
+    claims, findings = read_claims(claims_path), collect_findings(results, claims_path)
+    certain = claims["nature"].isin([*CERTAIN, TIMED])
+    uncertain = [name for name in claims.index[~certain] if findings[name].value is not None]
+    evidence = Evidence(Path(results), Path(claims_path).parent, claims["value"])
+    rows = []
+    with progress(len(uncertain), None, "claim") as bar:
+        for name in uncertain:
+            interval = _interval_of(name, findings[name], evidence, repeated, level)
+            if interval is not None:
+                rows.append(dict(zip(INTERVAL_COLUMNS, (name, *vars(interval).values()), strict=True)))
+            bar.update()
+    return pd.DataFrame(rows, columns=INTERVAL_COLUMNS)
+
+
+def _interval_of(
+    name: str, finding: Finding, evidence: Evidence, repeated: Sequence[Repeated], level: float
+) -> Interval | None:
+    own = next((one for one in repeated if one.decides(finding)), None)
+    found = findings_of(name, evidence, own.tables) if own else []
+    return interval_from(found, finding, own, level) if own and len(found) > 1 else finding.interval
+
+
+def repeated_trainings(results: str | Path, trainings: dict[str, list[str]]) -> list[Repeated]:
+    """The measures of the trainings of each surrogate in the place of those of the first.
+
+    trainings: by the name of a surrogate, the names of all of its trainings, itself first.
+    """
+    found = []
+    for name, names in trainings.items():
+        path = f"surrogate/{name}/metrics.tsv"
+        files = [Path(results) / f"surrogate/{one}/metrics.tsv" for one in names]
+        if len(files) > 1 and all(file.exists() for file in files):
+            found.append(Repeated([{path: without_sizes(read_table(file))} for file in files], over_repeats))
+    return found
+
+
+def without_sizes(metrics: pd.DataFrame) -> pd.DataFrame:
+    """The rows of metrics.tsv of one training, with no size in the tests in which its roll-out ran away."""
+    lost = metrics["test"].isin(failed_tests(metrics)) & ~metrics["measure"].isin(COURSE)
+    return metrics.assign(value=metrics["value"].mask(lost, np.inf))

@@ -1,0 +1,147 @@
+"""The table of every claim of the thesis, with what was computed and a verdict."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from millprint.errors import ConfigError
+from millprint.run.files import read_table
+from millprint.run.tables import refuse_rows
+
+# Importing a chapter registers its claims.
+from millprint.thesis.claims import (  # noqa: F401
+    chapter2,
+    chapter2_text,
+    chapter3,
+    chapter3_curves,
+    chapter3_text,
+    chapter4,
+    chapter4_text,
+    chapter5,
+    chapter5_text,
+    chapter6,
+)
+from millprint.thesis.claims.compare import interval_verdict, verdict
+from millprint.thesis.claims.conclusions import chapter_name
+from millprint.thesis.claims.evidence import CLAIMS, Evidence, Finding, Interval, find_claim
+from millprint.thesis.claims.natures import BASES, DERIVED, NATURES
+from millprint.thesis.claims.tolerances import deviation, is_number
+from millprint.thesis.claims.verdicts import DEVIATES, OPEN_VERDICTS, VERDICTS
+
+CLAIM_COLUMNS = ["id", "locus", "quantity", "value", "unit", "nature", "basis", "tolerance", "note"]
+# Columns of the table of verdicts: part of an interval.
+INTERVAL_PARTS = {
+    "lower": "lower",
+    "upper": "upper",
+    "interval_from": "origin",
+    "repeats": "repeats",
+    "failed": "failed",
+}
+
+
+def read_claims(path: str | Path) -> pd.DataFrame:
+    """The claims by id, all columns as text, so that every printed digit is kept.
+
+    Raises ConfigError where the ids are not those that have code, and for an unknown nature or basis.
+    """
+    claims = read_table(path, text=CLAIM_COLUMNS).fillna("").set_index("id", drop=False)
+    for word, ids in (
+        ("lacks", set(CLAIMS) - set(claims.index)),
+        ("names twice", set(claims.index[claims.index.duplicated()])),
+        ("has, without code that computes them:", set(claims.index) - set(CLAIMS)),
+    ):
+        if ids:
+            raise ConfigError(f"{path}: column id {word} {', '.join(sorted(ids))}")
+    for column, known in (("nature", NATURES), ("basis", BASES)):
+        refuse_rows(claims, path, column, ~claims[column].isin(list(known)), f"must be one of {', '.join(known)}")
+    return claims
+
+
+def collect_findings(
+    results: str | Path, claims_path: str | Path, beginning: str = "", intervals: pd.DataFrame | None = None
+) -> dict[str, Finding]:
+    """What the run in the folder `results` says of each claim whose id has this beginning, by id.
+
+    intervals: as `millprint.thesis.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code says.
+    A value that deviates is explained further, where the results show a reason. Raises ConfigError as `read_claims`.
+    """
+    claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
+    drawn = {} if intervals is None else {row.id: row for row in intervals.itertuples()}
+    read: dict[str, pd.DataFrame] = {}
+    for name in claims.index[claims.index.str.startswith(beginning)]:
+        evidence = Evidence(Path(results), data, claims["value"], name, tables=read)
+        finding, own = find_claim(evidence), CLAIMS[name]
+        if finding.value is not None and (row := drawn.get(name)):
+            counts = int(row.repeats), int(row.failed)
+            finding = replace(finding, interval=Interval(_end(row.lower), _end(row.upper), row.interval_from, *counts))
+        asked = claims.at[name, "value"], claims.at[name, "tolerance"], finding
+        missed = verdict(*asked) == DEVIATES or interval_verdict(*asked) in (DEVIATES, *OPEN_VERDICTS)
+        if missed and own.explain_deviation is not None:
+            words = (finding.explanation, own.explain_deviation(evidence, **own.parts))
+            finding = replace(finding, explanation="; ".join(filter(None, words)))
+        found[name] = finding
+    return found
+
+
+def tabulate_claims(claims_path: str | Path, findings: dict[str, Finding]) -> pd.DataFrame:
+    """A row for every claim in the order of `claims_path`.
+
+    Columns: id, locus, quantity, published, unit, nature, basis, tolerance, reproduced; INTERVAL_PARTS of its interval;
+    deviation [%]; verdict, by the value; interval_verdict; explanation; and source: file, rows, columns, rule and
+    function of what decides the claim. Raises ConfigError as `read_claims`.
+    """
+    claims = read_claims(claims_path)
+    found = [findings[name] for name in claims.index]
+    table = claims.drop(columns="note").rename(columns={"value": "published"}).reset_index(drop=True)
+    table["reproduced"] = [_text(finding.value) for finding in found]
+    for column, part in INTERVAL_PARTS.items():
+        table[column] = [_text(getattr(finding.interval, part, "")) for finding in found]
+    pairs = list(zip(claims.itertuples(), found, strict=True))
+    table["deviation"] = [_text(deviation(claim.value, finding.value), digits=3) for claim, finding in pairs]
+    for column, judge in (("verdict", verdict), ("interval_verdict", interval_verdict)):
+        table[column] = [judge(claim.value, claim.tolerance, finding) for claim, finding in pairs]
+    table["explanation"] = [_explanation(finding) for finding in found]
+    table["source"] = ["; ".join(map(str, finding.sources)) for finding in found]
+    return table
+
+
+def chapter_of(claim: str) -> str:
+    """The chapter, in words, of a claim's id."""
+    return chapter_name(claim.split(".")[0])
+
+
+def count_verdicts(table: pd.DataFrame, by: str = "chapter") -> pd.DataFrame:
+    """Number of claims by chapter, or by nature, and verdict: that column, claims, and a column for every verdict."""
+    groups = table["id"].map(chapter_of) if by == "chapter" else table[by]
+    counts = pd.crosstab(groups, table["verdict"]).reindex(columns=list(VERDICTS), fill_value=0)
+    counts.insert(0, "claims", counts.sum(axis=1))
+    # By the first claim of each, so that the appendix comes last.
+    order = groups.unique() if by == "chapter" else [nature for nature in NATURES if nature in counts.index]
+    return counts.loc[order].rename_axis(index=by, columns=None).reset_index()
+
+
+def count_natures(claims: pd.DataFrame) -> str:
+    """How many claims there are of each nature, and how many of them are derived, in words."""
+    counts = claims["nature"].value_counts()
+    parts = ", ".join(f"{counts[nature]} {meaning}" for nature, meaning in NATURES.items() if nature in counts)
+    derived = int((claims["basis"] == DERIVED).sum())
+    return f"{len(claims)} claims, {derived} of them derived from two printed numbers: {parts}"
+
+
+def _explanation(finding: Finding) -> str:
+    failed = finding.interval.failed if finding.interval else 0
+    misses = f"{failed} of {finding.interval.repeats} repeats failed, which are misses" if failed else ""  # type: ignore[union-attr]
+    contradiction = f"{finding.contradiction};" if finding.contradiction else ""
+    return " ".join(f"{contradiction} {'; '.join(filter(None, (finding.explanation, misses)))}".split())
+
+
+def _end(text: float | str) -> float | str:
+    """An end of an interval, which a file has as text: a number, or else a word or a pair."""
+    return float(text) if is_number(text) else text
+
+
+def _text(value: float | str | None, digits: int = 6) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else f"{value:.{digits}g}"

@@ -1,0 +1,129 @@
+"""Design of milling cases at constant speed and at constant total power (thesis Sec. 4.2.1, Table 4.2)."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.sweep import ball_count
+from millprint.errors import ConfigError
+from millprint.fingerprint.condition import Condition, Quantity, descriptors_of, power_scale, scaled_quantities
+from millprint.run.tables import Number, Text, read_measured
+
+if TYPE_CHECKING:
+    from millprint.fingerprint.model import Fingerprint
+
+MODES = ("reference", "speed", "power")
+MEASURED_CURVES = {"Pn": "normal_curve", "Pt": "tangential_curve", "f": "frequency_curve"}
+
+
+def read_regimes(path: str) -> pd.DataFrame:
+    """The measured cases; raises ConfigError for a missing column, an unknown mode or no single reference case."""
+    positive = ["fill_ratio", "balls", *MEASURED_CURVES.values(), "bpr", "molar_ratio", "time_h", "borate_mass_g"]
+    table = read_measured(
+        path,
+        [
+            Text("case", unique=True),
+            Text("mode", choices=MODES),
+            *(Number(name, 0, above=True) for name in positive),
+            Number("yield_percent", 0, 100, above=True),
+        ],
+    )
+    if (table["mode"] == "reference").sum() != 1:
+        raise ConfigError(f"{path}: column mode: exactly one row must be the reference")
+    return table.rename(columns={column: name for name, column in MEASURED_CURVES.items()})
+
+
+def reference_condition(
+    cases: pd.DataFrame, *, speed_hz: float, ball_diameter_m: float, density_kg_m3: float, amplitude_m: float
+) -> Condition[float]:
+    """How the reference case is run: at its own fill ratio, and with what is given."""
+    reference = cases[cases["mode"] == "reference"].iloc[0]
+    return Condition(
+        fill_ratio=float(reference["fill_ratio"]),
+        speed_hz=speed_hz,
+        ball_diameter_m=ball_diameter_m,
+        density_kg_m3=density_kg_m3,
+        amplitude_m=amplitude_m,
+    )
+
+
+def equal_power_speed(
+    reference_speed: float, reference_balls: float, reference_power: float, balls: Quantity, power: Quantity
+) -> Quantity:
+    """Speed that keeps the total power, Eq. 4.6: omega_ref (n_ref P_ref / (n P))^(1/3), in the unit of omega_ref.
+
+    reference_power, power: specific powers Pn + Pt [-]; balls: numbers of balls.
+    """
+    return reference_speed * np.cbrt(reference_balls * reference_power / (balls * power))
+
+
+def design_cases(cases: pd.DataFrame, condition: Condition[float]) -> pd.DataFrame:
+    """Speed, frequency, energies and power of every case: Table 4.2 from its curve values.
+
+    cases: case, mode, fill_ratio, balls, Pn, Pt, f; condition: of the reference case. Speeds follow from the mode
+    (Eq. 4.6 for `power`), frequency and energies from Eqs 4.3 and 4.4, the power from Eq. 4.5. Nothing is rounded, but
+    `power_as_printed_W`, which Tables 4.4 and 4.5 go on with: Eq. 4.5 with energies to two decimals of 1e-4 J and whole
+    collisions a second, rounded to 0.1 W. That gives 3.0 W for the 3.053 W of the tangential case.
+
+    The digits of Table 4.2 are ours, rounded or truncated. All its energies and powers come out by plain rounding if
+    600 rpm is taken as 62.8 rad/s, and the ratio as that of the rounded energies (a test holds this).
+    """
+    table = cases[["case", "mode", "fill_ratio", "balls", "Pn", "Pt", "f"]].copy()
+    reference = table[table["mode"] == "reference"].iloc[0]
+    total = table["Pn"] + table["Pt"]
+    even = equal_power_speed(
+        condition.speed_hz, reference["balls"], reference["Pn"] + reference["Pt"], table["balls"], total
+    )
+    table["speed_hz"] = even.where(table["mode"] == "power", condition.speed_hz)
+    as_run = replace(condition, fill_ratio=table["fill_ratio"], speed_hz=table["speed_hz"])
+    found = descriptors_of(as_run, scaled_quantities(table))
+    for name in ("specific_frequency_hz", "normal_energy_J", "tangential_energy_J"):
+        table[name] = found[name]
+    both = table["normal_energy_J"] + table["tangential_energy_J"]
+    table["power_W"] = table["balls"] * table["specific_frequency_hz"] * both
+    for end in ("lower", "upper"):
+        # Printed values have no interval.
+        table[f"power_{end}_W"] = table["power_W"] * cases.get(f"power_{end}_share", np.nan)
+    energies = table["normal_energy_J"].round(6) + table["tangential_energy_J"].round(6)
+    table["power_as_printed_W"] = (table["balls"] * table["specific_frequency_hz"].round(0) * energies).round(1)
+    table["ratio"] = table["tangential_energy_J"] / table["normal_energy_J"]
+    return table
+
+
+def with_curves(cases: pd.DataFrame, fingerprint: "Fingerprint") -> pd.DataFrame:
+    """The cases with our Pn, Pt and f at their fill ratios, and the interval of the power over its value.
+
+    Columns power_lower_share and power_upper_share: the ends of the interval of Pn + Pt over Pn + Pt [-]. Raises
+    ConfigError for a fill ratio outside the curves.
+    """
+    curve = fingerprint.curve(cases["fill_ratio"].to_numpy()).set_index(cases.index)
+    shares = {f"power_{end}_share": curve[f"P_{end}"] / curve["P"] for end in ("lower", "upper")}
+    return cases.assign(**{name: curve[name] for name in MEASURED_CURVES}, **shares)
+
+
+def cases_at(fill_ratios: list[float], reference: Condition[float], volume_m3: float) -> pd.DataFrame:
+    """Cases at any fill ratios, without curve values: the reference, then each fill at its speed and at its power.
+
+    volume_m3: of the jar.
+    """
+    rows = [("reference", "reference", reference.fill_ratio)]
+    rows += [(f"{mode}.{fill:g}", mode, fill) for mode in MODES[1:] for fill in sorted(set(fill_ratios))]
+    table = pd.DataFrame(rows, columns=["case", "mode", "fill_ratio"])
+    return table.assign(balls=[ball_count(fill, volume_m3, reference.ball_diameter_m) for fill in table["fill_ratio"]])
+
+
+def with_published(cases: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFrame:
+    """The cases at fill ratios at which the thesis prints curve values, with them; `measured` as of `read_regimes`."""
+    printed = measured.drop_duplicates("fill_ratio")[["fill_ratio", *MEASURED_CURVES]]
+    return cases.merge(printed, on="fill_ratio", how="inner")
+
+
+def power_as_run(cases: pd.DataFrame, speed: pd.Series, condition: Condition[float]) -> pd.Series:
+    """Total power n (Pn + Pt) rho omega^3 A^2 d^3 [W] of the cases (Eqs 4.3, 4.5) at the speeds [Hz] that were run.
+
+    condition: of the reference case.
+    """
+    as_run = replace(condition, fill_ratio=cases["fill_ratio"], speed_hz=speed)
+    return cases["balls"] * (cases["Pn"] + cases["Pt"]) * power_scale(as_run)

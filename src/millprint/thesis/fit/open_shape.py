@@ -1,0 +1,149 @@
+"""What the fit leaves open of a jar's shape: other jars, weighted by their agreement with what was fitted.
+
+The search of the fit simulated jars over the ranges of `fit.shape`. Emulators of their published values stand in for
+the jars between them. Every jar of the ranges is as likely as any other before the fit; after it, its weight is the
+likelihood of the fitted values y_k,
+    w = prod_k N(log(y_k / published_k); 0, s^2),
+s the root mean square of the present jar's own deviations: a jar that agrees as well as it has as much weight.
+"""
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from millprint.config.fit import TrialConfig
+from millprint.errors import ConfigError
+from millprint.fingerprint.bands import Ends, ShapeFactors
+from millprint.fingerprint.condition import BASIC, scaled_quantities
+from millprint.fingerprint.curves import CURVES, WEIGHTED
+from millprint.thesis.fit import FEWEST_JARS
+from millprint.thesis.fit.published import FREQUENCY
+from millprint.thesis.fit.shape import JAR_PARAMETERS
+from millprint.uncertainty.emulator import Emulator
+
+logger = logging.getLogger("millprint")
+
+# Jars drawn from the ranges, and how many must carry the weight, in effect.
+DRAWN, FEWEST_IN_EFFECT = 2**14, 50
+
+
+def places_of(jars: pd.DataFrame, settings: TrialConfig) -> np.ndarray:
+    """Jars (n, 5) as places in the ranges of `fit.shape`, from 0 to 1."""
+    ranges = [getattr(settings.shape, name) for name in JAR_PARAMETERS]
+    low, high = (np.array([getattr(allowed, end) for allowed in ranges]) for end in ("low", "high"))
+    return (jars[list(JAR_PARAMETERS)].to_numpy(dtype=float) - low) / (high - low)
+
+
+def deviation_emulators(
+    search: pd.DataFrame, names: Sequence[str], settings: TrialConfig, counting_rule: str
+) -> dict[str, Emulator]:
+    """An emulator of log(ours / published) over the ranges for each of the published values `names`.
+
+    Frequencies are those of the jars whose best rule is `counting_rule`; powers do not depend on it. Raises ConfigError
+    for fewer than FEWEST_JARS jars, or fewer than half of that with the rule.
+    """
+    ruled = search[search["counting_rule"] == counting_rule]
+    for jars, fewest, what in (
+        (search, FEWEST_JARS, "jars"),
+        (ruled, FEWEST_JARS // 2, f"jars with the rule {counting_rule}"),
+    ):
+        if len(jars) < fewest:
+            raise ConfigError(f"the search of the fit has {len(jars)} {what}; a shape's interval needs {fewest}")
+    found = {}
+    for name in names:
+        rows = ruled if name.startswith(f"{FREQUENCY}_") else search
+        rows = rows[rows[f"{name}_percent"].notna()]
+        logs = np.log1p(rows[f"{name}_percent"].to_numpy(dtype=float) / 100.0)
+        found[name] = Emulator.fit(places_of(rows, settings), logs)
+    return found
+
+
+def agreement(residuals: np.ndarray, deviation: float) -> np.ndarray:
+    """Weights (n,) of jars, which add up to 1, from residuals (n, k) and their standard deviation s."""
+    exponents = -0.5 * ((residuals / deviation) ** 2).sum(axis=1)
+    weights = np.exp(exponents - exponents.max())
+    return weights / weights.sum()
+
+
+def _ends(values: np.ndarray, weights: np.ndarray, probability: float) -> np.ndarray:
+    """The central interval (2,) of weighted values (n,)."""
+    levels = [0.5 - 0.5 * probability, 0.5 + 0.5 * probability]
+    return np.quantile(values, levels, weights=weights, method="inverted_cdf")
+
+
+def shape_factors(
+    search: pd.DataFrame,
+    published: dict[str, float],
+    settings: TrialConfig,
+    present: dict[str, float],
+    *,
+    mill: str,
+    counting_rule: str,
+    probability: float,
+) -> ShapeFactors:
+    """What the jars of the ranges that agree with the fitted values would change of the present jar's predictions.
+
+    search: fit_search.tsv; published: the published values by name; present: the parameters of the mill's jar. The
+    fill ratios are those of which the search has both powers and the frequency. Raises ConfigError for a search of too
+    few jars, or if hardly one of the ranges agrees.
+    """
+    values = [column.removesuffix("_percent") for column in search if column.endswith("_percent")]
+    for name in settings.fitted:
+        if name not in values:
+            raise ConfigError(f"the search of the fit lacks {name}; run `snakemake --cores 2 fit` again")
+    fills = [name.removeprefix("Pn_f") for name in values if name.startswith("Pn_f")]
+    fills = sorted(fill for fill in fills if all(f"{one}_f{fill}" in values for one in BASIC))
+    needed = list(dict.fromkeys([*settings.fitted, *(f"{one}_f{fill}" for fill in fills for one in BASIC)]))
+    emulators = deviation_emulators(search, needed, settings, counting_rule)
+    drawn = qmc.Sobol(len(JAR_PARAMETERS), seed=0).random(DRAWN)
+    own = places_of(pd.DataFrame([present]), settings)
+    residuals, here = (np.column_stack([emulators[k].predict(at) for k in settings.fitted]) for at in (drawn, own))
+    deviation = float(np.sqrt((here**2).mean()))
+    weights = agreement(residuals, deviation)
+    effective = 1.0 / (weights**2).sum()
+    logger.info("misfit of the jar %.3f; %.0f of %d jars carry the weight", deviation, effective, DRAWN)
+    if effective < FEWEST_IN_EFFECT:
+        raise ConfigError(f"hardly a jar of fit.shape agrees with fit.fitted: {effective:.0f} of {DRAWN} jars")
+    # The search knows nothing of the energy-weighted descriptors.
+    known = [name for name in CURVES if name not in WEIGHTED]
+    ends: dict[str, list[np.ndarray]] = {name: [] for name in known}
+    for fill in fills:
+        names = {one: f"{one}_f{fill}" for one in BASIC}
+        scaled, before = (
+            scaled_quantities({one: published[k] * np.exp(emulators[k].predict(at)) for one, k in names.items()})
+            for at in (drawn, own)
+        )
+        for name in known:
+            ends[name].append(_ends(scaled[name] / before[name], weights, probability))
+    return ShapeFactors(
+        format="millprint shape uncertainty 1",
+        mill=mill,
+        contact=settings.contact,
+        counting_rule=counting_rule,
+        probability=probability,
+        samples=len(search),
+        parameters=_agreeing(drawn, weights, settings, present, probability),
+        fill_ratios=[float(fill) for fill in fills],
+        factors={
+            name: Ends(lower=[float(low) for low, _ in own_ends], upper=[float(high) for _, high in own_ends])
+            for name, own_ends in ends.items()
+        },
+    )
+
+
+def _agreeing(
+    drawn: np.ndarray, weights: np.ndarray, settings: TrialConfig, present: dict[str, float], probability: float
+) -> dict[str, dict]:
+    """Each parameter of the jar: its range, the present value, and the interval that agrees with the fitted values."""
+    found: dict[str, dict] = {}
+    for column, name in enumerate(JAR_PARAMETERS):
+        allowed = getattr(settings.shape, name)
+        lower, upper = allowed.low + (allowed.high - allowed.low) * _ends(drawn[:, column], weights, probability)
+        found[name] = {
+            "kind": "uniform", "low": allowed.low, "high": allowed.high, "present": present[name],
+            "lower": float(lower), "upper": float(upper), "source": "fit.shape, weighted by agreement with fit.fitted",
+        }  # fmt: skip
+    return found

@@ -1,0 +1,161 @@
+"""Compares a roll-out with the simulation that it started from, and every measure with that of two simulations.
+
+There are two kinds of second simulation. A twin starts from the same state as the roll-out, but for a disturbance of
+1e-9 m: no model can diverge more slowly. Another seed shares nothing with the truth but the case: a perfect model of
+the statistics would be as far away.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from millprint.thesis.surrogate import measures
+from millprint.thesis.surrogate.rollout import RollOut, simulated
+from millprint.thesis.surrogate.scene import Scene
+from millprint.thesis.surrogate.trajectory import Trajectory
+
+INCREMENT_S = 0.005
+# Shares of the error of two unrelated simulations: where trajectories count as diverged, and where their growth begins.
+DIVERGED, CLOSE = 0.5, 1e-4
+
+Values = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Measures of a roll-out, what a second simulation scores in each, and the roll-outs behind them by name."""
+
+    values: Values
+    references: Values
+    rollouts: dict[str, RollOut]
+
+
+def of_test(test: str, inputs: Mapping[str, str]) -> dict[str, str]:
+    """What a test is measured against, by role; the inputs of a test are named `test_role`."""
+    prefix = f"{test}_"
+    return {name.removeprefix(prefix): path for name, path in inputs.items() if name.startswith(prefix)}
+
+
+def growth(rollout: RollOut, truth: RollOut, saturation_m2: float) -> Values:
+    """How fast trajectories diverge: errors soon after the start, and times to a share of the saturated error."""
+    error = measures.position_error(rollout.position_m, truth.position_m)
+    found = {}
+    for milliseconds in (10, 100):
+        frame = np.searchsorted(truth.time_s, milliseconds / 1e3 - 1e-9)
+        if frame < len(error):
+            found[f"position_mse_{milliseconds}ms_m2"] = float(error[frame].mean())
+    found["horizon_s"] = measures.horizon(truth.time_s, error, DIVERGED * saturation_m2)
+    bounds = CLOSE * saturation_m2, DIVERGED * saturation_m2
+    found["error_growth_time_s"] = measures.growth_time(truth.time_s, error, *bounds)
+    return found
+
+
+def increments_J(rollout: RollOut) -> np.ndarray:
+    """Dissipation in every 5 ms, (n, batch) [J]."""
+    frames = max(1, round(INCREMENT_S / (rollout.time_s[1] - rollout.time_s[0])))
+    return measures.increments(rollout.cumulative_J, frames)
+
+
+def statistics(rollout: RollOut, truth: RollOut, radius_m: float) -> Values:
+    """The statistics in which two simulations of different seeds agree.
+
+    The Wasserstein distances are those of distributions that do not depend on which ball is where.
+    """
+    error = measures.position_error(rollout.position_m, truth.position_m)
+    increments = increments_J(rollout), increments_J(truth)
+    with np.errstate(over="ignore"):
+        square_speed = float((rollout.speed() ** 2).mean() / (truth.speed() ** 2).mean())
+    pairs = {
+        "speed_wasserstein_m_s": (rollout.speed(), truth.speed()),
+        "wall_distance_wasserstein_m": (rollout.known("wall_distance_m"), truth.known("wall_distance_m")),
+        "contacts_wasserstein": (rollout.contacts(radius_m), truth.contacts(radius_m)),
+        "increments_5ms_wasserstein_J": increments,
+    }
+    distances = {name: measures.distribution_distance(*pair) for name, pair in pairs.items()}
+    if not np.isfinite(rollout.position_m).all():
+        distances["contacts_wasserstein"] = np.inf
+    return {
+        "position_mse_plateau_m2": measures.plateau(error),
+        "dissipation_error_percent": measures.relative_error_percent(rollout.cumulative_J, truth.cumulative_J),
+        "dissipation_power_W": float(rollout.cumulative_J[-1].mean() / truth.time_s[-1]),
+        "cumulative_pearson_r": measures.correlation(rollout.cumulative_J, truth.cumulative_J),
+        "increments_5ms_r": measures.correlation(*increments),
+        "mean_square_speed_ratio": square_speed,
+        **distances,
+    }
+
+
+def evaluate(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
+    """Measures of a roll-out in a jar that moves.
+
+    runs: `dem` (the truth), `other_seed`, and where there are any `twin` and, of a modified geometry, `original`, whose
+    walls are another's and of which only the dissipation is taken.
+    """
+    rollouts = {name: simulated(run, scene, rollout.time_s, rollout.start_s) for name, run in runs.items()}
+    rollouts["surrogate"] = rollout.in_scene(scene)
+    truth, radius_m = rollouts["dem"], scene.ball_radius_m
+    other = measures.position_error(rollouts["other_seed"].position_m, truth.position_m)
+    saturation_m2 = measures.plateau(other)
+    # A twin shares the start of the first trajectory alone.
+    first = rollout.first_trajectory(), truth.first_trajectory()
+    values = growth(*first, saturation_m2) | statistics(rollouts["surrogate"], truth, radius_m)
+    values["balls_left"] = _balls_left(rollout)
+    if values["balls_left"]:
+        values["first_left_s"] = float(rollout.crossed_s.min())
+    values["stable"] = float(values["balls_left"] == 0 and values["mean_square_speed_ratio"] < measures.RUNAWAY)
+    values |= {f"mean_{kind}_edges": number for kind, number in rollout.mean_edges.items()}
+    values["dem_power_W"] = float(truth.cumulative_J[-1].mean() / truth.time_s[-1])
+    values["position_mse_centroid_m2"] = measures.plateau(measures.centroid_error(truth.position_m))
+    if "original" in rollouts:
+        cumulative = rollout.cumulative_J, rollouts["original"].cumulative_J
+        values["dissipation_error_original_percent"] = measures.relative_error_percent(*cumulative)
+    return Evaluation(values, _references(rollouts, saturation_m2, radius_m), rollouts)
+
+
+def evaluate_at_rest(rollout: RollOut, runs: dict[str, Trajectory], scene: Scene) -> Evaluation:
+    """Measures of a roll-out in a jar that stands still; runs: `dem`, `other_seed`, and `driven`, the jar in motion."""
+    names = ("dem", "other_seed")
+    rollouts = {name: simulated(runs[name], scene, rollout.time_s, rollout.start_s) for name in names}
+    rollouts["surrogate"] = rollout.in_scene(scene)
+    driven = runs["driven"]
+    driven_W = float(driven.dissipated_J[1:].sum() / (driven.time_s[-1] - driven.time_s[0]))
+    values = rest_measures(rollout, driven_W) | {"balls_left": _balls_left(rollout)}
+    return Evaluation(values, rest_measures(rollouts["other_seed"], driven_W), rollouts)
+
+
+def rest_measures(rollout: RollOut, driven_W: float) -> Values:
+    """Balls at rest in a jar at rest: energy that appears from nowhere, and the highest lift [m]. All should be zero.
+
+    Energy shows as dissipation, of either sign, as a share of what the driven jar dissipates in that time [%], and as
+    motion: the largest root mean square speed in any frame [m/s]. driven_W: mean power of the driven jar.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        span = np.abs(np.diff(rollout.cumulative_J, axis=0)).sum(axis=0).mean()
+        fastest = (rollout.speed() ** 2).mean(axis=(1, 2)).max()
+        share = 100 * span / (driven_W * rollout.time_s[-1])
+    return {
+        "rest_dissipation_share_percent": float(share) if np.isfinite(share) else np.inf,
+        "rest_highest_lift_m": measures.highest_lift(rollout.position_m),
+        "rest_rms_speed_max_m_s": float(np.sqrt(fastest)) if np.isfinite(fastest) else np.inf,
+    }
+
+
+def _references(rollouts: dict[str, RollOut], saturation_m2: float, radius_m: float) -> Values:
+    """What a second simulation scores: the twin in growth, another seed in statistics.
+
+    The other seed is compared with both runs that it shares nothing with, as one pair of seeds may happen to be close.
+    Without a twin there is no reference for growth.
+    """
+    truth, seed = rollouts["dem"], rollouts["other_seed"]
+    if "twin" not in rollouts:
+        return statistics(seed, truth, radius_m)
+    twin = rollouts["twin"].first_trajectory()
+    pairs = [statistics(seed, truth, radius_m), statistics(seed.first_trajectory(), twin, radius_m)]
+    return growth(twin, truth.first_trajectory(), saturation_m2) | {
+        name: float(np.mean([pair[name] for pair in pairs])) for name in pairs[0]
+    }
+
+
+def _balls_left(rollout: RollOut) -> float:
+    return float(np.isfinite(rollout.crossed_s).sum())

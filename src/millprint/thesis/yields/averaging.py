@@ -1,0 +1,226 @@
+"""The averaged Gaussian process: a library of links, scales and structures, each weighted by its evidence."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pandas as pd
+from scipy.special import expit, logit, logsumexp, ndtr
+
+from millprint.config.averaging import INPUTS, AveragingConfig
+from millprint.thesis.yields.features import Standardisation, describe
+from millprint.thesis.yields.regressors import AVERAGED, PRIMARY
+from millprint.thesis.yields.structured import Process, fit_process, terms_of
+
+# Nodes and weights of the Gauss-Hermite quadrature, for means over a normal distribution.
+NODES, NODE_WEIGHTS = np.polynomial.hermite_e.hermegauss(20)
+NODE_WEIGHTS = NODE_WEIGHTS / NODE_WEIGHTS.sum()
+BISECTIONS = 50
+# Quantiles are searched between these conversions [-]; with the identity link they can be below 0 or above 1.
+LOWEST, HIGHEST = -2.0, 3.0
+
+
+@dataclass(frozen=True)
+class Link:
+    """A transformation z = forward(y) of the conversion y [-], with its inverse and log |dz/dy|.
+
+    A process models z. The slope turns its likelihood into that of y, so that links can be compared.
+    """
+
+    forward: Callable[[np.ndarray], np.ndarray]
+    inverse: Callable[[np.ndarray], np.ndarray]
+    log_slope: Callable[[np.ndarray], np.ndarray]
+
+
+LINKS = {
+    "identity": Link(lambda y: np.asarray(y, dtype=float), lambda z: z, np.zeros_like),
+    "logit": Link(logit, expit, lambda y: -np.log(y * (1 - y))),
+    # Avrami's kinetics y = 1 - exp(-(k t)^n): ln(-ln(1 - y)) = n ln k + n ln t. Effects on the rate constant then add
+    # up, and time enters as its logarithm.
+    "avrami": Link(
+        lambda y: np.log(-np.log1p(-y)),
+        lambda z: -np.expm1(-np.exp(np.minimum(z, 30.0))),
+        lambda y: -np.log(-(1 - y) * np.log1p(-y)),
+    ),
+}
+
+
+def to_conversion(yields_percent: np.ndarray, margin: float) -> np.ndarray:
+    """Yields (n,) [%] as conversions (n,) [-] from `margin` to 1 - `margin`: bounded links are infinite at 0 and 1."""
+    return np.clip(np.asarray(yields_percent, dtype=float) / 100, margin, 1 - margin)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A member of the library before it is fitted; `scales` in the order of INPUTS."""
+
+    link: str
+    scales: tuple[str, ...]
+    structure: str
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Whether each input enters as its logarithm, (k,)."""
+        return np.array([scale == "log" for scale in self.scales])
+
+
+def library(settings: AveragingConfig) -> list[Candidate]:
+    """Every combination of link, scales and structure."""
+    scales = list(product(*(getattr(settings.scales, name) for name in INPUTS)))
+    return [Candidate(*each) for each in product(settings.links, scales, settings.structures)]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A fitted member: z = (link(y) - mean) / spread is a Gaussian process of the standardised inputs."""
+
+    candidate: Candidate
+    standard: Standardisation
+    mean: float
+    spread: float
+    process: Process
+    log_evidence: float
+
+    def latent(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of link(y), (n,) each, for inputs (n, k) that are not standardised."""
+        mean, deviation = self.process.predict(self.standard(inputs))
+        return self.mean + self.spread * mean, self.spread * deviation
+
+    def expected(self, inputs: np.ndarray) -> np.ndarray:
+        """Mean conversion (n,) [-] for inputs (n, k) that are not standardised."""
+        return expected_conversion(self.candidate.link, *self.latent(inputs))
+
+    def left_out(self) -> np.ndarray:
+        """Mean conversion (n,) [-] of each training row given the others, with the hyper-parameters of all."""
+        mean, deviation = self.process.left_out()
+        return expected_conversion(self.candidate.link, self.mean + self.spread * mean, self.spread * deviation)
+
+    def share_below(self, conversion: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+        """Probability of a measured conversion of at most `conversion` [-]; mean, deviation: of link(y), same shape."""
+        if self.candidate.link != "identity":
+            inside = np.clip(conversion, 1e-12, 1 - 1e-12)
+            below = ndtr((LINKS[self.candidate.link].forward(inside) - mean) / deviation)
+            return np.where(conversion <= 0, 0.0, np.where(conversion >= 1, 1.0, below))
+        return ndtr((conversion - mean) / deviation)
+
+
+def expected_conversion(link: str, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Mean conversion (n,) [-] for normal values of link(y) with these means and standard deviations, (n,) each."""
+    return LINKS[link].inverse(mean[:, None] + deviation[:, None] * NODES) @ NODE_WEIGHTS
+
+
+def fit_member(candidate: Candidate, rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> Member:
+    """`fit_described` on rows with the six conditions."""
+    return fit_described(candidate, describe(rows).to_numpy(), yields, settings)
+
+
+def fit_described(candidate: Candidate, raw: np.ndarray, yields: np.ndarray, settings: AveragingConfig) -> Member:
+    """Fit one member on inputs (n, k), as described, and yields (n,) [%]; its evidence is that of the yields.
+
+    Raises KeyError for an unknown link or structure.
+    """
+    conversion, link = to_conversion(yields, settings.margin), LINKS[candidate.link]
+    smallest = np.array([getattr(settings.smallest_spread, name, 0.0) for name in INPUTS])
+    standard = Standardisation.of(raw, candidate.logarithmic, smallest)
+    latent = link.forward(conversion)
+    mean, spread = float(latent.mean()), float(latent.std()) or 1.0
+    process, evidence = fit_process(
+        standard(raw), (latent - mean) / spread, terms_of(candidate.structure), settings.priors
+    )
+    jacobian = float(link.log_slope(conversion).sum()) - len(latent) * np.log(spread)
+    return Member(candidate, standard, mean, spread, process, evidence + jacobian)
+
+
+def evidence_weights(log_evidences: np.ndarray, smallest: float) -> np.ndarray:
+    """Posterior probabilities (m,) [-] of models of equal prior probability; those below `smallest` are set to zero."""
+    weights = np.exp(log_evidences - logsumexp(log_evidences))
+    kept = np.where(weights >= min(smallest, weights.max()), weights, 0.0)
+    return kept / kept.sum()
+
+
+@dataclass(frozen=True)
+class AveragedModel:
+    """A mixture of members with weights that add up to one."""
+
+    members: list[Member]
+    weights: np.ndarray
+
+    name = AVERAGED
+    strategy = PRIMARY
+    distribution = "mixture"
+
+    def predict(self, rows: pd.DataFrame) -> np.ndarray:
+        """Mean yields (n,) [%] for rows with the six conditions."""
+        inputs = describe(rows).to_numpy()
+        shares = [weight * member.expected(inputs) for member, weight in zip(self.members, self.weights, strict=True)]
+        return 100 * np.sum(shares, axis=0)
+
+    def deviation(self, rows: pd.DataFrame) -> np.ndarray:
+        """NaN (n,): the spread of a mixture is given by its quantiles, not by a standard deviation."""
+        return np.full(len(rows), np.nan)
+
+    def quantiles(self, rows: pd.DataFrame, levels: np.ndarray) -> np.ndarray:
+        """Quantiles (n, levels) [%] of a measurement, within 0 and 100, by bisection of the mixture's distribution."""
+        inputs = describe(rows).to_numpy()
+        latent = [member.latent(inputs) for member in self.members]
+        target = np.broadcast_to(np.asarray(levels, dtype=float), (len(rows), len(levels)))
+        low, high = np.full(target.shape, LOWEST), np.full(target.shape, HIGHEST)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            below = np.zeros(target.shape)
+            for member, weight, (mean, deviation) in zip(self.members, self.weights, latent, strict=True):
+                below += weight * member.share_below(middle, mean[:, None], deviation[:, None])
+            low, high = np.where(below < target, middle, low), np.where(below < target, high, middle)
+        return 100 * np.clip((low + high) / 2, 0, 1)
+
+    def interval(self, rows: pd.DataFrame, level: float) -> tuple[np.ndarray, np.ndarray]:
+        """Ends (n,), (n,) [%] of the central predictive interval of a level."""
+        lower, upper = self.intervals(rows, [level])[:, 0].T
+        return lower, upper
+
+    def intervals(self, rows: pd.DataFrame, levels: Sequence[float]) -> np.ndarray:
+        """Ends (n, levels, 2) [%] of the central predictive intervals."""
+        ends = [((1 - level) / 2, (1 + level) / 2) for level in levels]
+        return self.quantiles(rows, np.ravel(ends)).reshape(len(rows), len(levels), 2)
+
+
+def fit_library(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> list[Member]:
+    """Every member of the library, fitted on rows with the six conditions and yields (n,) [%], and nothing else."""
+    raw = describe(rows).to_numpy()
+    return [fit_described(candidate, raw, yields, settings) for candidate in library(settings)]
+
+
+def average(members: list[Member], settings: AveragingConfig) -> AveragedModel:
+    """The members weighted by their evidence."""
+    weights = evidence_weights(np.array([member.log_evidence for member in members]), settings.smallest_weight)
+    kept = np.flatnonzero(weights)
+    return AveragedModel([members[index] for index in kept], weights[kept])
+
+
+def fit_averaged(rows: pd.DataFrame, yields: np.ndarray, settings: AveragingConfig) -> AveragedModel:
+    """The averaged process of rows with the six conditions and their yields (n,) [%], and of nothing else."""
+    return average(fit_library(rows, yields, settings), settings)
+
+
+def describe_members(model: AveragedModel) -> pd.DataFrame:
+    """One row for each member, largest weight first.
+
+    Columns: link, a scale for each input, structure, weight, log_evidence, a length scale for each input [standard
+    deviations], noise_variance.
+    """
+    table = []
+    for member, weight in zip(model.members, model.weights, strict=True):
+        lengths = np.exp(member.process.logs[: len(INPUTS)])
+        table.append(
+            {
+                "link": member.candidate.link,
+                **{f"{name}_scale": scale for name, scale in zip(INPUTS, member.candidate.scales, strict=True)},
+                "structure": member.candidate.structure,
+                "weight": weight,
+                "log_evidence": member.log_evidence,
+                **{f"{name}_length_scale": length for name, length in zip(INPUTS, lengths, strict=True)},
+                "noise_variance": member.process.noise,
+            }
+        )
+    return pd.DataFrame(table).sort_values("weight", ascending=False, kind="stable", ignore_index=True)

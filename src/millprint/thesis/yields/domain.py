@@ -1,0 +1,146 @@
+"""Where a yield model may be asked: what a mill can do at once, and how near the runs are in the model's metric."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.averaging import INPUTS
+from millprint.errors import ConfigError
+from millprint.fingerprint.condition import BASIC, Condition, energy_scale
+from millprint.run.files import read_format, write_json
+from millprint.thesis.yields.averaging import AveragedModel
+from millprint.thesis.yields.features import FREQUENCY, NORMAL, TANGENTIAL, describe
+
+DESCRIPTORS = (NORMAL, TANGENTIAL, FREQUENCY)
+# The energies go with the square of the speed, the frequency with the speed (Eqs 3.28 and 3.29).
+POWERS_OF_SPEED = np.array([2.0, 2.0, 1.0])
+# Fill ratios at which the curves are compared.
+FILLS = 241
+FORMAT = "millprint curves of a mill 1"
+
+
+@dataclass(frozen=True)
+class MillCurves:
+    """The master curves of a mill and what can be set on it.
+
+    curves: fill_ratio, Pn, Pt, f, and their ends Pn_lower, Pn_upper, ... where a band is known; density: of the balls
+    [kg/m3]; amplitude: of the motion [m]; diameters_mm: of the balls that there are; speeds_rpm: lowest and highest.
+    """
+
+    name: str
+    curves: pd.DataFrame
+    density: float
+    amplitude: float
+    diameters_mm: tuple[float, ...]
+    speeds_rpm: tuple[float, float]
+
+    def write(self, path: str | Path) -> None:
+        """Write a JSON file."""
+        names = ["fill_ratio", *(f"{name}{end}" for name in BASIC for end in ("", "_lower", "_upper"))]
+        table = self.curves[[name for name in names if name in self.curves]].drop_duplicates("fill_ratio")
+        content = {
+            "format": FORMAT,
+            "mill": self.name,
+            "curves": table.sort_values("fill_ratio").astype(float).to_dict("list"),
+            "density_kg_m3": self.density,
+            "amplitude_m": self.amplitude,
+            "ball_diameters_mm": list(self.diameters_mm),
+            "speeds_rpm": list(self.speeds_rpm),
+        }
+        write_json(content, path)
+
+    @classmethod
+    def read(cls, path: str | Path) -> "MillCurves":
+        """Read what `write` has written; raises ConfigError, in one line, for a file that is missing or another."""
+        content = read_format(path, [FORMAT], "file of a mill's curves", f"`snakemake {path}` writes it")
+        try:
+            return cls(
+                content["mill"],
+                pd.DataFrame(content["curves"]).astype(float),
+                float(content["density_kg_m3"]),
+                float(content["amplitude_m"]),
+                tuple(map(float, content["ball_diameters_mm"])),
+                (float(content["speeds_rpm"][0]), float(content["speeds_rpm"][1])),
+            )
+        except (IndexError, KeyError, TypeError, ValueError) as error:
+            raise ConfigError(f"{path}: damaged: {error}") from None
+
+    def _at_one_hertz(self) -> tuple[np.ndarray, list[dict[str, np.ndarray]]]:
+        """Fill ratios (k,), and for each ball size logarithms (k, 3) of the descriptors at 1 Hz, with their band."""
+        table = self.curves.drop_duplicates("fill_ratio").sort_values("fill_ratio")
+        known = np.log(table["fill_ratio"].to_numpy(float))
+        fills = np.linspace(known[0], known[-1], FILLS)
+
+        def curve(name: str, end: str) -> np.ndarray:
+            column = f"{name}{end}" if f"{name}{end}" in table else name
+            return np.interp(fills, known, np.log(table[column].to_numpy(float)))
+
+        # The band of an energy per collision, a ratio of two curves, is that of its power.
+        scaled = {}
+        for key, end in (("value", ""), ("lower", "_lower"), ("upper", "_upper")):
+            frequency = curve("f", end)
+            scaled[key] = np.stack([curve("Pn", end) - curve("f", ""), curve("Pt", end) - curve("f", ""), frequency], 1)
+        sizes = []
+        for diameter in self.diameters_mm:
+            energy = energy_scale(Condition(0.1, 1.0, diameter * 1e-3, self.density, self.amplitude))
+            shift = np.array([np.log(1e6 * energy), np.log(1e6 * energy), 0.0])
+            sizes.append({key: value + shift for key, value in scaled.items()})
+        return np.exp(fills), sizes
+
+    def warnings(self, rows: pd.DataFrame, tolerance: float) -> list[str]:
+        """For each row why this mill does not have its three descriptors at once, empty where it has them.
+
+        rows: the descriptors, energies [microjoule] and frequency [1/s]. A row is possible if, for one ball size, one
+        fill ratio and one speed, each descriptor is within the band of its curve, widened by the factor 1 + tolerance
+        both ways. With ln D = c(fill, size) + p ln(speed), each descriptor leaves an interval of ln(speed); all three
+        and the speeds of the mill must share one.
+        """
+        measured = np.log(rows[list(DESCRIPTORS)].to_numpy(float))
+        fills, sizes = self._at_one_hertz()
+        ends = np.log(np.array(self.speeds_rpm) / 60)
+        slack, widest = np.log1p(tolerance), np.full(len(rows), np.inf)
+        texts = [""] * len(rows)
+        for diameter, size in zip(self.diameters_mm, sizes, strict=True):
+            # (rows, fills, 3): the interval of ln(speed) that each descriptor leaves.
+            low = (measured[:, None, :] - size["upper"] - slack) / POWERS_OF_SPEED
+            high = (measured[:, None, :] - size["lower"] + slack) / POWERS_OF_SPEED
+            gap = np.maximum(low.max(axis=2), ends[0] - slack) - np.minimum(high.min(axis=2), ends[1] + slack)
+            nearest = gap.argmin(axis=1)
+            for row, place in enumerate(nearest):
+                if gap[row, place] >= widest[row]:
+                    continue
+                widest[row] = gap[row, place]
+                means = 60 * np.exp((measured[row] - size["value"][place]) / POWERS_OF_SPEED)
+                told = ", ".join(f"{name} {rpm:.0f}" for name, rpm in zip(DESCRIPTORS, means, strict=True))
+                texts[row] = (
+                    f"descriptors that {self.name} does not have at once: at its nearest fill ratio, "
+                    f"{fills[place]:.2f} with {diameter:g} mm balls, they mean speeds [rpm] of {told}; "
+                    f"its speeds are {self.speeds_rpm[0]:.0f} to {self.speeds_rpm[1]:.0f}"
+                )
+        # Texts of one row are joined by semicolons.
+        return [text.replace(";", ",") if gap > 0 else "" for text, gap in zip(texts, widest, strict=True)]
+
+
+def nearest_correlation(model: AveragedModel, known: pd.DataFrame, rows: pd.DataFrame) -> np.ndarray:
+    """Largest correlation (m,) [-] of the yield at each row with that at a training row, by the model's length scales.
+
+    known: the training rows; rows: m rows with the six conditions. sum_k w_k exp(-1/2 sum_j (x_j - x_j')^2 / l_kj^2)
+    over the members k with the weights w_k, the largest over the training rows: 1 at a training row, 0 far from all.
+    """
+    new, old = describe(rows).to_numpy(), describe(known).to_numpy()
+    total = np.zeros((len(new), len(old)))
+    for member, weight in zip(model.members, model.weights, strict=True):
+        lengths = np.exp(member.process.logs[: len(INPUTS)])
+        scaled = [member.standard(inputs) / lengths for inputs in (new, old)]
+        total += weight * np.exp(-0.5 * ((scaled[0][:, None, :] - scaled[1][None, :, :]) ** 2).sum(axis=2))
+    return total.max(axis=1)
+
+
+def correlation_warnings(model: AveragedModel, known: pd.DataFrame, rows: pd.DataFrame, smallest: float) -> list[str]:
+    """For each row whether its yield is correlated less than `smallest` [-] with every run; empty where it is not."""
+    return [
+        f"correlation = {value:.2f} with the yield of the nearest run is below {smallest:g}" if value < smallest else ""
+        for value in nearest_correlation(model, known, rows)
+    ]

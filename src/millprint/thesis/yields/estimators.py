@@ -1,0 +1,147 @@
+"""The Gaussian process of thesis Eqs 5.5 to 5.10, and a line with errors."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dtrtri
+from scipy.optimize import minimize
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
+from sklearn.linear_model import LinearRegression
+
+from millprint.config.yields import Choices, TrainingConfig
+from millprint.thesis.yields.structured import Pairs
+
+# Added to the variance of each row, in the units of the target squared, as scikit-learn does by default.
+JITTER = 1e-10
+
+
+@dataclass(frozen=True)
+class MarginalLikelihood:
+    """The marginal likelihood, Eq. 5.10, of the kernel C * Matern(nu = 1.5) + noise.
+
+    squares: squared differences of the rows in each feature (k, n * n), or their sum (1, n * n) for one length scale;
+    target: (n,). scikit-learn's own differs only by rounding; for some twenty rows, it spends nearly all of its time in
+    kernels that build and check themselves again at every step.
+    """
+
+    squares: np.ndarray
+    target: np.ndarray
+
+    @classmethod
+    def of(cls, inputs: np.ndarray, target: np.ndarray, shared: bool) -> "MarginalLikelihood":
+        """That of inputs (n, k) and a target (n,); shared: whether all features have one length scale."""
+        squares = Pairs.of(inputs, inputs).squares.reshape(inputs.shape[1], -1)
+        return cls(squares.sum(axis=0, keepdims=True) if shared else squares, target)
+
+    def negative_log(self, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        """-log p(y) and its gradient in theta, the logarithms of factor, length scales and noise."""
+        factor, scales, noise = np.exp(theta[0]), np.exp(-2 * theta[1:-1]), np.exp(theta[-1])
+        target, rows = self.target, len(self.target)
+        scaled = self.squares * scales[:, None]
+        root = np.sqrt(3 * scaled.sum(axis=0))
+        decay = factor * np.exp(-root)
+        smooth = (1 + root) * decay
+        covariance = smooth.copy()
+        covariance[:: rows + 1] += noise + JITTER
+        # LAPACK itself: what surrounds it in numpy and scipy takes longer than the twenty rows.
+        lower, failed = dpotrf(covariance.reshape(rows, rows), lower=1, clean=1)
+        if failed:
+            return np.inf, np.zeros_like(theta)
+        half = dtrtri(lower, lower=1)[0]
+        inverse = half.T @ half
+        weights = inverse @ target
+        value = -0.5 * target @ weights - np.log(lower.diagonal()).sum() - 0.5 * rows * np.log(2 * np.pi)
+        slope = 0.5 * (weights[:, None] * weights - inverse)
+        flat = slope.ravel()
+        # d k / d ln l_j = 3 C exp(-r) d_j^2 / l_j^2, with r^2 = 3 sum_j d_j^2 / l_j^2.
+        by_length = scaled @ (3 * decay * flat)
+        return -value, -np.concatenate([[smooth @ flat], by_length, [noise * slope.trace()]])
+
+
+class GaussianProcess:
+    """scikit-learn's process of zero mean at the largest marginal likelihood that is reached from some starts.
+
+    kernel: C * Matern(nu = 1.5) + noise, with its bounds; starts: (s, h) logarithms of its hyper-parameters. The
+    likelihood has several maxima: from a single start its maximisation may end at a low one.
+    """
+
+    def __init__(self, kernel: Kernel, starts: Sequence[np.ndarray]):
+        self.kernel, self.starts = kernel, starts
+        self.process = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=None)
+
+    def fit(self, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
+        """Fit on inputs (n, k) and a target (n,)."""
+        likelihood = MarginalLikelihood.of(inputs, target, shared=len(self.kernel.theta) == 3)
+        found = [
+            minimize(likelihood.negative_log, start, jac=True, method="L-BFGS-B", bounds=self.kernel.bounds)
+            for start in self.starts
+        ]
+        return self.condition(min(found, key=lambda each: each.fun).x, inputs, target)
+
+    def condition(self, logs: np.ndarray, inputs: np.ndarray, target: np.ndarray) -> "GaussianProcess":
+        """The process of known logarithms of the hyper-parameters on inputs (n, k) and a target (n,)."""
+        process = GaussianProcessRegressor(self.kernel.clone_with_theta(logs), alpha=JITTER, optimizer=None)
+        self.process = process.fit(inputs, target)
+        return self
+
+    @property
+    def logs(self) -> np.ndarray:
+        """Logarithms of the fitted factor, length scales and noise."""
+        return self.process.kernel_.theta
+
+    def predict(self, inputs: np.ndarray) -> np.ndarray:
+        """Mean (m,) at inputs (m, k), Eq. 5.8."""
+        return self.process.predict(inputs)
+
+    def deviation(self, inputs: np.ndarray) -> np.ndarray:
+        """Standard deviation (m,) of a measurement at inputs (m, k): Eq. 5.9, noise included."""
+        return self.process.predict(inputs, return_std=True)[1]
+
+    def mean_deviation(self, inputs: np.ndarray) -> np.ndarray:
+        """The same without the noise."""
+        return np.sqrt(np.maximum(self.deviation(inputs) ** 2 - self.process.kernel_.k2.noise_level, 0))
+
+
+def matern_kernel(start: dict[str, float], columns: int, choices: Choices) -> Kernel:
+    """C * Matern(nu = 1.5) + white noise, Eqs 5.5 and 5.6; columns: number of features.
+
+    start: constant [pp2], length_scale [standard deviations] and noise [pp2].
+    """
+    shared = choices.length_scales == "shared"
+    lengths = start["length_scale"] if shared else np.full(columns, start["length_scale"])
+    bounds = tuple(choices.kernel_bounds)
+    smooth = ConstantKernel(start["constant"], bounds) * Matern(lengths, bounds, nu=1.5)
+    return smooth + WhiteKernel(start["noise"], bounds)
+
+
+def gaussian_process(parameters: dict[str, float], columns: int, training: TrainingConfig) -> GaussianProcess:
+    """The process, not fitted yet; parameters: where its maximisation starts, as `matern_kernel` takes it.
+
+    Without parameters it starts several times, at places that are drawn uniformly within Table 5.2.
+    """
+    generator, space = np.random.default_rng(training.seed), training.spaces.gpr
+    drawn = [
+        {name: generator.uniform(*getattr(space, name)) for name in ("constant", "length_scale", "noise")}
+        for _ in range(training.kernel_starts)
+    ]
+    kernels = [matern_kernel(start, columns, training.choices) for start in ([parameters] if parameters else drawn)]
+    return GaussianProcess(kernels[0], [kernel.theta for kernel in kernels])
+
+
+class LeastSquares(LinearRegression):
+    """scikit-learn's least squares, with the covariance of its line."""
+
+    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: None = None) -> "LeastSquares":
+        """Fit on inputs (n, k) and a target (n,)."""
+        super().fit(X, y)
+        design = np.column_stack([np.ones(len(X)), X])
+        errors = y - self.predict(X)
+        self.covariance_ = np.linalg.pinv(design.T @ design) * (errors @ errors) / max(len(X) - design.shape[1], 1)
+        return self
+
+    def mean_deviation(self, inputs: np.ndarray) -> np.ndarray:
+        """Standard deviation (m,) of the line at inputs (m, k), without the scatter of a measurement."""
+        design = np.column_stack([np.ones(len(inputs)), inputs])
+        return np.sqrt(np.einsum("ij,jk,ik->i", design, self.covariance_, design))

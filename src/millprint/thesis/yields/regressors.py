@@ -1,0 +1,347 @@
+"""The regressors: one record each, which holds everything that depends on which regressor it is.
+
+To add one: its record here, and in millprint.config.regressors its fields in `Spaces` and `Evaluations`, or its name in
+`UNTUNED` if it has no hyper-parameters to search; then `make reference`. Snakemake reads this module with the
+Snakefile, so a library is imported only where it is used.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from millprint.config import regressors as spaces
+from millprint.config.yields import Choices, TrainingConfig
+
+if TYPE_CHECKING:
+    import numpy as np
+
+PRIMARY, TWO_STEP = "primary", "two_step"
+# The averaged Gaussian process (millprint.thesis.yields.averaging), which averages many fits and is not a regressor.
+AVERAGED = "averaged_gpr"
+# The yields of the training rows as the prediction for every condition: the reference of all scores.
+CLIMATOLOGY = "climatology"
+SEARCH_SEED, RESIDUAL_WEIGHTS = "search_seed", "residual_weights"
+
+Parameters = dict[str, Any]
+# Predicts the held-out rows (m,) [pp] of a fold, by its number, for some hyper-parameters.
+FoldPredictor = Callable[[int, Parameters], "np.ndarray"]
+
+
+def _keep_nothing(estimator: Any) -> dict:
+    return {}
+
+
+def _fit_again(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    return estimator.fit(inputs, target)
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """What the yield models, their files, tables and figures need to know about a regressor.
+
+    title: its name in figures.
+    settled: how the choices that the thesis leaves open were settled, for the report.
+    make(parameters, columns, training, threads): an estimator like those of scikit-learn, not fitted yet; parameters:
+    by their names in the search space; columns: number of features.
+    space: its search space; None for one without hyper-parameters.
+    scaled: whether its features are standardised (Eq. 5.2).
+    forest: whether it is a mean over `n_estimators` trees that do not depend on each other.
+    two_step: whether it also makes a model of two steps, first on time and then on the rest (Sec. 5.2.5).
+    primary_features(choices): the features of its single step; None for all of them.
+    choices: the open choices that affect it (keys of millprint.thesis.yields.choices.ALTERNATIVES).
+    keep(estimator): what its file stores of a fit; restore(estimator, kept, inputs, target): the fitted estimator from
+    that and from the training rows, inputs (n, k) and target (n,). Without them it is fitted again, which is exact.
+    explain(estimator, inputs): SHAP values (n, k) [pp] and the mean prediction [pp]; None if it cannot be explained.
+    deviation(estimator, inputs): standard deviation (n,) [pp] of a measurement; None if it gives no distribution.
+    mean_deviation(estimator, inputs): the same of what is predicted, without the scatter of a measurement.
+    fitted(estimator, features): the hyper-parameters that the fit has determined, by name.
+    fold_predictor(inputs, target, folds, training): a faster cross-validation than a fit for each evaluation.
+    """
+
+    title: str
+    settled: str
+    make: Callable[[Parameters, int, TrainingConfig, int], Any]
+    space: type[spaces.SearchSpace] | None = None
+    scaled: bool = False
+    forest: bool = False
+    two_step: bool = True
+    primary_features: Callable[[Choices], Sequence[str]] | None = None
+    choices: tuple[str, ...] = ()
+    keep: Callable[[Any], dict] = _keep_nothing
+    restore: Callable[[Any, dict, np.ndarray, np.ndarray], Any] = _fit_again
+    explain: Callable[[Any, np.ndarray], tuple[np.ndarray, float]] | None = None
+    deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
+    mean_deviation: Callable[[Any, np.ndarray], np.ndarray] | None = None
+    fitted: Callable[[Any, Sequence[str]], dict[str, float]] | None = None
+    fold_predictor: Callable[[np.ndarray, np.ndarray, list, TrainingConfig], FoldPredictor] | None = None
+
+    @property
+    def strategies(self) -> tuple[str, ...]:
+        """The strategies of its models."""
+        return (PRIMARY, TWO_STEP) if self.two_step else (PRIMARY,)
+
+
+def _make_linear(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.thesis.yields.estimators import LeastSquares
+
+    return LeastSquares()
+
+
+def _keep_linear(estimator: Any) -> dict:
+    return {"coefficients": estimator.coef_.tolist(), "intercept": float(estimator.intercept_)}
+
+
+def _restore_linear(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    import numpy as np
+
+    estimator.fit(inputs, target)
+    estimator.coef_, estimator.intercept_ = np.array(kept["coefficients"]), kept["intercept"]
+    return estimator
+
+
+def _make_gpr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.thesis.yields.estimators import gaussian_process
+
+    return gaussian_process(parameters, columns, training)
+
+
+def _keep_gpr(estimator: Any) -> dict:
+    return {"log_kernel_parameters": estimator.logs.tolist()}
+
+
+def _restore_gpr(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    import numpy as np
+
+    return estimator.condition(np.array(kept["log_kernel_parameters"]), inputs, target)
+
+
+def _own_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    return estimator.deviation(inputs)
+
+
+def _own_mean_deviation(estimator: Any, inputs: np.ndarray) -> np.ndarray:
+    return estimator.mean_deviation(inputs)
+
+
+def _fitted_kernel(estimator: Any, features: Sequence[str]) -> dict[str, float]:
+    """The fitted hyper-parameters of a kernel; length scales in standard deviations of their feature."""
+    import numpy as np
+
+    constant, *lengths, noise = np.exp(estimator.logs).tolist()
+    names = features if len(lengths) == len(features) else ("all",)
+    return {
+        "fitted_constant": constant,
+        **{f"fitted_length_scale.{name}": length for name, length in zip(names, lengths, strict=True)},
+        "fitted_noise": noise,
+    }
+
+
+def _make_forest(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.thesis.yields.forests import Forest
+
+    return Forest(**parameters, max_features=float(training.choices.max_features), seed=training.seed)
+
+
+def _forest_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
+    from millprint.thesis.yields.forests import ForestFold
+
+    trees, share = training.spaces.rf.n_estimators[1], float(training.choices.max_features)
+    forests = [
+        ForestFold(inputs[kept], target[kept], inputs[held], share, training.seed, trees) for kept, held in folds
+    ]
+    return lambda fold, parameters: forests[fold].predict(**parameters)
+
+
+def _explain_trees(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    import numpy as np
+
+    # The colour maps of shap warn of a future matplotlib.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PendingDeprecationWarning)
+        from shap import TreeExplainer
+    explainer = TreeExplainer(estimator)
+    return explainer.shap_values(inputs), float(np.ravel(explainer.expected_value)[0])
+
+
+def _explain_forest(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    """The mean over the trees: SHAP values of a sum are sums."""
+    import numpy as np
+
+    values, bases = zip(*(_explain_trees(tree, inputs) for tree in estimator.trees), strict=True)
+    return np.mean(values, axis=0), float(np.mean(bases))
+
+
+def _make_extra_trees(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.ensemble import ExtraTreesRegressor
+
+    share = float(training.choices.max_features)
+    return ExtraTreesRegressor(**parameters, max_features=share, random_state=training.seed, n_jobs=threads)
+
+
+def _make_svr(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from sklearn.svm import SVR
+
+    return SVR(kernel="rbf", **parameters)
+
+
+def _boosting(parameters: Parameters, training: TrainingConfig, threads: int) -> Parameters:
+    """The parameters of XGBRegressor."""
+    return {**parameters, "random_state": training.seed, "n_jobs": threads}
+
+
+def _make_xgb(parameters: Parameters, columns: int, training: TrainingConfig, threads: int) -> Any:
+    from millprint.thesis.yields.boosting import Boosting
+
+    return Boosting(**_boosting(parameters, training, threads))
+
+
+def _boosting_folds(inputs: np.ndarray, target: np.ndarray, folds: list, training: TrainingConfig) -> FoldPredictor:
+    from millprint.thesis.yields.boosting import BoostingFold
+
+    fits = [BoostingFold(inputs[kept], target[kept], inputs[held]) for kept, held in folds]
+    return lambda fold, parameters: fits[fold].predict(_boosting(parameters, training, threads=1))
+
+
+def _keep_xgb(estimator: Any) -> dict:
+    return {"booster": estimator.booster.save_raw("json").decode()}
+
+
+def _restore_xgb(estimator: Any, kept: dict, inputs: np.ndarray, target: np.ndarray) -> Any:
+    estimator.booster.load_model(bytearray(kept["booster"], "utf-8"))
+    return estimator
+
+
+def _explain_xgb(estimator: Any, inputs: np.ndarray) -> tuple[np.ndarray, float]:
+    """By XGBoost's own implementation of the same algorithm, which knows its base score exactly."""
+    from xgboost import DMatrix
+
+    values = estimator.booster.predict(DMatrix(inputs), pred_contribs=True)
+    return values[:, :-1].astype(float), float(values[0, -1])
+
+
+# What every Gaussian process of Eqs 5.5 to 5.10 has, however its start is found.
+OF_A_PROCESS: dict[str, Any] = {
+    "scaled": True,
+    "choices": ("length_scales", "kernel_bounds"),
+    "keep": _keep_gpr,
+    "restore": _restore_gpr,
+    "deviation": _own_deviation,
+    "mean_deviation": _own_mean_deviation,
+    "fitted": _fitted_kernel,
+}
+REGRESSORS = {
+    "linear": Regressor(
+        title="linear",
+        settled="Least squares on three features; found by its printed row, as is the split.",
+        make=_make_linear,
+        scaled=True,
+        two_step=False,
+        primary_features=lambda choices: choices.linear_features,
+        choices=("linear_features",),
+        keep=_keep_linear,
+        restore=_restore_linear,
+        mean_deviation=_own_mean_deviation,
+    ),
+    "gpr": Regressor(
+        title="GPR",
+        settled="The search sets where the marginal likelihood starts, with a length scale for each feature; both read "
+        "off the printed row.",
+        make=_make_gpr,
+        space=spaces.GprSpace,
+        **OF_A_PROCESS,
+    ),
+    "rf": Regressor(
+        title="random forest",
+        settled="Every node sees the share of features in yields.training.choices; one seed for everything, not "
+        "chosen.",
+        make=_make_forest,
+        space=spaces.RfSpace,
+        forest=True,
+        choices=("max_features", "seed"),
+        explain=_explain_forest,
+        fold_predictor=_forest_folds,
+    ),
+    "svr": Regressor(
+        title="SVR",
+        settled="One seed for everything, not chosen.",
+        make=_make_svr,
+        space=spaces.SvrSpace,
+        scaled=True,
+    ),
+    "xgb": Regressor(
+        title="XGBoost",
+        settled="One seed for everything, not chosen; choices.tsv shows what other seeds of the trees do.",
+        make=_make_xgb,
+        space=spaces.XgbSpace,
+        choices=("seed",),
+        keep=_keep_xgb,
+        restore=_restore_xgb,
+        explain=_explain_xgb,
+        fold_predictor=_boosting_folds,
+    ),
+    "extra_trees": Regressor(
+        title="extra trees",
+        settled="Not of the thesis. Every node sees the share of features in yields.training.choices.",
+        make=_make_extra_trees,
+        space=spaces.ExtraTreesSpace,
+        forest=True,
+        choices=("max_features", "seed"),
+        explain=_explain_trees,
+    ),
+    "gpr_starts": Regressor(
+        title="GPR, several starts",
+        settled="Not of the thesis. Nothing is searched: of several starts within Table 5.2, the one that ends at the "
+        "largest marginal likelihood.",
+        make=_make_gpr,
+        **OF_A_PROCESS,
+    ),
+}
+# Names of the models in figures.
+TITLES = {name: record.title for name, record in REGRESSORS.items()} | {
+    AVERAGED: "averaged GPR",
+    CLIMATOLOGY: "climatology",
+}
+
+
+def regressor(name: str) -> Regressor:
+    """The record of a regressor. Raises ValueError for an unknown name."""
+    if name not in REGRESSORS:
+        raise ValueError(f"{name!r}: no such regressor; known: {', '.join(REGRESSORS)}")
+    return REGRESSORS[name]
+
+
+def models_of(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Regressor and strategy of every model of the named regressors, in order. Raises ValueError for an unknown one."""
+    return [(name, strategy) for name in names for strategy in regressor(name).strategies]
+
+
+# The nine models of Table 5.6.
+MODELS = models_of(spaces.TABLE_5_6)
+
+
+def searched_again(choices: Sequence[str], models: Sequence[tuple[str, str]] = MODELS) -> list[tuple[str, str, str]]:
+    """Regressor, strategy and choice of every model that is searched again with another value of some choices.
+
+    Another seed affects every tuned model, other weights of the residuals the tuned ones of two steps. Raises
+    KeyError for any other choice.
+    """
+    affected = {
+        SEARCH_SEED: [(name, strategy) for name, strategy in models if regressor(name).space],
+        RESIDUAL_WEIGHTS: [
+            (name, strategy) for name, strategy in models if strategy == TWO_STEP and regressor(name).space
+        ],
+    }
+    return [(*model, choice) for choice in choices for model in affected[choice]]
+
+
+def otherwise(settings: TrainingConfig, choice: str) -> TrainingConfig:
+    """The settings with another value of a choice that a search depends on. Raises ValueError for any other."""
+    if choice == SEARCH_SEED:
+        return settings.model_copy(update={"seed": settings.seed + 1})
+    if choice == RESIDUAL_WEIGHTS:
+        other = {"yield": "residual", "residual": "yield"}[settings.choices.residual_weights]
+        return settings.model_copy(update={"choices": settings.choices.model_copy(update={choice: other})})
+    raise ValueError(f"{choice!r}: not a choice that a search depends on")

@@ -1,0 +1,251 @@
+"""Set-ups 4 and 7: drums in which a bed of balls flows, from the snapshots of their simulations."""
+
+import logging
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.geometry import CylinderGeometry
+from millprint.config.mill import MillConfig
+from millprint.config.setups.drums import BeadDrumConfig, DrumOfBallsConfig, ReposeDrumConfig
+from millprint.config.sweep import Case, expand_sweep
+from millprint.dem.layout import SNAPSHOT
+from millprint.dem.simulation import Simulation
+from millprint.errors import ConfigError
+from millprint.mill.kernel_columns import span_of
+from millprint.run.hdf5 import open_hdf5
+from millprint.validation.flowing_bed import Surface, block_uncertainty, fit_surface, speed_profile, zero_place
+from millprint.validation.inputs import Inputs
+from millprint.validation.predictions import BLOCKS, CONTACT, SCATTER, prediction
+
+logger = logging.getLogger("millprint")
+
+# Both drums turn about y.
+ACROSS = [0, 2]
+SPEED, ANGLE, ZERO = "speed down the slope", "angle of the surface", "place at which the speed is zero"
+REPOSE = "angle of repose"
+TURNING, SHORT = "turning with the drum", "shorter slice"
+# Places at which the speed is predicted, in addition to the measured ones, in a ball diameter.
+PLACES_PER_DIAMETER = 1
+# The parameters that are varied, and whether in their logarithm.
+VARIED = {"restitution": False, "static_friction": False, "rolling_friction": True}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Balls of a drum at t times: places and velocities (t, n, 2) across the axis [m], [m/s], and its radius [m]."""
+
+    places: np.ndarray
+    velocities: np.ndarray
+    radius: float
+
+    def blocks(self, count: int) -> list["Motion"]:
+        """The motion in consecutive parts of about equal length."""
+        parts = np.array_split(np.arange(len(self.places)), count)
+        return [Motion(self.places[part], self.velocities[part], self.radius) for part in parts]
+
+    def surface(self, settings: DrumOfBallsConfig) -> Surface:
+        """The free surface, of all times together."""
+        half_width = settings.surface_share * self.radius
+        return fit_surface(self.places.reshape(-1, 2), half_width, settings.ball_diameter_mm * 1e-3)
+
+
+def read_motion(path: Path, radius: float) -> Motion:
+    """The motion in the snapshots of a run. Raises ConfigError for a damaged file."""
+    with open_hdf5(path) as file:
+        group = file["snapshots"]
+        return Motion(group["position_m"][..., ACROSS], group["velocity_m_s"][..., ACROSS], radius)
+
+
+def _drum(inputs: Inputs) -> tuple[MillConfig, CylinderGeometry]:
+    """The mill and its shape. Raises ConfigError for one that is not a cylinder about y."""
+    mill = inputs.mill
+    if mill is None or not isinstance(mill.geometry, CylinderGeometry) or mill.geometry.axis != "y":
+        raise ConfigError(f"validation: mill {inputs.settings.mill}: must be a cylinder about the axis y")
+    return mill, mill.geometry
+
+
+def _radius(inputs: Inputs) -> float:
+    return _drum(inputs)[1].radius_mm * 1e-3
+
+
+def _single(inputs: Inputs, quantity: str) -> str:
+    """The id of a measured single number, empty if there is none."""
+    return next(iter(inputs.ids_of(quantity).values()), "")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What a run of set-up 4 gives: surface angle [deg], speeds (k,) [m/s] at places, and the place of speed 0 [m]."""
+
+    angle_deg: float
+    speeds: np.ndarray
+    zero: float
+
+    @property
+    def values(self) -> np.ndarray:
+        """All numbers in one row: angle, place of speed 0, speeds."""
+        return np.array([self.angle_deg, self.zero, *self.speeds])
+
+
+def measure(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface | None = None) -> Profile:
+    """The profile at places that rise (k,) [m], in the frame of the motion's own surface or of a given one."""
+    own = motion.surface(settings)
+    half_width, half_height = (
+        share * settings.ball_diameter_mm * 1e-3
+        for share in (settings.half_width_diameters, settings.half_height_diameters)
+    )
+    places, velocities = (values.reshape(-1, 2) for values in (motion.places, motion.velocities))
+    speeds = speed_profile(places, velocities, surface or own, depths, half_width, half_height)
+    return Profile(own.angle_deg, speeds, zero_place(depths, speeds))
+
+
+def _block_scatter(motion: Motion, depths: np.ndarray, settings: BeadDrumConfig, surface: Surface) -> np.ndarray:
+    """Half the interval of each of `Profile.values` by the scatter of blocks of time, in one frame."""
+    blocks = motion.blocks(settings.blocks)
+    return block_uncertainty(np.array([measure(block, depths, settings, surface).values for block in blocks]))
+
+
+def predict_bead_drum(inputs: Inputs) -> pd.DataFrame:
+    """Set-up 4: angle of the surface, speed over depth about the axis, and where the speed is zero, from two slices.
+
+    The long slice predicts, in the frame of its own surface. Its interval is that of blocks of time, and beyond it on
+    each side what the other contact sets change in the short slice.
+    """
+    settings: BeadDrumConfig = inputs.settings
+    radius, diameter = _radius(inputs), settings.ball_diameter_mm * 1e-3
+    paths = {(case.mill, case.contact): path for path, case in inputs.cases.items()}
+    long = read_motion(inputs.runs / paths[settings.mill, settings.contact] / "run.h5", radius)
+    surface = long.surface(settings)
+    spaced = np.arange(-radius + diameter / 2, surface.height_m, diameter / PLACES_PER_DIAMETER)
+    depths = np.union1d(spaced, inputs.places_of(SPEED))
+    found = measure(long, depths, settings).values
+    scatter = _block_scatter(long, depths, settings, surface)
+    shorts = {
+        contact: read_motion(inputs.runs / paths[settings.short_mill, contact] / "run.h5", radius)
+        for contact in settings.contact_names
+    }
+    short = {contact: measure(motion, depths, settings).values for contact, motion in shorts.items()}
+    same = shorts[settings.contact]
+    short_scatter = _block_scatter(same, depths, settings, same.surface(settings))
+    changes = np.array([values - short[settings.contact] for values in short.values()])
+    # A place that the surface of one bed does not reach tells nothing of its parameters.
+    lower, upper = np.fmin.reduce([*changes, 0 * found]), np.fmax.reduce([*changes, 0 * found])
+    spread = np.nan_to_num(scatter)
+    low, high = found + np.nan_to_num(lower) - spread, found + np.nan_to_num(upper) + spread
+    for contact, values in short.items():
+        logger.info("slice of %s, %s: angle %.2f deg, speed 0 at %.4f m", settings.short_mill, contact, *values[:2])
+    logger.info("slice of %s: angle %.2f deg +- %.2f, speed 0 at %.4f m", settings.mill, found[0], scatter[0], found[1])
+
+    interval = f"{BLOCKS} and {CONTACT}" if len(short) > 1 else BLOCKS
+
+    def rows_of(place: int, quantity: str, unit: str, id: str, x: float = math.nan) -> list[dict]:
+        """The rows of one number: of the long slice, of the short one, and of the short one with the other sets."""
+        other = short[settings.contact][place]
+        return [
+            prediction(
+                quantity, unit, found[place], id=id, x=x, lower=low[place], upper=high[place], interval=interval
+            ),
+            prediction(
+                quantity, unit, other, id=id, x=x, lower=other - short_scatter[place],
+                upper=other + short_scatter[place], interval=BLOCKS, model=SHORT,
+            ),
+            *(
+                prediction(quantity, unit, short[name][place], id=id, x=x, model=f"{SHORT}, {name}")
+                for name in settings.further_contacts
+            ),
+        ]  # fmt: skip
+
+    ids, omega = inputs.ids_of(SPEED), settings.speed_rpm * math.pi / 30
+    rows = [
+        *rows_of(0, ANGLE, "deg", _single(inputs, ANGLE)),
+        *rows_of(1, ZERO, "m", _single(inputs, ZERO)),
+    ]
+    for place, depth in enumerate(depths.tolist(), start=2):
+        if not math.isnan(found[place]):
+            id = ids.get(depth, "")
+            rows += rows_of(place, SPEED, "m/s", id, depth)
+            rows.append(prediction(SPEED, "m/s", omega * depth, id=id, x=depth, model=TURNING))
+    return pd.DataFrame(rows)
+
+
+def slab_of_bed(path: Path, thickness: float) -> pd.DataFrame:
+    """The balls of the last snapshot in the middle of a drum: x, z [m] and speed [m/s] across its axis.
+
+    thickness: of the slab along the axis [m]. Raises ConfigError for a damaged file.
+    """
+    with open_hdf5(path) as file:
+        position, velocity = (file["snapshots"][name][-1] for name in ("position_m", "velocity_m_s"))
+    inside = np.abs(position[:, 1] - position[:, 1].mean()) < thickness / 2
+    (x, z), speed = position[inside][:, ACROSS].T, np.linalg.norm(velocity[inside][:, ACROSS], axis=1)
+    return pd.DataFrame({"x_m": x, "z_m": z, "speed_m_s": speed})
+
+
+def sample_contacts(contact: ContactConfig, settings: ReposeDrumConfig) -> list[ContactConfig]:
+    """Contact sets with parameters drawn from the intervals of the settings by a Latin hypercube, the seed fixed."""
+    # Slow to import, and every set-up imports this module.
+    from scipy.stats import qmc
+
+    draws = qmc.LatinHypercube(len(VARIED), rng=0).random(settings.samples)
+    changed = []
+    for draw in draws:
+        update = {}
+        for (name, in_logarithm), share in zip(VARIED.items(), draw, strict=True):
+            low, high = getattr(settings, name)
+            update[name] = low * (high / low) ** share if in_logarithm else low + (high - low) * share
+        changed.append(contact.model_copy(update=update))
+    return changed
+
+
+def _slice_angle(inputs: Inputs, case: Case, contact: ContactConfig, title: str) -> float:
+    """Angle of the surface in a slice with smooth ends [deg], simulated here."""
+    settings: ReposeDrumConfig = inputs.settings
+    whole, shape = _drum(inputs)
+    geometry = shape.model_copy(update={"height_mm": settings.slice_mm, "smooth_ends": True})
+    volume_ml = whole.volume_ml * settings.slice_mm / shape.height_mm
+    mill = whole.model_copy(update={"geometry": geometry, "volume_ml": volume_ml})
+    recording = Simulation(case, mill, contact, inputs.dem).run(title)
+    balls = np.concatenate(recording.snapshots)
+    places, velocities = (
+        balls[..., span_of(columns)][..., ACROSS] for columns in (SNAPSHOT.position_m, SNAPSHOT.velocity_m_s)
+    )
+    return Motion(places, velocities, _radius(inputs)).surface(settings).angle_deg
+
+
+def predict_repose_drum(inputs: Inputs) -> pd.DataFrame:
+    """Set-up 7: the angle of the surface in the whole drum, the mean of its seeds.
+
+    Its interval is that of the seeds and, beyond it on each side, the largest change that other contact parameters make
+    in a slice.
+    """
+    settings: ReposeDrumConfig = inputs.settings
+    motions = [read_motion(inputs.runs / path / "run.h5", _radius(inputs)) for path in inputs.cases]
+    angles = np.array([motion.surface(settings).angle_deg for motion in motions])
+    blocks = [[part.surface(settings).angle_deg for part in motion.blocks(settings.blocks)] for motion in motions]
+    # Two seeds say little about their scatter; the blocks of time of all add to it.
+    scatter = float(block_uncertainty(np.concatenate(blocks)))
+    case = next(iter(expand_sweep(settings.sweeps[0], inputs.dem, settings.mill)))
+    base = _slice_angle(inputs, case, inputs.contact, "slice")
+    changes = [0.0]
+    for number, contact in enumerate(sample_contacts(inputs.contact, settings), start=1):
+        angle = _slice_angle(inputs, case, contact, f"slice {number} of {settings.samples}")
+        changes.append(angle - base)
+        logger.info(
+            "slice with restitution %.2f, friction %.2f, rolling friction %.3f: %.2f deg",
+            *(getattr(contact, name) for name in VARIED), angle,
+        )  # fmt: skip
+    found, id = float(angles.mean()), _single(inputs, REPOSE)
+    logger.info("whole drum: %s deg; slice with smooth ends: %.2f deg", np.round(angles, 2).tolist(), base)
+    return pd.DataFrame(
+        [
+            prediction(
+                REPOSE, "deg", found, id=id, lower=found + min(changes) - scatter, upper=found + max(changes) + scatter,
+                interval=f"{SCATTER} and {CONTACT}",
+            ),
+            prediction(REPOSE, "deg", base, id=id, model="slice without ends"),
+        ]
+    )  # fmt: skip

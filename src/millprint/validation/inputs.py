@@ -1,0 +1,80 @@
+"""What a set-up predicts from."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from millprint.config.contact import ContactConfig
+from millprint.config.mill import MillConfig
+from millprint.config.sweep import Case, DemConfig
+from millprint.run.files import read_json, read_table
+from millprint.run.tables import Number, Text, read_measured
+
+PLACE_COLUMNS = ("id", "quantity", "unit", "x")
+OTHER_CODES: list[Number | Text] = [
+    Text("mill"),
+    Text("contact"),
+    Text("code"),
+    Number("speed_rpm", 0, above=True),
+    Number("balls", 1),
+    Number("power_W", 0, above=True),
+]
+
+
+def read_other_codes(path: str | Path) -> pd.DataFrame:
+    """Power of tumbling mills by other DEM codes, a row a speed. Raises ConfigError as `read_measured`."""
+    return read_measured(path, OTHER_CODES, fewest_rows=0)
+
+
+def _no_codes() -> pd.DataFrame:
+    return pd.DataFrame(columns=[column.name for column in OTHER_CODES])
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a prediction may use; of what was measured it is given the places x only.
+
+    settings: the section of the set-up, of its own class; mill: None without one; contacts: by name, the one that
+    predicts first; cases: the simulations of its sweeps by path; runs: the folder results/dem; places: id, quantity,
+    unit and x of the measured points of this set-up, without their values; folder: of the set-up's own tables, for one
+    that simulates before it predicts; other_codes: as `read_other_codes`.
+    """
+
+    settings: Any
+    mill: MillConfig | None
+    contacts: dict[str, ContactConfig]
+    dem: DemConfig
+    cases: dict[str, Case]
+    runs: Path
+    places: pd.DataFrame
+    folder: Path = Path()
+    other_codes: pd.DataFrame = field(default_factory=_no_codes)
+
+    @property
+    def contact(self) -> ContactConfig:
+        """The contact set that predicts."""
+        return self.contacts[self.settings.contact]
+
+    def summary(self, path: str) -> dict:
+        """The summary of a case. Raises DamagedFile for one that is no JSON."""
+        return read_json(self.runs / path / "summary.json")
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A table of the set-up's own folder. Raises ConfigError as `read_table`."""
+        return read_table(self.folder / name)
+
+    def places_of(self, quantity: str) -> pd.Series:
+        """The measured places of a quantity."""
+        return self.places.loc[self.places["quantity"] == quantity, "x"].dropna()
+
+    def ids_of_single(self, quantity: str) -> str:
+        """The id of a measured number without an x; empty if it was not measured."""
+        ids = self.places.loc[self.places["quantity"] == quantity, "id"]
+        return "" if ids.empty else str(ids.iloc[0])
+
+    def ids_of(self, quantity: str) -> dict[float, str]:
+        """The ids of the measured points of a quantity by their x."""
+        points = self.places[self.places["quantity"] == quantity]
+        return dict(zip(points["x"], points["id"], strict=True))
