@@ -11,7 +11,7 @@ from millprint.explorer.simulated import EXPLORED, simulated_content
 from millprint.explorer.tables import Heat, Spectra
 from millprint.run.files import whole_file
 from millprint.run.job import job
-from millprint.thesis.yields.explorer import Yields
+from millprint.thesis.yields.explorer import explorer_yields
 
 
 def main(inputs, output: str, about: dict, others: list[dict]) -> None:
@@ -26,7 +26,7 @@ def main(inputs, output: str, about: dict, others: list[dict]) -> None:
         Machine.of_mill(MillConfig(**about["mill"])),
         list(inputs.fingerprints),
         InverseConfig(**about["request"]),
-        Yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
+        explorer_yields(inputs.yield_model, PredictionConfig(**about["prediction"]), about["level"]),
         Spectra(list(zip(inputs.spectra, inputs.summaries, strict=True)), spectra, about["own_rule"]),
         Heat(inputs.temperatures, inputs.limits, heat),
     )

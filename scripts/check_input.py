@@ -11,6 +11,7 @@ from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.workflow import WorkflowConfig
 from millprint.preflight import check_before_running
+from millprint.thesis.preflight import chapter_faults
 
 
 def main(content: dict) -> None:
@@ -19,7 +20,7 @@ def main(content: dict) -> None:
     mills = {name: MillConfig(**mill) for name, mill in content["mills"].items()}
     contacts = {name: ContactConfig(**contact) for name, contact in content["contacts"].items()}
     cases = collect_cases(config, content["source"])
-    for line in check_before_running(config, mills, contacts, cases, content["source"]):
+    for line in check_before_running(config, mills, contacts, cases, content["source"], chapter_faults):
         print(f"warning: {line}", file=sys.stderr)
 
 

@@ -4,10 +4,10 @@ import pandas as pd
 
 from millprint.config.claims import ClaimsConfig
 from millprint.fingerprint.inputs import read_summaries
-from millprint.fingerprint.redraw import draw_tables
 from millprint.run.files import read_json, write_table
 from millprint.run.job import job
 from millprint.thesis.claims.intervals import Repeated, over_draws, repeated_trainings, tabulate_intervals
+from millprint.thesis.curves.redraw import draw_tables
 
 
 def main(

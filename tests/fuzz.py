@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 
 import sys  # noqa: E402
 
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "src"))
 
 import millprint.dem.preflight as cases  # noqa: E402
 import millprint.preflight as preflight  # noqa: E402
@@ -36,6 +36,7 @@ from millprint.config.checks import load_workflow  # noqa: E402
 from millprint.config.load import read_yaml  # noqa: E402
 from millprint.config.workflow import WorkflowConfig  # noqa: E402
 from millprint.errors import ConfigError, SimulationError  # noqa: E402
+from millprint.thesis.preflight import chapter_faults  # noqa: E402
 from tests.mutations import mutate_table, mutate_yaml  # noqa: E402
 from tests.remembered import SLOW_PARTS  # noqa: E402
 
@@ -151,7 +152,7 @@ def remember_shapes() -> None:
 def plan() -> None:
     """Check the input as the Snakefile does before the first job. Raises ConfigError."""
     loaded = load_workflow(read_yaml(CONFIG), [CONFIG])
-    preflight.check_before_running(*loaded, CONFIG)
+    preflight.check_before_running(*loaded, CONFIG, chapter_faults)
 
 
 class TooSlow(BaseException):

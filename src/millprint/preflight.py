@@ -1,6 +1,6 @@
 """Checks before the first job: tables, shapes of mills, balls that fit, stable time steps."""
 
-import pandas as pd
+from collections.abc import Callable
 
 from millprint.card.cases import own_cases
 from millprint.card.inputs import check_material
@@ -8,32 +8,16 @@ from millprint.config.checks import card_experiments
 from millprint.config.contact import ContactConfig
 from millprint.config.mill import MillConfig
 from millprint.config.setups.tumbling import TumblingConfig
-from millprint.config.surrogate_cases import check_surrogate_cases
 from millprint.config.sweep import Case, overridden
 from millprint.config.validation import setup_cases
-from millprint.config.workflow import ChapterSections, WorkflowConfig
+from millprint.config.workflow import WorkflowConfig
 from millprint.dem.preflight import check_ball_size, check_mixtures, check_room, check_step_and_cost, checked_bodies
 from millprint.dose.heat_table import measured_row
 from millprint.dose.wear import read_materials
 from millprint.errors import ConfigError
-from millprint.fingerprint.cases import has_chapters, mill_cases, place_of_sweep
+from millprint.fingerprint.cases import mill_cases, place_of_sweep
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.fingerprint.speeds import SpeedSetting, check_speeds, speed_settings, speed_warnings, with_paces
-from millprint.run.tables import Text, read_measured
-from millprint.thesis.calibration.preflight import calibration_faults
-from millprint.thesis.claims.conclusions import read_conclusions
-from millprint.thesis.claims.elsewhere import read_stored
-from millprint.thesis.claims.natures import BASES, NATURES
-from millprint.thesis.curves.regimes import read_regimes
-from millprint.thesis.doe.chemistry import check_formulas
-from millprint.thesis.doe.literature import read_literature, read_reported_yields
-from millprint.thesis.doe.runs import read_runs
-from millprint.thesis.doe.wet_lab import read_wear
-from millprint.thesis.fit.preflight import fit_faults
-from millprint.thesis.yields.experiments import read_experiments
-from millprint.thesis.yields.other_runs import check_folds, read_other_runs, with_other_runs
-from millprint.thesis.yields.region import check_region
-from millprint.thesis.yields.tables import check_yield_tables, read_parts, read_rows
 from millprint.uncertainty.preflight import uncertainty_cases, uncertainty_faults
 from millprint.validation.fixed import read_fixed
 from millprint.validation.inputs import read_other_codes
@@ -47,10 +31,12 @@ def check_before_running(
     contacts: dict[str, ContactConfig],
     cases: dict[str, Case],
     source: str,
+    chapter_faults: Callable[..., list[str]] | None = None,
 ) -> list[str]:
     """Raise ConfigError with a line for each fault, for the first part with something that would make a job fail.
 
-    Returns warnings, a line each, of what is unusual but may be meant.
+    chapter_faults: `millprint.thesis.preflight.chapter_faults`, for a run that may have chapters of the thesis. Returns
+    warnings, a line each, of what is unusual but may be meant.
     """
     if config.validation.chosen:
         read_measurements(config.validation.measured, config.validation.all_setups)
@@ -96,14 +82,9 @@ def check_before_running(
         check_mixtures(group, mills, bodies, place)
     check_movie(config, source)
     check_measured_heat(config)
-    faults = [*fingerprint_faults(config, cases, source), *uncertainty_faults(config, mills, contacts, source)]
-    chapters = config.chapters
-    # Only a run with chapters needs these checks.
-    if chapters and has_chapters(config, cases):
-        check_tables(chapters, source)
-        read_materials(config.dose.wear.materials, config.dose.wear.material)
-        check_surrogate_cases(chapters.surrogate, cases, source)
-        faults += [*calibration_faults(config, mills, contacts), *fit_faults(config, mills, source)]
+    faults = [*fingerprint_faults(config, source), *uncertainty_faults(config, mills, contacts, source)]
+    if chapter_faults:
+        faults += chapter_faults(config, mills, contacts, cases, source)
     if faults:
         raise ConfigError("\n".join(faults))
     return speed_warnings(speeds)
@@ -141,46 +122,6 @@ def check_same_charges(cases: dict[str, Case], swept: dict[str, list[Case]], sou
                     f"{source}: sweeps: ball_diameters_mm: charge {name} has other balls in the sweep of mill {mill}; "
                     "give one of the two another name"
                 )
-
-
-def check_tables(config: ChapterSections, source: str) -> None:
-    """Check every measured table, and the formulas of the reaction."""
-    check_formulas(config.doe.chemistry, f"{source}: doe.chemistry")
-    read_runs(config.data.screening, config.doe.factors, positive=["bpr", "molar_ratio"])
-    read_wear(config.data.wear)
-    check_claims(config)
-    read_literature(config.doe.literature)
-    read_reported_yields(config.doe.literature_yields)
-    check_yield_tables(config.yields, config.data.screening, config.data.split, config.doe, source)
-    regimes = read_regimes(config.data.regimes)
-    check_other_sources(config, regimes, source)
-    proposals, published = config.yields.proposals, config.yields.proposals.curves == "published"
-    if published:
-        check_region(proposals.region, regimes, source)
-    if proposals.experiments:
-        runs = read_runs(config.data.screening, config.doe.factors)["case"]
-        read_experiments(proposals.experiments, regimes if published else None, [*runs.astype(str), *regimes["case"]])
-
-
-def check_claims(config: ChapterSections) -> None:
-    """Check what the claims are, what rests on them, and their verdicts on other machines."""
-    columns = [Text("id", unique=True), Text("nature", list(NATURES)), Text("basis", list(BASES))]
-    claims = read_measured(config.data.claims, columns)
-    read_conclusions(config.data.conclusions, claims["id"])
-    read_stored(config.data.verdicts)
-
-
-def check_other_sources(config: ChapterSections, regimes: pd.DataFrame, source: str) -> None:
-    """Check the table of others' runs, and that every source leaves enough runs to train on."""
-    own = pd.concat(read_parts(config.data.screening, config.data.split, config.doe.factors), ignore_index=True)
-    taken = {
-        config.data.screening: own["case"],
-        config.data.regimes: regimes["case"],
-        config.yields.out_of_domain: read_rows(config.yields.out_of_domain)["case"],
-    }
-    settings = config.yields.other_sources
-    others = read_other_runs(settings, taken, source)
-    check_folds(with_other_runs(own, others, settings.own), config.yields.honest.folds, source)
 
 
 def check_measured_heat(config: WorkflowConfig) -> None:

@@ -38,7 +38,7 @@ from millprint.thesis.curves.published import read_published
 from tests.conftest import PRINTED, ROOT
 
 CLAIMS_TSV = ROOT / "config/data/claims.tsv"
-CODE = ROOT / "src/millprint/claims"
+CODE = ROOT / "src/millprint/thesis/claims"
 
 
 @pytest.mark.parametrize(
@@ -262,7 +262,7 @@ def test_the_rule_of_a_file_names_it_among_its_outputs_and_uses_the_function(pat
     module, _, own_name = function.rpartition(".")
     found = getattr(importlib.import_module(module), own_name)
     assert f"{found.__module__}.{found.__qualname__}" == function
-    assert ROOT / f"scripts/{module.replace('.', '/')}.py" in library_files(ROOT / "scripts" / script)
+    assert ROOT / f"src/{module.replace('.', '/')}.py" in library_files(ROOT / "scripts" / script)
 
 
 def test_a_file_of_unknown_origin_is_no_source():

@@ -20,7 +20,7 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import rank_conditions
 from millprint.thesis.doe.runs import YIELD
 from millprint.thesis.yields.averaging import fit_averaged
-from millprint.thesis.yields.explorer import Yields
+from millprint.thesis.yields.explorer import explorer_yields
 from millprint.thesis.yields.model_files import load_averaged, save_averaged, training_rows
 from millprint.thesis.yields.new_conditions import range_warnings, trained_ranges
 from tests.browser import DESKTOP, PHONE, needs_browser
@@ -77,7 +77,7 @@ def run(tmp_path_factory) -> dict:
     request = InverseConfig(**read_yaml(ROOT / "config/config.yaml")["fingerprint"]["inverse"])
     request = request.model_copy(update={"ball_diameters_mm": [5.0, 10.0]})
     prediction = PredictionConfig(**section["prediction"])
-    yields = Yields(folder / "yield.json", prediction, LEVEL)
+    yields = explorer_yields(folder / "yield.json", prediction, LEVEL)
     machine = Machine("emax", "A mill <of> ours", "the jar moves", 0.07)
     content = explorer_content("test", [mill_content(machine, paths, request, yields)])
     page = folder / "explorer.html"

@@ -20,7 +20,7 @@ from millprint.run.records import read_record, record_path, report_damaged
 from millprint.run.sealed import BLOCK, seal, unsealed
 from tests.conftest import ROOT
 
-PREFACE = f"import sys; sys.path.insert(0, {str(ROOT / 'scripts')!r})\n"
+PREFACE = f"import sys; sys.path.insert(0, {str(ROOT / 'src')!r})\n"
 
 
 def python(code: str, *words: str, **options) -> subprocess.Popen:
@@ -134,7 +134,7 @@ def test_a_file_that_is_as_dated_is_not_read(recorded, monkeypatch):
 
 def test_the_check_lists_damage_in_its_status(recorded, monkeypatch, capsys):
     logs, (one, _) = recorded
-    monkeypatch.syspath_prepend(ROOT / "scripts")
+    monkeypatch.syspath_prepend(ROOT / "src")
     verify_results = importlib.import_module("verify_results")
     assert verify_results.main([str(logs.parent)]) == 0
     assert "as its job wrote it" in capsys.readouterr().out
@@ -217,7 +217,7 @@ inner = "import gc, sys; sys.path.insert(0, sys.argv[1])\\n" \\
 import subprocess
 subprocess.run([sys.executable, "-c", inner, sys.argv[1], sys.argv[2]])
 """
-    run = python(code, str(ROOT / "scripts"), str(tmp_path / "a.log"), stdout=subprocess.PIPE)
+    run = python(code, str(ROOT / "src"), str(tmp_path / "a.log"), stdout=subprocess.PIPE)
     assert run.communicate(timeout=60)[0].split() == ["True", "False", "True", "True"]
 
 

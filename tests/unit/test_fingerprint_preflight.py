@@ -9,6 +9,7 @@ import yaml
 from millprint.config.checks import load_workflow
 from millprint.fingerprint.cases import described_cases, mapped_cases
 from millprint.fingerprint.preflight import fingerprint_faults
+from millprint.thesis.curves.preflight import curve_faults
 
 ROOT = Path(__file__).parents[2]
 
@@ -26,12 +27,13 @@ def load(change=lambda content: None):
 
 
 def faults(change) -> list[str]:
-    return fingerprint_faults(*load(change), "config.yaml")
+    config, cases = load(change)
+    return [*fingerprint_faults(config, "config.yaml"), *curve_faults(config, cases, "config.yaml")]
 
 
 def test_the_configuration_of_the_thesis_has_no_fault():
     config, cases = load()
-    assert fingerprint_faults(config, cases, "config.yaml") == []
+    assert [*fingerprint_faults(config, "config.yaml"), *curve_faults(config, cases, "config.yaml")] == []
     described = described_cases(config, cases).values()
     assert all(case.young_modulus_gpa is None and case.time_step_s is None for case in described)
     assert list(mapped_cases(config, cases, "steel")) == [0.04, 0.10, 0.40]

@@ -1,5 +1,6 @@
 """A job imports what it needs: libraries that take half a second to two seconds to import, of which it uses nothing."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -53,7 +54,14 @@ for script in scripts[0]:
 def imported() -> dict[str, set[str]]:
     """The modules that are imported after each script, by script. Each has a process that has imported no other."""
     asked = [sys.executable, "-c", ASK, " ".join(SHARED), " ".join(NEEDLESS)]
-    done = subprocess.run(asked, cwd=ROOT / "scripts", capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        asked,
+        cwd=ROOT / "scripts",
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     lines = (line.split() for line in done.stdout.splitlines())
     return {script: set(modules) for script, *modules in lines}
 

@@ -8,7 +8,7 @@ import pytest
 from scripts.store_verdicts import main
 
 from millprint.errors import ConfigError
-from millprint.fingerprint.redraw import block_length, dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
+from millprint.fingerprint.seeds import block_length
 from millprint.run.files import write_json, write_table
 from millprint.statistics.student import apart, once, spread_of
 from millprint.thesis.claims.compare import interval_verdict, verdict
@@ -32,6 +32,7 @@ from millprint.thesis.claims.intervals import (
 )
 from millprint.thesis.claims.tabulate import collect_findings, tabulate_claims
 from millprint.thesis.claims.verdicts import DEVIATES, ERRATUM, REPRODUCED, TOO_FEW, TOO_WIDE, UNDECIDED
+from millprint.thesis.curves.redraw import dispersions, draw_blocks, draw_tables, redraw, redrawn_tables
 from millprint.thesis.surrogate.spread import failed_tests, tabulate_trainings, with_spread
 from tests.conftest import ROOT
 from tests.unit import synthetic_mill

@@ -25,6 +25,7 @@ from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.preflight import check_same_charges
 from millprint.thesis.calibration.drop_test import simulate_drops
+from millprint.thesis.curves.preflight import curve_faults
 from millprint.thesis.surrogate.trajectory import read_attributes
 from tests.conftest import ROOT
 from tests.unit.run_samples import write_sample
@@ -169,7 +170,14 @@ def test_the_chapters_refuse_a_charge(monkeypatch):
     monkeypatch.chdir(ROOT)
     content, _ = thesis_with(ball_diameters_mm=[10, GOOD])
     config, _, _, cases = load_workflow(content, ["config/config.yaml"])
-    (fault,) = (line for line in fingerprint_faults(config, cases, "config/config.yaml") if "charge" in line)
+    (fault,) = (
+        line
+        for line in [
+            *fingerprint_faults(config, "config/config.yaml"),
+            *curve_faults(config, cases, "config/config.yaml"),
+        ]
+        if "charge" in line
+    )
     assert fault.startswith("config/config.yaml: sweeps: ball_diameters_mm: charge bond: the chapters of the thesis")
 
 

@@ -13,6 +13,7 @@ from millprint.config.sweep import DemConfig, SweepConfig, expand_sweep, overrid
 from millprint.dem.simulation import Simulation
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
+from millprint.thesis.preflight import chapter_faults
 
 ROOT = Path(__file__).parents[2]
 MILL = load_named(ROOT / "config/mills", "emax", MillConfig, "mill")
@@ -81,7 +82,7 @@ def test_the_check_before_a_run_names_file_and_key(monkeypatch):
     block["mills"] = ["emax_motion1"]
     config, mills, contacts, cases = load_workflow(content, ["config/config.yaml"])
     with pytest.raises(ConfigError, match=r"config/config.yaml: sweeps: amplitudes_mm = 14: the motion of mill emax_m"):
-        check_before_running(config, mills, contacts, cases, "config/config.yaml")
+        check_before_running(config, mills, contacts, cases, "config/config.yaml", chapter_faults)
 
 
 def test_light_balls_whose_step_is_too_large_are_refused(monkeypatch):
@@ -94,7 +95,7 @@ def test_light_balls_whose_step_is_too_large_are_refused(monkeypatch):
     with pytest.raises(
         ConfigError, match=r"dem.time_step_s = 4e-06: more than 0.2 of the Rayleigh time of case .*_rho100"
     ):
-        check_before_running(config, mills, contacts, cases, "config/config.yaml")
+        check_before_running(config, mills, contacts, cases, "config/config.yaml", chapter_faults)
 
 
 @pytest.mark.parametrize("other", [{"amplitudes_mm": [14]}, {"densities_kg_m3": [3900]}])

@@ -13,9 +13,11 @@ from millprint.config.checks import load_workflow
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
 from millprint.errors import ConfigError
-from millprint.fingerprint.cases import mill_cases
-from millprint.fingerprint.preflight import fingerprint_faults, has_chapters
+from millprint.fingerprint.cases import has_chapters, mill_cases
+from millprint.fingerprint.preflight import fingerprint_faults
 from millprint.preflight import check_before_running
+from millprint.thesis.curves.preflight import curve_faults
+from millprint.thesis.preflight import chapter_faults
 from tests.conftest import ROOT
 
 HANDBOOK = (ROOT / "docs/how_to/configuration.md").read_text()
@@ -62,13 +64,13 @@ def test_the_handbooks_twenty_lines_are_whole_and_have_no_chapters(own):
         for fill in ("0.10", "0.20", "0.30")
         for seed in (0, 1)
     ]
-    assert fingerprint_faults(config, cases, FILE) == []
+    assert [*fingerprint_faults(config, FILE), *curve_faults(config, cases, FILE)] == []
 
 
 def test_the_twenty_lines_pass_every_check_before_the_first_job(own):
     # One mill in the box, since each one's balls are packed by the check.
     own["mills"]["box"] = ["planetary"]
-    check_before_running(*load_workflow(own, [FILE]), FILE)
+    check_before_running(*load_workflow(own, [FILE]), FILE, chapter_faults)
 
 
 def test_only_the_mill_is_required():
@@ -77,7 +79,7 @@ def test_only_the_mill_is_required():
     assert config.mills.named == config.mills.box and config.mills.contact == "calibrated"
     # Without a sweep in the configuration the mill keeps its own.
     assert mills["spex"].sweep == load_workflow({"mill": "emax"}, [FILE])[1]["spex"].sweep
-    assert fingerprint_faults(config, cases, FILE) == []
+    assert [*fingerprint_faults(config, FILE), *curve_faults(config, cases, FILE)] == []
     assert fault({}).endswith("mill: this key is missing")
 
 
@@ -113,7 +115,7 @@ def test_the_refusal_of_a_fill_without_room_names_its_file(own):
     own["sweep"]["fill_ratios"] = [0.1, 0.2, 0.95]
     own["mills"] = {"box": ["planetary"]}
     with pytest.raises(ConfigError, match=rf"^{FILE}: sweep: fill_ratios = 0.95: .* do not fit in mill planetary"):
-        check_before_running(*load_workflow(own, [FILE]), FILE)
+        check_before_running(*load_workflow(own, [FILE]), FILE, chapter_faults)
 
 
 def without(content: dict, key: str) -> dict:
@@ -146,7 +148,7 @@ def test_a_thesis_without_its_chapters_has_simulations_and_no_more(thesis):
     del thesis["fit"]
     config, _, _, cases = load_workflow(thesis, [FILE])
     assert cases and not has_chapters(config, cases)
-    assert fingerprint_faults(config, cases, FILE) == []
+    assert [*fingerprint_faults(config, FILE), *curve_faults(config, cases, FILE)] == []
 
 
 def test_chapters_need_simulations_of_their_mill(thesis):
@@ -169,7 +171,5 @@ def test_reading_a_configuration_needs_no_scientific_library():
         f"for name in {sorted(names)}: importlib.import_module(f'millprint.config.{{name}}')\n"
         f"print(*[name for name in {heavy} if name in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT / "scripts", capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT / "src", capture_output=True, text=True, check=True)
     assert done.stdout.split() == []

@@ -17,6 +17,7 @@ from millprint.config.strict_yaml import read_yaml
 from millprint.errors import ConfigError
 from millprint.preflight import check_before_running
 from millprint.run import kernel
+from millprint.thesis.preflight import chapter_faults
 from tests.conftest import ROOT
 from tests.mutations import DUMPER
 from tests.remembered import SLOW_PARTS
@@ -144,7 +145,7 @@ def refusal(settings, monkeypatch):
     def read_line() -> str:
         with pytest.raises(ConfigError) as caught:
             config, mills, contacts, cases = load_workflow(read_yaml(settings / CONFIG), [CONFIG])
-            check_before_running(config, mills, contacts, cases, CONFIG)
+            check_before_running(config, mills, contacts, cases, CONFIG, chapter_faults)
         (line,) = str(caught.value).splitlines()
         return line
 

@@ -8,6 +8,7 @@ import yaml
 from millprint.config.checks import load_workflow
 from millprint.errors import LONGEST_LINE, ConfigError
 from millprint.preflight import check_before_running
+from millprint.thesis.preflight import chapter_faults
 from tests.workflow.conftest import CONFIG, edit_yaml, error_lines, run_snakemake
 
 STEEL = "config/contacts/steel.yaml"
@@ -326,7 +327,7 @@ def test_a_volume_within_its_tolerance_and_a_fast_mill_pass(project, monkeypatch
     edit_yaml(project / PLANETARY, "volume_tolerance", value=0.25)
     edit_yaml(project / PLANETARY, "sweep", "speeds_rpm", value=[300, 1200])
     loaded = load_workflow(yaml.safe_load((project / CONFIG).read_text()), [CONFIG])
-    (line,) = check_before_running(*loaded, CONFIG)
+    (line,) = check_before_running(*loaded, CONFIG, chapter_faults)
     for part in (
         "planetary.yaml: sweep: speeds_rpm = 1200: ",
         "174 g",

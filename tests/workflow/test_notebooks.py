@@ -33,7 +33,7 @@ def executed(tmp_path_factory):
     found = {}
     with pytest.MonkeyPatch.context() as patch:
         # The library of this checkout, also where another one is installed.
-        patch.setenv("PYTHONPATH", str(ROOT / "scripts"))
+        patch.setenv("PYTHONPATH", str(ROOT / "src"))
         for path in NOTEBOOKS:
             found[path.stem] = read(path)
             # An error in a cell is raised here, with its traceback.

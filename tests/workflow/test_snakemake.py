@@ -98,7 +98,7 @@ def as_a_remote_repository(tmp_path, monkeypatch) -> str:
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(settings))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     # The library is installed in the environment of Snakemake.
-    monkeypatch.setenv("PYTHONPATH", str(ROOT / "scripts"))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
     return 'github("someone/millprint", path="workflow/Snakefile", tag="v1")'
 
 

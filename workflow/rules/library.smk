@@ -21,7 +21,7 @@ def shipped(path: str) -> str | None:
 
 if PROJECT is not None:
     # The library of this checkout takes precedence over an installed one.
-    sys.path.insert(0, str(PROJECT / "scripts"))
+    sys.path.insert(0, str(PROJECT / "src"))
 
 try:
     from millprint.config.checks import load_workflow, stop_on_bad_input

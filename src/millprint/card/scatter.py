@@ -16,8 +16,7 @@ import pandas as pd
 from millprint.config.counting import CountingRule, recorded_count
 from millprint.dem.collisions import kept_by, strongest, turns_of
 from millprint.dose.spectra import read_contacts
-from millprint.fingerprint.redraw import block_length
-from millprint.fingerprint.seeds import variance_of_run
+from millprint.fingerprint.seeds import block_length, variance_of_run
 from millprint.statistics.quantiles import student_quantile
 
 # What is known of each revolution: energies [J] and sums of squares of the energies of contacts [J2] by channel, and

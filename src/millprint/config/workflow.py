@@ -23,7 +23,7 @@ from millprint.config.view import ViewConfig
 from millprint.config.yields import YieldConfig
 
 # Folders in which no result may be written.
-SOURCES = ("config", "envs", "scripts", "tests", "workflow")
+SOURCES = ("config", "envs", "scripts", "src", "tests", "workflow")
 
 
 class DataConfig(Section):

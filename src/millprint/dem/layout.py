@@ -1,7 +1,7 @@
 """The columns of the kernels' arrays: every number by which a kernel finds a quantity comes from a list in this file.
 
-Names with a unit (`peak_force_N`) are also the names of the datasets in run.h5. See millprint.mill.kernel_columns for how the lists
-are numbered.
+Names with a unit (`peak_force_N`) are also the names of the datasets in run.h5. See
+millprint.mill.kernel_columns for how the lists are numbered.
 """
 
 from typing import NamedTuple

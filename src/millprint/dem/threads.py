@@ -62,8 +62,8 @@ def make_shares(
 def _waiting_awake() -> Iterator[None]:
     """Let threads that are started in here wait for each other awake, for some milliseconds, before they sleep.
 
-    Every job has OMP_WAIT_POLICY=PASSIVE (millprint.run.machine), with which threads sleep at once. A step wakes them four
-    times, and with 20,000 balls two such threads took longer than one.
+    Every job has OMP_WAIT_POLICY=PASSIVE (millprint.run.machine), with which threads sleep at once. A step wakes them
+    four times, and with 20,000 balls two such threads took longer than one.
     """
     policy = os.environ.pop(WAIT_POLICY, None)
     try:

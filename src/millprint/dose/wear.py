@@ -24,6 +24,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from scipy.constants import g as KGF
+from scipy.constants import gram as GRAM
+from scipy.constants import hour as HOUR
 
 from millprint.config.dose import ChargeConfig
 from millprint.dose.sliding import BALL_BALL, BALL_WALL, CONDITION
@@ -32,9 +34,9 @@ from millprint.fingerprint.bands import Factors
 from millprint.run.files import read_json
 from millprint.run.tables import Number, Text, read_measured, refuse_rows
 from millprint.statistics.quantiles import normal_quantile, student_quantile
-from millprint.thesis.doe.chemistry import powder_mass
-from millprint.thesis.doe.wet_lab import GRAM, HOUR, READING_G
 
+# Balls are weighed to 0.01 g, so the difference of two masses is exact to 0.01 g.
+READING_G = 0.01
 # Pa in one Vickers unit, kgf/mm2.
 VICKERS = KGF * 1e6
 FITTED, HELD = "fitted", "held back"
@@ -126,12 +128,12 @@ def fit_wear(
 ) -> tuple[pd.DataFrame, dict]:
     """The coefficient from every other weighing, and the others predicted by it.
 
-    weighings: of `doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing is the
-    volume of its unused balls over that of the jar. The coefficient is the geometric mean of those of the fitted rows,
-    since their errors are factors. Returns the table (a row for each weighing: role, loads, measured and predicted
-    wear, coefficient of the row alone) and the result: coefficient, its range over all weighings, miss_log (root mean
-    square of ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises ConfigError
-    for a wear of 0, whose coefficient has no logarithm.
+    weighings: of `thesis.doe.wet_lab.wear_table`; conditions: of one mill and contact set. The fill ratio of a weighing
+    is the volume of its unused balls over that of the jar. The coefficient is the geometric mean of those of the fitted
+    rows, since their errors are factors. Returns the table (a row for each weighing: role, loads, measured and
+    predicted wear, coefficient of the row alone) and the result: coefficient, its range over all weighings, miss_log
+    (root mean square of ln(measured / predicted) of the held rows), fill_ratio of the fitted rows, and counts. Raises
+    ConfigError for a wear of 0, whose coefficient has no logarithm.
     """
     if not (weighings["wear_g"] > 0).all():
         raise ConfigError(f"wear_g = {weighings['wear_g'].min():g}: must be above 0 in every row to fit a coefficient")
@@ -264,7 +266,7 @@ def predict_wear(
                 unit = (VICKERS * material["hardness_hv"], material["density_kg_m3"])
                 time = charge.time_h * HOUR
                 wear = archard_mass(worn_load(loads) * time, result["coefficient"], *unit)
-                powder = powder_mass(mass, charge.bpr)
+                powder = mass / charge.bpr
                 ends = {
                     "": wear,
                     "seen_lower_": wear * result["coefficient_lowest"] / result["coefficient"],

@@ -1,7 +1,7 @@
 """What the explorer computes from: fingerprints of mills, their yields, spectra and temperatures, as plain values."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +19,6 @@ from millprint.fingerprint.model import Fingerprint
 from millprint.fingerprint.search import GRID
 from millprint.mill.speed_limits import GRAVITY
 from millprint.mill.words import mill_in_words, wall_acceleration
-from millprint.thesis.yields.explorer import Yields, chemistry, yield_content
 
 # A slider extends beyond the simulated range, and by this factor both ways if only one value was simulated.
 BEYOND = 1.25
@@ -68,15 +67,15 @@ def mill_content(
     machine: Machine,
     fingerprints: Sequence[str | Path],
     request: MatchConfig,
-    yields: Yields | None = None,
+    yields: Mapping | None = None,
     spectra: Spectra | None = None,
     heat: Heat | None = None,
 ) -> dict:
     """What the page computes from for one mill.
 
     fingerprints: fingerprint_CONTACT.json files of the mill, with further intervals or without; request: what the user
-    of the mill can set; yields: None for a mill without measured yields; spectra, heat: None where they were not
-    calculated. Raises ConfigError for a file that is not what it should be.
+    of the mill can set; yields: `yield` and `chemistry` of the yield model, None without measured yields; spectra,
+    heat: None where they were not calculated. Raises ConfigError for a file that is not what it should be.
     """
     contents = [read_content(path) for path in fingerprints]
     # Only the data of the processes and the factors are needed, without format and file name.
@@ -98,9 +97,9 @@ def mill_content(
         ],
         "fingerprints": kept,
         "origins": {name: about._asdict() for name, about in origins.items()},
-        "yield": yield_content(yields) if yields else None,
+        "yield": yields["yield"] if yields else None,
         "sliders": sliders([content["about"] for content in contents], request),
-        "chemistry": chemistry(yields.model) if yields else {},
+        "chemistry": yields["chemistry"] if yields else {},
         "spectra": spectra_content(spectra) if spectra else None,
         "heat": heat_content(heat) if heat else None,
         "search": {

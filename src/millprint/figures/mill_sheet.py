@@ -13,6 +13,7 @@ from millprint.dose.spectra import BOTH
 from millprint.dose.spectra_shown import FILL as SPECTRA_FILL
 from millprint.dose.spectra_shown import NOTE as NO_SPECTRA
 from millprint.dose.spectra_shown import SECTION as SPECTRA
+from millprint.figures.curves import FILL_LABEL, draw_curve
 from millprint.figures.mill_pictures import draw_strip, draw_views
 from millprint.figures.spectra import draw_sheet_spectra
 from millprint.figures.style import COLOURS, MARKERS, legend_below, plt
@@ -22,7 +23,6 @@ from millprint.fingerprint.curves import SHEET_PANELS
 from millprint.fingerprint.descriptors import CHARGE
 from millprint.fingerprint.mill_sheet import RECORDED, SIMULATED, STATED, by_columns
 from millprint.fingerprint.seeds import MOTIONS
-from millprint.thesis.figures.chapter3 import FILL_LABEL, draw_curve
 from millprint.view.mill_picture import MillPicture
 
 # A4, the sheet of one page [inch].

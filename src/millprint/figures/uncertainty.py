@@ -5,11 +5,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from millprint.config.uncertainty import PARAMETERS
+from millprint.figures.curves import FILL_LABEL
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, legend_below, letter_panels, plt
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import CURVES
 
-FILL_LABEL = "fill ratio [-]"
 # A panel for each of CURVES.
 COLUMNS = 4
 ROWS = len(CURVES) // COLUMNS

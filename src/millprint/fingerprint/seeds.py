@@ -23,6 +23,11 @@ class Run(NamedTuple):
     differ: bool
 
 
+def block_length(revolutions: int) -> int:
+    """Revolutions of a block, of so many that are drawn from; at most half of them, so that draws differ."""
+    return max(1, min(int(np.ceil(revolutions ** (1 / 3) - 1e-9)), revolutions // 2))
+
+
 def variance_of_run(values: Sequence[float], within: Sequence[tuple[float, int]]) -> Run | None:
     """What k seeds say of the variance of one of them; None for a single one of which nothing is known.
 
@@ -59,8 +64,8 @@ class Motion(NamedTuple):
 MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
-        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is made "
-        "of that: take a higher fill ratio or another speed",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is "
+        "made of that: take a higher fill ratio or another speed",
     ),
     "few_turns": Motion(
         "few turns",

@@ -17,9 +17,9 @@ from llvmlite import binding
 
 from millprint.run.digest import content_digest
 
-PACKAGE = Path(__file__).parent
-KERNEL_FOLDERS = ("mill", "dem", "surrogate/thesis")
-MAKERS = re.compile(r"from millprint\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
+PACKAGE = Path(__file__).parents[1]
+KERNEL_FOLDERS = ("mill", "dem", "thesis/surrogate/thesis")
+MAKERS = re.compile(r"from millprint\.run\.kernel import .*\b(kernel|inner|inlined|threaded|array_maker)\b")
 IMPORTS = re.compile(r"^from millprint\.([\w.]+) import", re.MULTILINE)
 
 
@@ -46,12 +46,12 @@ def kernel_files() -> list[Path]:
     Settings (millprint.config) reach kernels as arguments, and are left out, as is millprint.run.digest.
     """
     kernels = [file for folder in KERNEL_FOLDERS for file in (PACKAGE / folder).glob("*.py")]
-    found = {PACKAGE / "kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
+    found = {PACKAGE / "run/kernel.py", *(file for file in kernels if MAKERS.search(file.read_text()))}
     to_read = list(found)
     while to_read:
         for module in IMPORTS.findall(to_read.pop().read_text()):
             file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
-            if file.is_file() and file not in found and not module.startswith(("config", "digest")):
+            if file.is_file() and file not in found and not module.startswith(("config", "run.digest")):
                 found.add(file)
                 to_read.append(file)
     return sorted(found)

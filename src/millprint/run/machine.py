@@ -30,7 +30,7 @@ def prepare_environment() -> None:
         os.environ.setdefault(variable, "1")
     # Waiting threads must not spin: next to another job, spinning doubles the time of a training step.
     os.environ.setdefault(WAIT_POLICY, "PASSIVE")
-    folder = Path(__file__).parents[1]
+    folder = Path(__file__).parents[2]
     if folder.name != "site-packages":
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
 

@@ -51,8 +51,8 @@ def read_stored(path: str | Path) -> pd.DataFrame:
 def with_run(stored: pd.DataFrame, claims: pd.DataFrame, run: str, machine: dict[str, str]) -> pd.DataFrame:
     """The stored verdicts with those of a run in place of any that the same machine gave to the same run before.
 
-    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored, since
-    the rest is the same everywhere.
+    claims: as `millprint.thesis.claims.tabulate.tabulate_claims`; only what is simulated, trained or timed is stored,
+    since the rest is the same everywhere.
     """
     own = claims[~claims["nature"].isin(CERTAIN) & (claims["verdict"] != NOT_RUN)]
     rows = own.assign(run=run, **machine)[COLUMNS]

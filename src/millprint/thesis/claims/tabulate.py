@@ -63,8 +63,9 @@ def collect_findings(
 ) -> dict[str, Finding]:
     """What the run in the folder `results` says of each claim whose id has this beginning, by id.
 
-    intervals: as `millprint.thesis.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code says.
-    A value that deviates is explained further, where the results show a reason. Raises ConfigError as `read_claims`.
+    intervals: as `millprint.thesis.claims.intervals.tabulate_intervals`; a claim that they lack keeps what its own code
+    says. A value that deviates is explained further, where the results show a reason. Raises ConfigError as
+    `read_claims`.
     """
     claims, data, found = read_claims(claims_path), Path(claims_path).parent, {}
     drawn = {} if intervals is None else {row.id: row for row in intervals.itertuples()}

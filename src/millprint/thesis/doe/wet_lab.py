@@ -5,22 +5,20 @@ from dataclasses import replace
 
 import pandas as pd
 from scipy.constants import g as GRAVITY
+from scipy.constants import gram as GRAM
+from scipy.constants import hour as HOUR
 
 from millprint.config.doe import ChemistryConfig, GasConfig, HalfLifeConfig, PowderConfig
+from millprint.dose.wear import READING_G
 from millprint.run.files import read_table
 from millprint.run.tables import CASE, Number, Text, read_measured, refuse_rows
 from millprint.thesis.doe import chemistry
 from millprint.thesis.doe.runs import YIELD
 
-GRAM = 1e-3
 MILLILITRE = 1e-6
 MILLIMETRE = 1e-3
-HOUR = 3600.0
 WATER_DENSITY = 998.0  # at 20 degC [kg/m3]
 ROOM_TEMPERATURE_K, GAS_COLLECTION_K = 298.15, 353.15
-
-# The masses of the balls are read to 0.01 g, so their difference is exact to 0.01 g.
-READING_G = 0.01
 
 
 def _positive(*names: str) -> list[Number]:

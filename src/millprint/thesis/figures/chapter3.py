@@ -7,11 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millprint.figures.curves import FILL_LABEL, draw_curve
 from millprint.figures.style import COLOURS, MARKERS, PAGE_WIDTH_IN, PUBLISHED, legend_below, letter_panels
 from millprint.fingerprint.columns import DESCRIPTORS
 from millprint.fingerprint.curves import PANELS
 
-FILL_LABEL = "fill ratio [-]"
 # Descriptors in the panels of Figs 3.7 and 3.8, and whether their axis is logarithmic.
 ENERGY_PANELS = {
     "normal_energy_J": True,
@@ -45,13 +45,6 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list]:
     figure, axes = plt.subplots(rows, columns, figsize=(PAGE_WIDTH_IN, height), squeeze=False)
     letter_panels(axes.flat)
     return figure, list(axes.flat)
-
-
-def draw_curve(axis: Axes, curves: pd.DataFrame, quantity: str, label: str) -> None:
-    """A master curve in its band of a new simulation. curves: fill_ratio, Q, Q_lower and Q_upper of the quantity Q."""
-    fill, lower, upper = (curves[name] for name in ("fill_ratio", f"{quantity}_lower", f"{quantity}_upper"))
-    axis.fill_between(fill, lower, upper, color=COLOURS[0], alpha=0.15, linewidth=0, label="band of a new simulation")
-    axis.plot(fill, curves[quantity], color=COLOURS[0], label=label)
 
 
 def plot_cycle_densities(densities: pd.DataFrame) -> Figure:

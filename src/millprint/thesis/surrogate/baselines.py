@@ -46,9 +46,9 @@ def baseline_table(
 ) -> pd.DataFrame:
     """A row for each test and training of a variant or baseline, with BASELINE_COLUMNS.
 
-    trainings: as `millprint.thesis.surrogate.spread.tabulate_trainings`; controls: rows of controls.tsv; printed: the error of
-    the dissipation that the thesis states, by test [%]; trained_test: as in `with_motion`. The measures of a roll-out
-    that ran away are left empty.
+    trainings: as `millprint.thesis.surrogate.spread.tabulate_trainings`; controls: rows of controls.tsv; printed: the
+    error of the dissipation that the thesis states, by test [%]; trained_test: as in `with_motion`. The measures of a
+    roll-out that ran away are left empty.
     """
     baselines = pd.concat([baseline_rows(controls), _seed_rows(controls)]).assign(training=1)
     rows = pd.concat([trainings, baselines], ignore_index=True)

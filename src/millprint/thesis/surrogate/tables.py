@@ -52,7 +52,7 @@ def is_met(measure: str, value: float, aim: float) -> bool:
 
 
 def printed_measures(printed: pd.Series) -> dict[tuple[str, str], float]:
-    """What the thesis prints for its surrogate, by test and measure; `printed` as `millprint.run.tables.read_printed`."""
+    """What the thesis prints by test and measure; `printed` as `millprint.run.tables.read_printed`."""
     return PRINTED_BESIDES | {place: float(printed[claim]) for place, claim in CLAIMS.items()}
 
 

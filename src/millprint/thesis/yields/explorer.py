@@ -1,7 +1,6 @@
 """The yield model of a run as plain values, from which the explorer computes."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,25 +13,22 @@ from millprint.thesis.yields.new_conditions import trained_ranges
 from millprint.thesis.yields.structured import JITTER, MEAN_VARIANCE
 
 
-class Yields(NamedTuple):
-    """The yields that a page answers for.
+def explorer_yields(model: str | Path, prediction: PredictionConfig, level: float) -> dict:
+    """What the explorer shows of yields: `yield`, the model, and `chemistry`, the range of each chemical condition.
 
     model: file of a stored averaged Gaussian process; prediction: how far beyond the trained range a yield is still
     answered; level: of the yield's interval [-].
     """
-
-    model: str | Path
-    prediction: PredictionConfig
-    level: float
+    return {"yield": yield_content(model, prediction, level), "chemistry": chemistry(model)}
 
 
-def yield_content(yields: Yields) -> dict:
+def yield_content(path: str | Path, prediction: PredictionConfig, level: float) -> dict:
     """An averaged yield model with its transformed data: scaled inputs and standardised yields of every member."""
-    model = load_averaged(str(yields.model))
-    ranges = trained_ranges(training_rows(str(yields.model)), yields.prediction)
+    model = load_averaged(str(path))
+    ranges = trained_ranges(training_rows(str(path)), prediction)
     return {
         "inputs": list(INPUTS),
-        "level": yields.level,
+        "level": level,
         "ranges": {name: [float(end) for end in ends] for name, ends in ranges.items()},
         "nodes": NODES.tolist(),
         "node_weights": NODE_WEIGHTS.tolist(),

@@ -1,8 +1,8 @@
 """A test of the proposals on the runs that were done: what the chosen runs teach of runs held out.
 
-The best run is one draw, and a rule may find it by luck (millprint.thesis.yields.retrospective). The error of other runs is
-what a search for information is for. So some runs are held out and never offered; each strategy chooses from the rest,
-and the same averaged process, fitted on what is known, predicts the runs held out.
+The best run is one draw, and a rule may find it by luck (millprint.thesis.yields.retrospective). The error of other
+runs is what a search for information is for. So some runs are held out and never offered; each strategy chooses from
+the rest, and the same averaged process, fitted on what is known, predicts the runs held out.
 """
 
 from collections.abc import Callable

@@ -17,17 +17,13 @@ from millprint.dem.convergence import convergence_table
 from millprint.fingerprint.curves import average_curves, conditions_of
 from millprint.fingerprint.cycles import tabulate_cycles
 from millprint.fingerprint.descriptors import as_built, tabulate_descriptors
+from millprint.fingerprint.seeds import block_length
 from millprint.run.progress import progress
 from millprint.thesis.curves.collapse import tabulate_collapse
 
 CHANNELS = ("normal", "tangential")
 # What is known of each revolution: energies, and sums of squares of the energies of contacts.
 OF_TURN = [*(f"{name}_J" for name in CHANNELS), *(f"{name}_square_J2" for name in CHANNELS)]
-
-
-def block_length(revolutions: int) -> int:
-    """Revolutions of a block, of so many that are drawn from; at most half of them, so that draws differ."""
-    return max(1, min(int(np.ceil(revolutions ** (1 / 3) - 1e-9)), revolutions // 2))
 
 
 def draw_blocks(series: list[np.ndarray], length: int, rng: np.random.Generator) -> np.ndarray:
