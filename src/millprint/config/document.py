@@ -90,6 +90,7 @@ def reference_text() -> str:
 
 
 def on_a_line(text: str | None) -> str:
+    """A text without its line breaks."""
     return " ".join((text or "").split())
 
 
