@@ -1,0 +1,46 @@
+"""Imports of the library point down: whatever runs a mill never needs the thesis."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+PACKAGE = ROOT / "src/millprint"
+# Rooms that others stand on, and what each may import besides itself.
+BELOW = {
+    "errors": set(),
+    "config": {"errors"},
+    "statistics": {"errors"},
+    "run": {"errors", "config"},
+    "mill": {"errors", "config", "run"},
+    "dem": {"errors", "config", "run", "statistics", "mill"},
+    "fingerprint": {"errors", "config", "run", "statistics", "mill", "dem"},
+}
+
+
+def imported_by(path: Path) -> set[str]:
+    """The modules of the package that a file imports, anywhere in it."""
+    tree = ast.parse(path.read_text())
+    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    names = {name for node in froms for name in (node.module, *(f"{node.module}.{each.name}" for each in node.names))}
+    return {name for name in names.union(plain) if name.startswith("millprint.")}
+
+
+def files_of(room: str) -> list[Path]:
+    return [PACKAGE / f"{room}.py"] if (PACKAGE / f"{room}.py").exists() else sorted((PACKAGE / room).rglob("*.py"))
+
+
+def test_nothing_of_the_mill_imports_the_thesis():
+    others = [path for path in PACKAGE.rglob("*.py") if "thesis" not in path.relative_to(PACKAGE).parts]
+    assert len(others) > 200
+    assert not [path for path in others if any(name.startswith("millprint.thesis") for name in imported_by(path))]
+
+
+@pytest.mark.parametrize("room", BELOW)
+def test_imports_point_down(room):
+    found = {name.split(".")[1] for path in files_of(room) for name in imported_by(path)}
+    rooms = {path.stem for path in PACKAGE.iterdir() if path.suffix in ("", ".py")}
+    assert found & rooms - {room} <= BELOW[room]
