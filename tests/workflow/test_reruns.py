@@ -7,7 +7,14 @@ from tests.workflow.conftest import copy_project, jobs_of, run_snakemake, share_
 from tests.workflow.test_mills import LINED
 
 SWEEP = {**LINED["sweep"], "ball_diameters_mm": [11]}
-ASKED = ("fingerprint", "--configfile", "config/smoke.yaml", "--config", "mill=lined", "mills={rayleigh_fraction: 0.1}")
+ASKED = (
+    "results/mills/lined/fingerprint.pdf",
+    "--configfile",
+    "config/smoke.yaml",
+    "--config",
+    "mill=lined",
+    "mills={rayleigh_fraction: 0.1}",
+)
 
 
 @pytest.fixture(scope="module")
