@@ -13,7 +13,6 @@ from millprint.figures.chapter5_trust import (
 from millprint.figures.style import save
 from millprint.files import read_table, write_table
 from millprint.job import job
-from millprint.predict.metrics import SPREAD
 from millprint.predict.statements import state
 
 # The tables that the sentences are of.
@@ -34,7 +33,7 @@ def draw_trust(inputs, output) -> None:
     """Cross-validation, coverage, other regimes, and the next experiments."""
     text = ["model", "strategy", "scheme"]
     claims = read_table(inputs.claims, text=["id", "value"])
-    scores = read_table(inputs.honest, numeric=["value", *SPREAD], text=[*text, "metric"])
+    scores = read_table(inputs.honest, numeric=["value", "repeats"], text=[*text, "metric"])
     save(plot_evaluation(scores, claims), output.evaluation_svg, output.evaluation_png)
     coverage = read_table(inputs.coverage, numeric=["nominal", "covered", "width_pp"], text=[*text, "method"])
     save(plot_coverage(coverage), output.coverage_svg, output.coverage_png)
@@ -49,9 +48,9 @@ def draw_trust(inputs, output) -> None:
 def draw_scores(inputs, output) -> None:
     """Proper scores, calibration and the permutation test."""
     text = ["model", "strategy", "scheme"]
-    scores = read_table(inputs.scores, numeric=["value", "error", *SPREAD], text=[*text, "score"])
+    scores = read_table(inputs.scores, numeric=["value", "error", "repeats"], text=[*text, "score"])
     save(plot_scores(scores), output.scores_svg, output.scores_png)
-    pit = read_table(inputs.pit, numeric=["from", "to", "share", "expected", *SPREAD], text=text)
+    pit = read_table(inputs.pit, numeric=["from", "to", "share", "expected", "repeats"], text=text)
     save(plot_pit(pit), output.pit_svg, output.pit_png)
     permutations = read_table(inputs.permutations, numeric=["permutation", "r2"])
     save(plot_permutations(permutations), output.permutations_svg, output.permutations_png)

@@ -5,6 +5,8 @@ import pandas as pd
 import pytest
 
 from millprint.figures.chapter5 import STRATEGIES, interval_errors, plot_attributions, plot_test_predictions
+from millprint.figures.chapter5_scores import plot_pit, plot_scores
+from millprint.predict.metrics import SPREAD
 from millprint.predict.regressors import TITLES
 
 
@@ -37,3 +39,20 @@ def test_error_bars_reach_to_the_ends_of_an_interval():
     np.testing.assert_allclose(interval_errors(rows, "covered", 100), [[10], [30]])
     percent = pd.DataFrame({"predicted_percent": [60], "lower_percent": [55], "upper_percent": [80]})
     np.testing.assert_allclose(interval_errors(percent, "predicted_percent"), [[5], [20]])
+
+
+def test_figures_of_repeated_scores_show_their_range_and_median():
+    schemes = {"leave_one_out": (1, np.nan, np.nan, np.nan), "nested_cv": (10, 5.0, 6.5, 9.0)}
+    about = {"model": "gpr_starts", "strategy": "two_step", "value": 7.0, "error": 0.5}
+    rows = [
+        about | {"scheme": scheme, "score": score} | dict(zip(SPREAD, own, strict=True))
+        for score in ("crps_pp", "log_score")
+        for scheme, own in schemes.items()
+    ]
+    axis = plot_scores(pd.DataFrame(rows)).axes[0]
+    ranges = [line for bars in axis.collections for line in bars.get_segments() if bars.get_linewidth()[0] == 4]
+    assert [line[:, 0].tolist() for line in ranges] == [[5, 9]]
+    assert [6.5] in [line.get_xdata().tolist() for line in axis.get_lines() if line.get_marker() == "|"]
+    bins = [row | {"from": low, "to": low + 0.2, "share": 0.2, "expected": 0.2} for row in rows[:2] for low in (0, 0.2)]
+    # A line for each scheme, and a band for the one with repeats.
+    assert len(plot_pit(pd.DataFrame(bins)).axes[0].patches) == 3

@@ -1,5 +1,7 @@
 """Figures on the reliability of the yield models, and the next experiments. They draw tables and compute nothing."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -52,7 +54,7 @@ ADDED = {
 }
 R2_FROM = -1.0
 # The range of a score over its repeats, with a tick at the median.
-RANGE = {"linewidth": 4, "alpha": 0.25, "zorder": 1, "capstyle": "butt"}
+RANGE: dict[str, Any] = {"linewidth": 4, "alpha": 0.25, "zorder": 1, "capstyle": "butt"}
 
 
 def model_title(model: str, strategy: str) -> str:
