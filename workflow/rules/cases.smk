@@ -10,6 +10,7 @@ from millprint.dem.resources import resources_of
 from millprint.fingerprint.cases import described_cases, enlarged, held_out_cases, large_case, mapped_cases, mill_cases
 from millprint.fingerprint.study_cases import study_variants
 from millprint.patterns import any_of
+from millprint.uncertainty.varied import samples_of_job
 
 MILL = f"{RESULTS}/mills/{{mill}}"
 CASE = f"{RESULTS}/dem/{{mill}}/{{contact}}/{{case}}"
@@ -218,6 +219,18 @@ def likely_s(cases) -> int:
 def likely_mb(cases) -> int:
     """Size of the files of simulations [MB], for the plan of a run."""
     return math.ceil(sum(estimate(case).disk_mb for case in cases))
+
+
+def new_cases(name: str) -> list:
+    """The simulations of a mill that its fit has not seen, without one for a mill whose sweep is derived in the run."""
+    mill = mill_named(name)
+    return held_out_cases(mill, CONFIG.mills) if mill.sweep else []
+
+
+def samples_of(name: str) -> list:
+    """A case for each sample of a job, without one for a mill whose sweep is derived during the run."""
+    mill = mill_named(name)
+    return samples_of_job(mill, CONFIG.mills, CONFIG.uncertainty) if mill.sweep else []
 
 
 def urgency(case) -> int:

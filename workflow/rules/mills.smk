@@ -84,12 +84,6 @@ rule describe_mill:
         "../../scripts/describe_mill.py"
 
 
-def new_cases(name: str) -> list:
-    """The simulations of a mill that its fit has not seen, without one for a mill whose sweep is derived in the run."""
-    mill = mill_named(name)
-    return held_out_cases(mill, CONFIG.mills) if mill.sweep else []
-
-
 rule measure_coverage:
     input:
         kernels=ancient(f"{RESULTS}/dem/kernels.json"),

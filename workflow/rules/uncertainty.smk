@@ -1,15 +1,7 @@
 """How much a mill's fingerprint depends on contact parameters: samples, emulator, Sobol indices, intervals."""
 
-from millprint.uncertainty.varied import samples_of_job
-
 # The contact set of the predictions, then those that are compared with it.
 UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
-
-
-def samples_of(name: str) -> list:
-    """A case for each sample of a job, without one for a mill whose sweep is derived during the run."""
-    mill = mill_named(name)
-    return samples_of_job(mill, CONFIG.mills, CONFIG.uncertainty) if mill.sweep else []
 
 
 rule sample_contacts:
