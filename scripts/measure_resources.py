@@ -2,7 +2,7 @@
 
 The time is TIMES that of the longest job. The memory is MARGIN times that of the largest job, plus that of Snakemake.
 Rules that need no more than the default of the profile are left out. The rules of simulations set their own time and
-memory, and those of trainings their own time (workflow/rules/dem.smk, surrogate_training.smk).
+memory, and those of trainings their own time (workflow/rules/dem.smk, surrogate.smk).
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Puts the library on the path, as the Snakefile does for the scripts."""
+"""Puts the library and the scripts on the path."""
 
 import csv
 import os
@@ -11,7 +11,7 @@ import pytest
 from tests.browser import Browser, open_browser
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT / "src"))
+sys.path[:0] = [str(ROOT / "src"), str(ROOT / "scripts")]
 
 # One thread for numerical libraries, as in every job of a run, and before any of them is imported: next to the other
 # half of `make test`, threads that wait for each other take up to a hundred times as long as one.

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from millprint.errors import ConfigError
-from millprint.figures import chapter3, chapter4
+from millprint.thesis.figures import chapter3, chapter4
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.curves import average_curves
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities

@@ -62,7 +62,7 @@ def test_every_entry_has_tables_or_says_why_it_has_none():
 def test_every_figure_that_the_rules_report_is_in_the_registry():
     """Also those of targets that the smoke run leaves out. Variables of rules become plain words."""
     text = "\n".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
-    found = re.findall(r'report\(\s*f"\{(\w+)\}/(.*?\.(?:svg|png))"', text)
+    found = re.findall(r'shown\(\s*f"\{(\w+)\}/(.*?\.(?:svg|png))"', text)
     assert len(found) > 50
     for folder, rest in found:
         path = rest if folder == "RESULTS" else f"{FOLDERS[folder]}/{rest}"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from millprint import progress as module
+from millprint.run import progress as module
 from millprint.run.job import job
 from millprint.run.progress import Lines, duration, progress
 

@@ -126,12 +126,10 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
     finally:
         file.write_text(before)
     rules = set(jobs_of(plan))
-    yield_rules = rules_of("yields_*.smk")
+    yield_rules = rules_of("yields.smk")
     assert rules & yield_rules
     # It compares claims with our results, as the report does.
-    report_rules = (
-        rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"add_uncertainty_to_chapters"}
-    )
+    report_rules = rules_of("report.smk") | rules_of("provenance.smk") | {"add_uncertainty_to_chapters"}
     assert rules <= yield_rules | report_rules | {"all", "everything"}
 
 
@@ -156,5 +154,5 @@ def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project)
 )
 def test_a_changed_setting_reruns_only_the_rules_that_use_it_and_the_report(smoke_project, change, rerun):
     plan = run_snakemake(smoke_project, *SMOKE, "-n", "--config", change).stdout
-    always = rules_of("report.smk") | rules_of("provenance.smk") | rules_of("gallery.smk") | {"all", "everything"}
+    always = rules_of("report.smk") | rules_of("provenance.smk") | {"all", "everything"}
     assert set(jobs_of(plan)) - always == rerun, plan[-3000:]

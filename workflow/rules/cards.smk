@@ -1,4 +1,6 @@
-"""Milling cards of a table of experiments (section `cards`), and what other mills come near them: results/cards."""
+"""Milling cards of a table of experiments (section `cards`): results/cards."""
+
+CARD = f"{RESULTS}/cards/{{card}}"
 
 
 rule write_card:
@@ -10,12 +12,7 @@ rule write_card:
         materials=CONFIG.dose.wear.materials,
     output:
         card=f"{CARD}/card.json",
-        svg=report(
-            f"{CARD}/card.svg",
-            caption="../report/card.rst",
-            category="Cards",
-            labels={"card": "{card}", "shows": "one page"},
-        ),
+        svg=shown(f"{CARD}/card.svg", "card", "Cards", {"card": "{card}", "shows": "one page"}),
         png=f"{CARD}/card.png",
         pdf=f"{CARD}/card.pdf",
         tsv=f"{CARD}/card.tsv",

@@ -2,26 +2,11 @@
 
 
 include: "doe.smk"
-include: "convergence.smk"
 include: "calibration.smk"
 include: "fingerprint.smk"
-include: "fit.smk"
 include: "partition.smk"
-include: "uncertainty_thesis.smk"
-include: "spectra_thesis.smk"
-include: "dose.smk"
-include: "yields_common.smk"
-include: "yields_training.smk"
-include: "yields_evaluation.smk"
-include: "yields_trust.smk"
-include: "yields_proposals.smk"
-include: "yields_sources.smk"
-include: "yields_figures.smk"
-include: "surrogate_common.smk"
-include: "surrogate_training.smk"
-include: "surrogate_evaluation.smk"
-include: "surrogate_figures.smk"
-include: "surrogate_ablations.smk"
+include: "yields.smk"
+include: "surrogate.smk"
 
 
 STAGE_OUTPUTS = [

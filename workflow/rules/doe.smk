@@ -26,19 +26,14 @@ rule tabulate_experiments:
         unreported=f"{DOE}/unreported.tsv",
         missingness=f"{DOE}/missingness.tsv",
         checks=f"{DOE}/literature_checks.tsv",
-        svg=report(
-            f"{DOE}/literature.svg",
-            caption="../report/literature.rst",
-            category="Chapter 2",
-            labels={"figure": "Yields in the literature (Fig. 1.4)"},
-        ),
+        svg=shown(f"{DOE}/literature.svg", "literature", "Chapter 2", {"figure": "Yields in the literature (Fig. 1.4)"}),
         png=f"{DOE}/literature.png",
         tsv=f"{DOE}/literature.tsv",
-        missingness_svg=report(
+        missingness_svg=shown(
             f"{DOE}/missingness.svg",
-            caption="../report/missingness.rst",
-            category="Chapter 2",
-            labels={"figure": "What the literature leaves unreported (Table 2.2)"},
+            "missingness",
+            "Chapter 2",
+            {"figure": "What the literature leaves unreported (Table 2.2)"},
         ),
         missingness_png=f"{DOE}/missingness.png",
     log:
@@ -73,27 +68,12 @@ rule analyse_variance:
         lack_of_fit=f"{DOE}/lack_of_fit.tsv",
         interactions=f"{DOE}/interactions.tsv",
         pareto=f"{DOE}/pareto.tsv",
-        pareto_svg=report(
-            f"{DOE}/pareto.svg",
-            caption="../report/pareto.rst",
-            category="Chapter 2",
-            labels={"figure": "Pareto plot (Fig. 2.3)"},
-        ),
+        pareto_svg=shown(f"{DOE}/pareto.svg", "pareto", "Chapter 2", {"figure": "Pareto plot (Fig. 2.3)"}),
         pareto_png=f"{DOE}/pareto.png",
-        residuals_svg=report(
-            f"{DOE}/residuals.svg",
-            caption="../report/residuals.rst",
-            category="Chapter 2",
-            labels={"figure": "Residuals of the ANOVA"},
-        ),
+        residuals_svg=shown(f"{DOE}/residuals.svg", "residuals", "Chapter 2", {"figure": "Residuals of the ANOVA"}),
         residuals_png=f"{DOE}/residuals.png",
         interaction_svgs=[
-            report(
-                f"{DOE}/interaction_{name}.svg",
-                caption="../report/interactions.rst",
-                category="Chapter 2",
-                labels={"figure": title},
-            )
+            shown(f"{DOE}/interaction_{name}.svg", "interactions", "Chapter 2", {"figure": title})
             for name, title in INTERACTION_TITLES.items()
         ],
         interaction_pngs=[f"{DOE}/interaction_{name}.png" for name in INTERACTION_TITLES],

@@ -1,6 +1,8 @@
-"""Descriptors, master curves, universal curves and the inverse mode (thesis chapter 3)."""
+"""Chapter 3: descriptors, master curves, inverse mode, fit of the jar, intervals of the curves."""
 
+from millprint.config.fit import TrialConfig
 from millprint.fingerprint.cases import described_cases
+from millprint.thesis.fit import fitted_mill
 
 FINGERPRINT = f"{RESULTS}/fingerprint"
 FINGERPRINT_FIGURES = f"{FINGERPRINT}/figures"
@@ -99,71 +101,71 @@ rule plot_fingerprint:
         runs=[path for contact in CONFIG.contacts for path in mapped_runs(contact).values()],
         spectra=expand(f"{DOSE}/spectra_{{contact}}.tsv", contact=CONFIG.contacts),
     output:
-        densities_svg=report(
+        densities_svg=shown(
             f"{FINGERPRINT_FIGURES}/cycle_densities.svg",
-            caption="../report/cycle_densities.rst",
-            category="Chapter 3",
-            labels={"figure": "3.5", "shows": "dissipation per revolution"},
+            "cycle_densities",
+            "Chapter 3",
+            {"figure": "3.5", "shows": "dissipation per revolution"},
         ),
         densities_png=f"{FINGERPRINT_FIGURES}/cycle_densities.png",
-        means_svg=report(
+        means_svg=shown(
             f"{FINGERPRINT_FIGURES}/cycle_means.svg",
-            caption="../report/cycle_means.rst",
-            category="Chapter 3",
-            labels={"figure": "3.6", "shows": "mean dissipation per revolution"},
+            "cycle_means",
+            "Chapter 3",
+            {"figure": "3.6", "shows": "mean dissipation per revolution"},
         ),
         means_png=f"{FINGERPRINT_FIGURES}/cycle_means.png",
         energies_svgs=[
-            report(
+            shown(
                 f"{FINGERPRINT_FIGURES}/energies_{contact}.svg",
-                caption="../report/energies.rst",
-                category="Chapter 3",
-                labels={"figure": "3.7, 3.8", "shows": f"energy and frequency of collisions, {contact}"},
+                "energies",
+                "Chapter 3",
+                {"figure": "3.7, 3.8", "shows": f"energy and frequency of collisions, {contact}"},
             )
             for contact in CONFIG.contacts
         ],
         energies_pngs=expand(f"{FINGERPRINT_FIGURES}/energies_{{contact}}.png", contact=CONFIG.contacts),
         curves_svgs=[
-            report(
+            shown(
                 f"{FINGERPRINT_FIGURES}/master_curves_{contact}.svg",
-                caption="../report/master_curves.rst",
-                category="Chapter 3",
-                labels={"figure": "3.11, 3.12, 4.2", "shows": f"master curves, {contact}"},
+                "master_curves",
+                "Chapter 3",
+                {"figure": "3.11, 3.12, 4.2", "shows": f"master curves, {contact}"},
             )
             for contact in CONFIG.contacts
         ],
         curves_pngs=expand(f"{FINGERPRINT_FIGURES}/master_curves_{{contact}}.png", contact=CONFIG.contacts),
-        universal_svg=report(
+        universal_svg=shown(
             f"{FINGERPRINT_FIGURES}/universal_curves.svg",
-            caption="../report/universal_curves.rst",
-            category="Chapter 3",
-            labels={"figure": "3.14", "shows": "universal master curves"},
+            "universal_curves",
+            "Chapter 3",
+            {"figure": "3.14", "shows": "universal master curves"},
         ),
         universal_png=f"{FINGERPRINT_FIGURES}/universal_curves.png",
-        exponents_svg=report(
+        exponents_svg=shown(
             f"{FINGERPRINT_FIGURES}/exponents.svg",
-            caption="../report/exponents.rst",
-            category="Chapter 3",
-            labels={"figure": "Eqs 3.28, 3.29", "shows": "exponents of the scaling"},
+            "exponents",
+            "Chapter 3",
+            {"figure": "Eqs 3.28, 3.29", "shows": "exponents of the scaling"},
         ),
         exponents_png=f"{FINGERPRINT_FIGURES}/exponents.png",
         maps_svgs=[
-            report(
+            shown(
                 f"{FINGERPRINT_FIGURES}/maps_{contact}.svg",
-                caption="../report/maps.rst",
-                category="Chapter 3",
-                labels={"figure": "3.9, 3.10", "shows": f"heat map and granular temperature, {contact}"},
+                "maps",
+                "Chapter 3",
+                {"figure": "3.9, 3.10", "shows": f"heat map and granular temperature, {contact}"},
             )
             for contact in CONFIG.contacts
         ],
         maps_pngs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.png", contact=CONFIG.contacts),
         maps_tsvs=expand(f"{FINGERPRINT_FIGURES}/maps_{{contact}}.tsv", contact=CONFIG.contacts),
         spectra_svgs=[
-            report(
+            shown(
                 f"{DOSE}/spectra_{contact}.svg",
-                caption="../report/spectra.rst",
-                category="Chapter 3",
-                labels={"figure": "energy spectra", "shows": f"energies of single collisions, {contact}"},
+                "spectra",
+                "Chapter 3",
+                {"figure": "energy spectra", "shows": f"energies of single collisions, {contact}"},
             )
             for contact in CONFIG.contacts
         ],
@@ -191,3 +193,139 @@ FINGERPRINT_OUTPUTS = [
     *rules.invert_master_curves.output,
     *rules.plot_fingerprint.output,
 ]
+
+
+FIT = f"{RESULTS}/fingerprint"
+FIT_MILL = fitted_mill(CONFIG, MILLS)
+FIT_OUTPUTS = []
+
+if FIT_MILL:
+    SIMULATED_JAR = {
+        "mill": dumped(FIT_MILL),
+        "contact": CONTACTS[CONFIG.fit.contact].model_dump(mode="json"),
+        "dem": settings("dem"),
+    }
+
+    rule fit_jar:
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            published=PUBLISHED,
+        output:
+            search=f"{FIT}/fit_search.tsv",
+            geometry=f"{FIT}/fit_geometry.yaml",
+        log:
+            f"{LOGS}/fingerprint/fit_jar.log",
+        benchmark:
+            f"{BENCHMARKS}/fit_jar/fit_jar.tsv"
+        params:
+            **SIMULATED_JAR,
+            settings=settings("fit"),
+        message:
+            "Searching the jar that agrees best with the published values chosen for the fit"
+        script:
+            "../../scripts/fit_jar.py"
+
+    rule measure_fit_sensitivity:
+        input:
+            kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+            published=PUBLISHED,
+        output:
+            sensitivity=f"{FIT}/fit_sensitivity.tsv",
+        log:
+            f"{LOGS}/fingerprint/measure_fit_sensitivity.log",
+        benchmark:
+            f"{BENCHMARKS}/measure_fit_sensitivity/measure_fit_sensitivity.tsv"
+        params:
+            **SIMULATED_JAR,
+            settings=CONFIG.fit.part(TrialConfig),
+        message:
+            "Measuring the effect of one step of each parameter of the jar"
+        script:
+            "../../scripts/measure_fit_sensitivity.py"
+
+    rule tabulate_fit:
+        input:
+            descriptors=rules.tabulate_descriptors.output.descriptors,
+            cycles=rules.tabulate_descriptors.output.cycles,
+            published=PUBLISHED,
+            sensitivity=rules.measure_fit_sensitivity.output.sensitivity,
+        output:
+            fit=f"{FIT}/fit.tsv",
+        log:
+            f"{LOGS}/fingerprint/tabulate_fit.log",
+        localrule: True
+        params:
+            mill=SIMULATED_JAR["mill"],
+            contact=CONFIG.fit.contact,
+            fitted=CONFIG.fit.fitted,
+            counting_rule=CONFIG.fingerprint.counting_rule,
+        message:
+            "Tabulating the fitted values and those held back"
+        script:
+            "../../scripts/tabulate_fit.py"
+
+    rule measure_shape:
+        input:
+            search=rules.fit_jar.output.search,
+            published=PUBLISHED,
+        output:
+            shape=f"{RESULTS}/uncertainty/{FIT_MILL.name}/shape.json",
+        log:
+            f"{LOGS}/uncertainty/{FIT_MILL.name}_shape.log",
+        localrule: True
+        params:
+            mill=SIMULATED_JAR["mill"],
+            settings=CONFIG.fit.part(TrialConfig),
+            about={"counting_rule": CONFIG.fingerprint.counting_rule, "probability": CONFIG.fingerprint.interval},
+        message:
+            "Calculating what the fit leaves open of the shape of the jar"
+        script:
+            "../../scripts/measure_shape.py"
+
+    rule fit:
+        input:
+            rules.fit_jar.output,
+        localrule: True
+        message:
+            "The fit of the jar is complete"
+
+    FIT_OUTPUTS += [
+        *rules.measure_fit_sensitivity.output,
+        *rules.tabulate_fit.output,
+        # The search takes longer than the rest of the stage.
+        *(rules.fit_jar.output if CONFIG.fit.in_all else []),
+    ]
+
+
+# The fingerprint of chapter 3 is from more simulations than the mill's own sweep; the factors hold for both.
+rule add_uncertainty_to_chapters:
+    input:
+        # Figures decide nothing, nor do the tables beside them.
+        chapters=[
+            *(path for path in FINGERPRINT_OUTPUTS if path.endswith((".tsv", ".json")) and "/figures/" not in path),
+            f"{RESULTS}/partition/table_4_2.tsv",
+        ],
+        fingerprint=f"{FINGERPRINT}/fingerprint_{CONFIG.mills.contact_set}.json",
+        contact=rules.measure_uncertainty.output.contact.format(mill=CONFIG.mill),
+        shape=shape_of(CONFIG.mill),
+        claims=CONFIG.data.claims,
+    output:
+        fingerprint=f"{UNCERTAINTY}/fingerprint_{{contact}}.json".format(
+            mill=CONFIG.mill, contact=CONFIG.mills.contact_set
+        ),
+        thesis=f"{UNCERTAINTY}/thesis.tsv".format(mill=CONFIG.mill),
+    log:
+        f"{LOGS}/uncertainty/add_to_chapters.log",
+    localrule: True
+    params:
+        results=lambda wildcards, output: str(Path(output.thesis).parents[2]),
+        cycle_fill_ratio=CONFIG.fingerprint.cycle_fill_ratio,
+    message:
+        "Adding the intervals by contact parameters to the curves of chapter 3 and to printed values"
+    script:
+        "../../scripts/add_uncertainty_to_chapters.py"
+
+
+UNCERTAINTY_THESIS_OUTPUTS = (
+    [*rules.add_uncertainty_to_chapters.output] if CONFIG.mill in CONFIG.uncertainty.mills else []
+)

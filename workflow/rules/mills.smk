@@ -1,4 +1,4 @@
-"""Any mill: picture, fingerprint from its own sweep, collapse of all mills of the box, match, large mill."""
+"""Any mill: picture, fingerprint from its own sweep, collapse of the box, match, large mill, explorer."""
 
 SCALE_UP = f"{RESULTS}/scale_up"
 
@@ -24,19 +24,9 @@ rule draw_mill:
     input:
         sources=lambda wildcards: mill_named(wildcards.mill).source_files,
     output:
-        geometry_svg=report(
-            f"{MILL}/geometry.svg",
-            caption="../report/mill_geometry.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "geometry"},
-        ),
+        geometry_svg=shown(f"{MILL}/geometry.svg", "mill_geometry", "Mills", {"mill": "{mill}", "figure": "geometry"}),
         geometry_png=f"{MILL}/geometry.png",
-        motion_svg=report(
-            f"{MILL}/motion.svg",
-            caption="../report/mill_motion.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "one turn"},
-        ),
+        motion_svg=shown(f"{MILL}/motion.svg", "mill_motion", "Mills", {"mill": "{mill}", "figure": "one turn"}),
         motion_png=f"{MILL}/motion.png",
         geometry_tsv=f"{MILL}/geometry.tsv",
         motion_tsv=f"{MILL}/motion.tsv",
@@ -122,12 +112,7 @@ rule draw_sheet:
         spectra=rules.describe_mill.output.spectra,
         spectra_summary=rules.describe_mill.output.spectra_summary,
     output:
-        svg=report(
-            f"{MILL}/fingerprint.svg",
-            caption="../report/mill_fingerprint.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "fingerprint"},
-        ),
+        svg=shown(f"{MILL}/fingerprint.svg", "mill_fingerprint", "Mills", {"mill": "{mill}", "figure": "fingerprint"}),
         png=f"{MILL}/fingerprint.png",
         pdf=f"{MILL}/fingerprint.pdf",
     log:
@@ -148,18 +133,15 @@ rule draw_spectra:
         spectra=rules.describe_mill.output.spectra,
         spectra_summary=rules.describe_mill.output.spectra_summary,
     output:
-        spectra_svg=report(
-            f"{DOSE}/{{mill}}/spectra.svg",
-            caption="../report/spectra.rst",
-            category="Dose",
-            labels={"mill": "{mill}", "figure": "energy spectra"},
+        spectra_svg=shown(
+            f"{DOSE}/{{mill}}/spectra.svg", "spectra", "Dose", {"mill": "{mill}", "figure": "energy spectra"}
         ),
         spectra_png=f"{DOSE}/{{mill}}/spectra.png",
-        rules_svg=report(
+        rules_svg=shown(
             f"{DOSE}/{{mill}}/spectra_rules.svg",
-            caption="../report/spectra_rules.rst",
-            category="Dose",
-            labels={"mill": "{mill}", "figure": "energy spectra by counting rule"},
+            "spectra_rules",
+            "Dose",
+            {"mill": "{mill}", "figure": "energy spectra by counting rule"},
         ),
         rules_png=f"{DOSE}/{{mill}}/spectra_rules.png",
     log:
@@ -179,12 +161,7 @@ rule collect_mills:
         [f"{RESULTS}/mills/{name}/collapse.tsv" for name in BOX],
     output:
         table=f"{RESULTS}/mills/collapse.tsv",
-        svg=report(
-            f"{RESULTS}/mills/collapse.svg",
-            caption="../report/mill_collapse.rst",
-            category="Mills",
-            labels={"mill": "all", "figure": "collapse"},
-        ),
+        svg=shown(f"{RESULTS}/mills/collapse.svg", "mill_collapse", "Mills", {"mill": "all", "figure": "collapse"}),
         png=f"{RESULTS}/mills/collapse.png",
     log:
         f"{LOGS}/mills/collect.log",
@@ -293,12 +270,7 @@ if CONFIG.mills.scale_up is not None:
         output:
             sheet=f"{SCALE_UP}/sheet.tsv",
             run=f"{SCALE_UP}/run.tsv",
-            svg=report(
-                f"{SCALE_UP}/sheet.svg",
-                caption="../report/scale_up.rst",
-                category="Mills",
-                labels={"mill": "large", "figure": "scale-up"},
-            ),
+            svg=shown(f"{SCALE_UP}/sheet.svg", "scale_up", "Mills", {"mill": "large", "figure": "scale-up"}),
             png=f"{SCALE_UP}/sheet.png",
         log:
             f"{LOGS}/mills/scale_up.log",
@@ -319,3 +291,60 @@ if CONFIG.mills.scale_up is not None:
         localrule: True
         message:
             "The plan of the large mill is complete"
+
+
+EXPLORED_WITH = {
+    "name": CONFIG.name,
+    "spectra": CONFIG.dose.spectra.model_dump(mode="json"),
+    "rule": CONFIG.mills.rule,
+    "descriptors": CONFIG.fingerprint.descriptors,
+    "heat": CONFIG.dose.heat.model_dump(mode="json"),
+}
+# What a page takes from each mill, by the names of `millprint.explorer.simulated`.
+OF_MILL = {
+    "spectra": rules.describe_mill.output.spectra,
+    "summary": rules.describe_mill.output.spectra_summary,
+    "temperatures": rules.balance_heat.output.temperatures,
+    "limits": rules.balance_heat.output.limits,
+}
+
+
+rule explore_mill:
+    input:
+        unpack(lambda wildcards: explored([wildcards.mill])),
+        sources=lambda wildcards: mill_named(wildcards.mill).source_files,
+    output:
+        html=shown(f"{MILL}/explorer.html", "mill_explorer", "Mills", {"mill": "{mill}", "figure": "explorer"}),
+    log:
+        f"{LOGS}/mills/{{mill}}_explorer.log",
+    localrule: True
+    params:
+        mills=lambda wildcards: [dumped(mill_named(wildcards.mill))],
+        about=EXPLORED_WITH,
+    message:
+        "Building the explorer of mill {wildcards.mill}, a page that needs no server"
+    script:
+        "../../scripts/explore_mills.py"
+
+
+use rule explore_mill as explore_mills with:
+    input:
+        **explored(BOX),
+        sources=[path for name in BOX for path in mill_named(name).source_files],
+    output:
+        html=shown(f"{RESULTS}/mills/explorer.html", "mills_explorer", "Mills", {"mill": "all", "figure": "explorer"}),
+    log:
+        f"{LOGS}/mills/explorer.log",
+    params:
+        mills=[dumped(mill_named(name)) for name in BOX],
+        about=EXPLORED_WITH,
+    message:
+        "Building the explorer of {BOX}, a page that needs no server"
+
+
+rule explorer:
+    input:
+        rules.explore_mill.output.html.format(mill=CONFIG.mill),
+    localrule: True
+    message:
+        "The explorer is complete"

@@ -1,4 +1,6 @@
-"""Shear against compression: the five cases of thesis chapter 4, and the dose and kinetics of the measured yields."""
+"""Chapter 4: shear against compression; energy spectra of the sweeps, and wear of the balls."""
+
+from millprint.fingerprint.cases import described_cases, is_as_built
 
 PARTITION = f"{RESULTS}/partition"
 PARTITION_FIGURES = f"{PARTITION}/figures"
@@ -16,36 +18,33 @@ rule partition_dissipation:
         table_4_5=f"{PARTITION}/table_4_5.tsv",
         slopes=f"{PARTITION}/slopes.tsv",
         design=f"{PARTITION}/design.tsv",
-        yield_svg=report(
+        yield_svg=shown(
             f"{PARTITION_FIGURES}/yield.svg",
-            caption="../report/partition_yield.rst",
-            category="Chapter 4",
-            labels={"figure": "4.3", "shows": "yield against fill ratio"},
+            "partition_yield",
+            "Chapter 4",
+            {"figure": "4.3", "shows": "yield against fill ratio"},
         ),
         yield_png=f"{PARTITION_FIGURES}/yield.png",
-        specific_svg=report(
+        specific_svg=shown(
             f"{PARTITION_FIGURES}/specific_yield.svg",
-            caption="../report/partition_specific_yield.rst",
-            category="Chapter 4",
-            labels={"figure": "4.4", "shows": "specific yield against fill ratio"},
+            "partition_specific_yield",
+            "Chapter 4",
+            {"figure": "4.4", "shows": "specific yield against fill ratio"},
         ),
         specific_png=f"{PARTITION_FIGURES}/specific_yield.png",
-        mass_svg=report(
+        mass_svg=shown(
             f"{PARTITION_FIGURES}/mass_per_watt.svg",
-            caption="../report/partition_mass.rst",
-            category="Chapter 4",
-            labels={"figure": "4.5", "shows": "converted mass per watt against fill ratio"},
+            "partition_mass",
+            "Chapter 4",
+            {"figure": "4.5", "shows": "converted mass per watt against fill ratio"},
         ),
         mass_png=f"{PARTITION_FIGURES}/mass_per_watt.png",
         doses=f"{DOSE}/dose.tsv",
         kinetics=f"{DOSE}/kinetics.tsv",
         curves=f"{DOSE}/kinetics_curves.tsv",
         verdict=f"{DOSE}/dose_verdict.txt",
-        dose_svg=report(
-            f"{DOSE}/dose.svg",
-            caption="../report/dose.rst",
-            category="Chapter 4",
-            labels={"figure": "dose", "shows": "yield against time and dose"},
+        dose_svg=shown(
+            f"{DOSE}/dose.svg", "dose", "Chapter 4", {"figure": "dose", "shows": "yield against time and dose"}
         ),
         dose_png=f"{DOSE}/dose.png",
     log:
@@ -61,3 +60,112 @@ rule partition_dissipation:
 
 
 PARTITION_OUTPUTS = [*rules.partition_dissipation.output]
+
+
+rule tabulate_spectra:
+    input:
+        summaries=[path for contact in CONFIG.contacts for path in swept_summaries(contact)],
+        runs=[path for contact in CONFIG.contacts for path in records_of(swept_summaries(contact))],
+    output:
+        spectra=expand(f"{DOSE}/spectra_{{contact}}.tsv", contact=CONFIG.contacts),
+        summary=expand(f"{DOSE}/spectra_summary_{{contact}}.tsv", contact=CONFIG.contacts),
+    log:
+        f"{LOGS}/dose/tabulate_spectra.log",
+    benchmark:
+        f"{BENCHMARKS}/tabulate_spectra/tabulate_spectra.tsv"
+    params:
+        runs={contact: records_of(swept_summaries(contact)) for contact in CONFIG.contacts},
+        rules=spectra_rules(CONFIG.fingerprint.counting_rule),
+        settings=CONFIG.dose.spectra.model_dump(mode="json"),
+    message:
+        "Tabulating the energy spectra of {CONFIG.contacts}"
+    script:
+        "../../scripts/tabulate_spectra.py"
+
+
+WEAR = CONFIG.dose.wear
+WEAR_CONTACT = CONFIG.partition.contact
+# Balls of one size in the mill as built: the weighings are of such balls.
+WEAR_CASES = [
+    path
+    for path, case in described_cases(CONFIG, CASES).items()
+    if (case.mill, case.contact) == (CONFIG.mill, WEAR_CONTACT) and case.mixture is None and is_as_built(case)
+]
+WEAR_SUMMARIES = [f"{RESULTS}/dem/{path}/summary.json" for path in WEAR_CASES]
+# Contact parameters widen the intervals where the whole run has their analysis.
+WEAR_IS_ANALYSED = CONFIG.mill in CONFIG.uncertainty.mills and CONFIG.mills.contact_set == WEAR_CONTACT
+
+
+rule fit_wear:
+    input:
+        **({"factors": f"{RESULTS}/uncertainty/{CONFIG.mill}/contact.json"} if WEAR_IS_ANALYSED else {}),
+        summaries=lambda wildcards: sliding_summaries(),
+        runs=lambda wildcards: records_of(sliding_summaries()),
+        weighings=CONFIG.data.wear,
+        materials=WEAR.materials,
+    output:
+        runs=f"{DOSE}/sliding.tsv",
+        conditions=f"{DOSE}/sliding_conditions.tsv",
+        fit=f"{DOSE}/wear_fit.tsv",
+        coefficient=f"{DOSE}/wear_coefficient.json",
+        wear=f"{DOSE}/wear.tsv",
+        svg=shown(f"{DOSE}/wear.svg", "wear", "Chapter 2", {"figure": "Table 2.6", "shows": "wear by Archard's law"}),
+        png=f"{DOSE}/wear.png",
+    log:
+        f"{LOGS}/dose/fit_wear.log",
+    benchmark:
+        f"{BENCHMARKS}/fit_wear/fit_wear.tsv"
+    params:
+        settings=WEAR.model_dump(mode="json"),
+        machine={
+            "mill": CONFIG.mill,
+            "contact": WEAR_CONTACT,
+            "counting_rule": CONFIG.fingerprint.counting_rule,
+        },
+    message:
+        "Measuring the sliding work, fitting the wear coefficient to half of {input.weighings}, and predicting the rest"
+    script:
+        "../../scripts/fit_wear.py"
+
+
+rule predict_mill_wear:
+    input:
+        summaries=lambda wildcards: [path for name in BOX for path in heated_summaries(name)],
+        runs=lambda wildcards: [path for name in BOX for path in heated_runs(name)],
+        coefficient=rules.fit_wear.output.coefficient,
+        materials=WEAR.materials,
+    output:
+        table=f"{RESULTS}/mills/wear.tsv",
+        svg=shown(f"{RESULTS}/mills/wear.svg", "mill_wear", "Mills", {"mill": "all", "figure": "wear of the balls"}),
+        png=f"{RESULTS}/mills/wear.png",
+    log:
+        f"{LOGS}/mills/wear.log",
+    localrule: True
+    params:
+        settings=WEAR.model_dump(mode="json"),
+    message:
+        "Predicting the wear of the balls in {BOX}"
+    script:
+        "../../scripts/predict_mill_wear.py"
+
+
+# A target of its own: the coefficient of wear comes from the simulations of the thesis, which `mills` does not start.
+rule mill_wear:
+    input:
+        rules.predict_mill_wear.output,
+    localrule: True
+    message:
+        "The wear of the balls in the mills of the box is complete"
+
+
+DOSE_OUTPUTS = [
+    *rules.tabulate_spectra.output,
+    # Figures of the spectra and the doses of the measured yields are made with chapters 3 and 4.
+    *(
+        path
+        for made in (rules.plot_fingerprint, rules.partition_dissipation)
+        for path in made.output
+        if path.startswith(f"{DOSE}/")
+    ),
+    *rules.fit_wear.output,
+]

@@ -1,8 +1,39 @@
-"""The record of a run as a Workflow Run RO-Crate: results/ro-crate-metadata.json."""
+"""The gallery of a run, and its record as a Workflow Run RO-Crate: results/ro-crate-metadata.json."""
 
 from os.path import relpath
 
 from millprint.config.checks import CONTACT_FOLDER, MILL_FOLDER
+
+
+rule build_gallery:
+    input:
+        RUN_OUTPUTS,
+    output:
+        html=shown(
+            f"{RESULTS}/report/gallery.html",
+            "gallery",
+            "Figures and tables",
+            {"shows": "every figure with its data and origin"},
+        ),
+    log:
+        f"{LOGS}/report/build_gallery.log",
+    localrule: True
+    params:
+        figures=lambda wildcards, input: reported_figures(input),
+        results=lambda wildcards, output: str(Path(output.html).parents[1]),
+    message:
+        "Collecting every figure with its caption, its tables, and how it was made"
+    script:
+        "../../scripts/build_gallery.py"
+
+
+rule gallery:
+    input:
+        rules.build_gallery.output,
+    localrule: True
+    message:
+        "The gallery is complete"
+
 
 find_file = Sources(shipped).find
 # The main one first. As seen from here: a run that is moved with its project stays the same run.
@@ -36,11 +67,11 @@ rule write_crate:
         targets=[*RUN_OUTPUTS, *rules.build_gallery.output],
         configuration=rules.record_run.output.run,
     output:
-        crate=report(
+        crate=shown(
             f"{RESULTS}/ro-crate-metadata.json",
-            caption="../report/crate.rst",
-            category="Runtime and versions",
-            labels={"shows": "inputs, files, digests, versions: RO-Crate"},
+            "crate",
+            "Runtime and versions",
+            {"shows": "inputs, files, digests, versions: RO-Crate"},
         ),
         sources=directory(f"{RESULTS}/crate"),
     log:

@@ -49,23 +49,15 @@ rule tabulate_claims:
         verdicts=CONFIG.data.verdicts,
         conclusions=CONFIG.data.conclusions,
     output:
-        summary=report(
-            f"{RESULTS}/report/summary.html",
-            caption="../report/summary.rst",
-            category="Claims",
-            labels={"shows": "which conclusions stand, errata"},
+        summary=shown(
+            f"{RESULTS}/report/summary.html", "summary", "Claims", {"shows": "which conclusions stand, errata"}
         ),
-        page=report(
-            f"{RESULTS}/report/claims.html",
-            caption="../report/claims.rst",
-            category="Claims",
-            labels={"shows": "every claim, to sort and filter"},
-        ),
-        svg=report(
+        page=shown(f"{RESULTS}/report/claims.html", "claims", "Claims", {"shows": "every claim, to sort and filter"}),
+        svg=shown(
             f"{RESULTS}/report/claims_by_chapter.svg",
-            caption="../report/claims_by_chapter.rst",
-            category="Claims",
-            labels={"shows": "verdicts by chapter (figure)"},
+            "claims_by_chapter",
+            "Claims",
+            {"shows": "verdicts by chapter (figure)"},
         ),
         claims=f"{RESULTS}/report/claims.tsv",
         conclusions=f"{RESULTS}/report/conclusions.tsv",
@@ -94,19 +86,19 @@ rule tabulate_pages:
         tables=[path for paths in SHOWN_TABLES.values() for path in paths],
     output:
         pages=[
-            report(
+            shown(
                 f"{RESULTS}/report/tables_{chapter}.html",
-                caption="../report/tables.rst",
-                category=f"Chapter {chapter}",
-                labels={"figure": "tables", "shows": f"tables of chapter {chapter}, to sort and filter"},
+                "tables",
+                f"Chapter {chapter}",
+                {"figure": "tables", "shows": f"tables of chapter {chapter}, to sort and filter"},
             )
             for chapter in SHOWN_TABLES
         ],
-        html=report(
+        html=shown(
             f"{RESULTS}/report/runtimes.html",
-            caption="../report/runtimes.rst",
-            category="Runtime and versions",
-            labels={"shows": "every job's time, versions, commit"},
+            "runtimes",
+            "Runtime and versions",
+            {"shows": "every job's time, versions, commit"},
         ),
         runtimes=f"{RESULTS}/report/runtimes.tsv",
     log:
@@ -135,11 +127,11 @@ rule build_explorer:
         limits=rules.balance_heat.output.limits.format(mill=CONFIG.mill),
         sources=MILLS[CONFIG.mill].source_files,
     output:
-        html=report(
+        html=shown(
             f"{RESULTS}/report/explorer.html",
-            caption="../report/explorer.rst",
-            category="Explorer",
-            labels={"shows": "sliders: descriptors, power, yield; nearest conditions"},
+            "explorer",
+            "Explorer",
+            {"shows": "sliders: descriptors, power, yield; nearest conditions"},
         ),
     log:
         f"{LOGS}/report/build_explorer.log",

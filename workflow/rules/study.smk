@@ -1,4 +1,4 @@
-"""Are the settings of a mill's sweep good enough? One condition of it, each setting changed alone."""
+"""Targets of any mill that do more for the thesis: `convergence` and `dose`."""
 
 STUDY = f"{RESULTS}/convergence/{{mill}}"
 
@@ -11,12 +11,7 @@ rule study_settings:
         window=f"{STUDY}/window.tsv",
         verdict=f"{STUDY}/verdict.json",
         line=f"{STUDY}/verdict.txt",
-        svg=report(
-            f"{STUDY}/study.svg",
-            caption="../report/study.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "settings of the sweep"},
-        ),
+        svg=shown(f"{STUDY}/study.svg", "study", "Mills", {"mill": "{mill}", "figure": "settings of the sweep"}),
         png=f"{STUDY}/study.png",
     log:
         f"{LOGS}/convergence/{{mill}}_study.log",
@@ -40,3 +35,19 @@ rule convergence:
     localrule: True
     message:
         "The study of the settings is complete"
+
+
+# Written by the jobs of the fingerprint.
+MILL_SPECTRA = [
+    path.format(mill=CONFIG.mill)
+    for path in (*rules.describe_mill.output, *rules.draw_spectra.output)
+    if path.startswith(f"{DOSE}/")
+]
+
+
+rule dose:
+    input:
+        DOSE_OUTPUTS if CHAPTERS else MILL_SPECTRA,
+    localrule: True
+    message:
+        "Energy spectra and dose are complete"

@@ -1,4 +1,9 @@
-"""How much a mill's fingerprint depends on contact parameters: samples, emulator, Sobol indices, intervals."""
+"""Shared by the rules of uncertainty: folders, and the files that they need and make."""
+
+from millprint.thesis.fit import FEWEST_JARS, fitted_mill
+
+UNCERTAINTY = f"{RESULTS}/uncertainty/{{mill}}"
+
 
 # The contact set of the predictions, then those that are compared with it.
 UNCERTAIN_CONTACTS = list(dict.fromkeys([CONFIG.mills.contact_set, *CONFIG.contacts]))
@@ -80,25 +85,25 @@ rule add_uncertainty:
         fingerprint=f"{UNCERTAINTY}/fingerprint.json",
         sheet=f"{UNCERTAINTY}/fingerprint.tsv",
         curves=f"{UNCERTAINTY}/curves.tsv",
-        indices_svg=report(
+        indices_svg=shown(
             f"{UNCERTAINTY}/indices.svg",
-            caption="../report/uncertainty_indices.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "Sobol indices of the contact parameters"},
+            "uncertainty_indices",
+            "Mills",
+            {"mill": "{mill}", "figure": "Sobol indices of the contact parameters"},
         ),
         indices_png=f"{UNCERTAINTY}/indices.png",
-        intervals_svg=report(
+        intervals_svg=shown(
             f"{UNCERTAINTY}/intervals.svg",
-            caption="../report/uncertainty_intervals.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "intervals by contact parameters"},
+            "uncertainty_intervals",
+            "Mills",
+            {"mill": "{mill}", "figure": "intervals by contact parameters"},
         ),
         intervals_png=f"{UNCERTAINTY}/intervals.png",
-        sheet_svg=report(
+        sheet_svg=shown(
             f"{UNCERTAINTY}/fingerprint.svg",
-            caption="../report/uncertain_fingerprint.rst",
-            category="Mills",
-            labels={"mill": "{mill}", "figure": "fingerprint with every interval"},
+            "uncertain_fingerprint",
+            "Mills",
+            {"mill": "{mill}", "figure": "fingerprint with every interval"},
         ),
         sheet_png=f"{UNCERTAINTY}/fingerprint.png",
         sheet_pdf=f"{UNCERTAINTY}/fingerprint.pdf",

@@ -1,5 +1,34 @@
 """What others measured, predicted without a fit: set-ups, verdicts, and their page of the report."""
 
+VALIDATION = f"{RESULTS}/validation"
+
+
+rule simulate_tumbling:
+    input:
+        kernels=ancient(f"{RESULTS}/dem/kernels.json"),
+        measured=CONFIG.validation.measured,
+    output:
+        runs=f"{RESULTS}/validation/{{setup}}/runs.tsv",
+        charge=f"{RESULTS}/validation/{{setup}}/charge.tsv",
+    log:
+        f"{LOGS}/validation/simulate_{{setup}}.log",
+    benchmark:
+        f"{BENCHMARKS}/simulate_tumbling/{{setup}}.tsv"
+    wildcard_constraints:
+        setup=any_of(CONFIG.validation.tumbling),
+    resources:
+        processor_s=lambda wildcards: likely_s(simulated_inside(wildcards.setup)),
+    params:
+        settings=lambda wildcards: setup_inputs(wildcards.setup)["settings"],
+        mill=lambda wildcards: setup_inputs(wildcards.setup)["mill"],
+        contacts=lambda wildcards: setup_inputs(wildcards.setup)["contacts"],
+        dem=settings("dem"),
+    message:
+        "Simulating tumbling mill {wildcards.setup} at every speed"
+    script:
+        "../../scripts/simulate_tumbling.py"
+
+
 VALIDATION_CHAPTER = "Validation"
 # Set-ups whose bed is drawn.
 FLOWING_BEDS = ("bead_drum", "repose_drum")
@@ -53,18 +82,18 @@ rule judge_setups:
         coverage=f"{VALIDATION}/coverage.tsv",
         assumptions=f"{VALIDATION}/assumptions.tsv",
         fixed=f"{VALIDATION}/fixed.tsv",
-        page=report(
+        page=shown(
             f"{VALIDATION}/tables.html",
-            caption="../report/validation.rst",
-            category="Validation",
-            labels={"figure": "tables", "shows": "verdicts, coverage, and what was assumed, to sort and filter"},
+            "validation",
+            "Validation",
+            {"figure": "tables", "shows": "verdicts, coverage, and what was assumed, to sort and filter"},
         ),
         svgs=[
-            report(
+            shown(
                 f"{VALIDATION}/{name}/predictions.svg",
-                caption="../report/validation_setup.rst",
-                category="Validation",
-                labels={"figure": name, "shows": "measured points over the prediction"},
+                "validation_setup",
+                "Validation",
+                {"figure": name, "shows": "measured points over the prediction"},
             )
             for name in CONFIG.validation.chosen
         ],
@@ -73,11 +102,11 @@ rule judge_setups:
         first_svgs=expand(f"{VALIDATION}/{{setup}}/first.svg", setup=CONFIG.validation.chosen),
         first_pngs=expand(f"{VALIDATION}/{{setup}}/first.png", setup=CONFIG.validation.chosen),
         charge_svgs=[
-            report(
+            shown(
                 f"{VALIDATION}/{name}/charge.svg",
-                caption="../report/validation_charge.rst",
-                category="Validation",
-                labels={"figure": name, "shows": "the charge at several speeds, with toe and shoulder"},
+                "validation_charge",
+                "Validation",
+                {"figure": name, "shows": "the charge at several speeds, with toe and shoulder"},
             )
             for name in CONFIG.validation.tumbling
         ],
@@ -103,11 +132,11 @@ rule plot_bed:
     input:
         run=lambda wildcards: f"{RESULTS}/dem/{bed_case(wildcards.setup).path}/run.h5",
     output:
-        svg=report(
+        svg=shown(
             f"{VALIDATION}/{{setup}}/bed.svg",
-            caption="../report/validation_bed.rst",
-            category="Validation",
-            labels={"figure": "{setup}", "shows": "the flowing bed, by speed"},
+            "validation_bed",
+            "Validation",
+            {"figure": "{setup}", "shows": "the flowing bed, by speed"},
         ),
         png=f"{VALIDATION}/{{setup}}/bed.png",
         tsv=f"{VALIDATION}/{{setup}}/bed.tsv",

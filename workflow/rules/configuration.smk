@@ -2,8 +2,8 @@
 
 from millprint.config.checks import CONFIGURATION
 from millprint.config.sweep import expand_sweep
-from millprint.run.digest import program_digest, simulation_digest
 from millprint.fingerprint.cases import has_chapters
+from millprint.run.digest import program_digest, simulation_digest
 
 # In the order in which they are merged. Those of --configfile come last and win; Snakemake lists them among the first too.
 CONFIG_FILES = [str(file) for file in (*workflow.configfiles, *workflow.overwrite_configfiles)]
@@ -68,3 +68,8 @@ def yield_settings(section: str) -> dict:
 def every_model(pattern: str, models) -> list[str]:
     """The files of `models`, from a pattern with {model} and {strategy}."""
     return [pattern.format(model=model, strategy=strategy) for model, strategy in models]
+
+
+def shown(path: str, caption: str, category: str, labels: dict[str, str]):
+    """A file that the report of Snakemake shows; caption: a file in workflow/report, without its ending."""
+    return report(path, caption=f"../report/{caption}.rst", category=category, labels=labels)

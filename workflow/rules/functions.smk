@@ -1,0 +1,193 @@
+"""Functions of the rules: the files and values that a rule asks for, by wildcards. Names are looked up when a job asks."""
+
+
+def shape_of(mill: str) -> list[str]:
+    """The file of a fitted jar's shape, if the search of the fit is a part of the whole run."""
+    fitted = fitted_mill(CONFIG, MILLS) if CHAPTERS and CONFIG.fit.in_all else None
+    if fitted is None or fitted.name != mill or CONFIG.fit.screening.jars < FEWEST_JARS:
+        return []
+    return [f"{RESULTS}/uncertainty/{fitted.name}/shape.json"]
+
+
+def predicting_chapter(contact: str) -> str:
+    """The fingerprint of chapter 3 of a contact set: with all its intervals if the whole run has their analysis."""
+    analysed = CONFIG.mill in CONFIG.uncertainty.mills and contact == CONFIG.mills.contact_set
+    folder = f"{RESULTS}/uncertainty/{CONFIG.mill}" if analysed else f"{RESULTS}/fingerprint"
+    return f"{folder}/fingerprint_{contact}.json"
+
+
+def uncertainty_of(mills) -> list[str]:
+    """Every file of the uncertainty of some mills, and their fingerprints with the intervals."""
+    own = expand([*rules.measure_uncertainty.output, *rules.add_uncertainty.output], mill=mills)
+    # The curves of chapter 3 are those of the run's mill.
+    chapter = [f"{RESULTS}/uncertainty/{CONFIG.mill}/fingerprint_{CONFIG.mills.contact_set}.json"]
+    return [*own, *(chapter if CHAPTERS and CONFIG.mill in mills else [])]
+
+
+def spectra_rules(own: str) -> list[str]:
+    """The counting rules of spectra: that of the descriptors first, which the figures show."""
+    return list(dict.fromkeys([own, *CONFIG.dose.spectra.counting_rules]))
+
+
+def records_of(summaries) -> list[str]:
+    """The records, run.h5, beside these summaries."""
+    return [str(Path(path).with_name("run.h5")) for path in summaries]
+
+
+def swept_summaries(contact: str) -> list[str]:
+    """The summaries of the sweeps' conditions with a contact set, as the descriptors have them."""
+    return [f"{RESULTS}/dem/{path}/summary.json" for path, case in DESCRIBED_CASES.items() if case.contact == contact]
+
+
+def sliding_summaries() -> list[str]:
+    """The summaries of the runs whose sliding work is measured: of the weighings, and of the mills of the section."""
+    return WEAR_SUMMARIES + [path for name in WEAR.mills for path in mill_summaries(name)]
+
+
+def explored(names) -> dict[str, list[str]]:
+    """The files that the page of some mills is made from, in the order of the mills."""
+    files = {key: [path.format(mill=name) for name in names] for key, path in OF_MILL.items()}
+    return {"fingerprint": [predicting(name) for name in names], **files}
+
+
+def contact_of_card(name: str) -> str:
+    """The contact set of an experiment."""
+    return CARD_EXPERIMENTS[name].contact or CONFIG.mills.contact_set
+
+
+def carded(name: str, file: str) -> list[str]:
+    """A file of every simulation of an experiment."""
+    return [f"{RESULTS}/dem/{case.path}/{file}" for case in cases_of_card(name)]
+
+
+def card_intervals(name: str) -> list[str]:
+    """The fingerprint with intervals by contact parameters, if the whole run has their analysis for the mill."""
+    mill = CARD_EXPERIMENTS[name].mill
+    return [predicting(mill)] if mill in CONFIG.uncertainty.mills else []
+
+
+def setup_inputs(name: str) -> dict:
+    """Section, mill and contact sets of a set-up, as plain values."""
+    setup = CONFIG.validation.chosen[name]
+    return {
+        "settings": setup.model_dump(mode="json"),
+        "mill": dumped(MILLS[setup.mill_name]) if setup.mill_name else None,
+        "contacts": [CONTACTS[each].model_dump(mode="json") for each in setup.contact_names],
+    }
+
+
+def simulated_inside(name: str) -> list:
+    """The simulations of a set-up that a rule has inside, without a file in results/dem."""
+    setup = CONFIG.validation.chosen[name]
+    return setup.simulated_inside(MILLS[setup.mill_name]) if setup.mill_name else []
+
+
+def setup_runs(name: str) -> list[str]:
+    """The files that a set-up reads of its simulations."""
+    files = CONFIG.validation.chosen[name].run_files
+    return [f"{RESULTS}/dem/{path}/{file}" for path in SETUP_CASES[name] for file in files]
+
+
+def own_tables(name: str) -> list[str]:
+    """The tables of the simulations that a set-up runs on its own."""
+    return [f"{VALIDATION}/{name}/{table}" for table in CONFIG.validation.chosen[name].own_tables]
+
+
+def bed_case(name: str):
+    """The first simulation of a set-up, the one that is drawn."""
+    return next(iter(SETUP_CASES[name].values()))
+
+
+def simulated(case: str) -> str:
+    """The file of a simulation, with its snapshots."""
+    return f"{RESULTS}/dem/{case}/run.h5"
+
+
+def tests_of(variant: str) -> list[str]:
+    """The tests in which a variant is rolled out: all tests; for an ablation only the test on the training motion."""
+    return [CONFIG.surrogate.trained_test] if variant in ABLATED else SURROGATE_TESTS
+
+
+def measured(variant: str) -> list[str]:
+    """The tables of measures of a variant: of its roll-outs and of its single steps."""
+    return [f"{SURROGATE}/{variant}/{name}.tsv" for name in ("metrics", "single_steps")]
+
+
+def measured_trainings(variant: str) -> list[str]:
+    """The tables of measures of every training of a variant or ablation."""
+    return [path for training in CONFIG.surrogate.trainings_of(variant) for path in measured(training)]
+
+
+def edges_of(variant: str) -> dict:
+    """The rules for the edges of a variant, as plain values."""
+    return CONFIG.surrogate.variant(variant).edges.model_dump(mode="json")
+
+
+def rollout_in(variant: str, test: str) -> dict:
+    """Settings, case with its simulation, and starts of a variant's roll-out in a test."""
+    chosen = CONFIG.surrogate.tests[test]
+    return {
+        "settings": CONFIG.surrogate.rollout_of(variant, test).model_dump(mode="json"),
+        "case": chosen.case,
+        "run": simulated(chosen.case),
+        "starts_s": chosen.starts_s,
+    }
+
+
+def weights_for(variant: str) -> str:
+    """The weights for the roll-out of a variant: its own, or those of another variant."""
+    return f"{SURROGATE}/{CONFIG.surrogate.weights_of(variant)}/weights.pt"
+
+
+def runs_of(test: str) -> dict[str, str]:
+    """The reference simulations of a test."""
+    return {role: simulated(case) for role, case in CONFIG.surrogate.tests[test].runs().items()}
+
+
+def compared_runs(tests) -> dict[str, str]:
+    """The reference simulations of some tests, named `test_role`."""
+    return {f"{test}_{role}": path for test in tests for role, path in runs_of(test).items()}
+
+
+def starts_in(tests) -> dict[str, float]:
+    """Those tests in which the balls move, with their first starts [s]; single steps are evaluated from there."""
+    moving = [test for test in tests if test in MOVING_TESTS]
+    return {test: CONFIG.surrogate.tests[test].starts_s[0] for test in moving}
+
+
+def changes(variant: str) -> str:
+    """The settings that an ablation changes, as text."""
+    own = CONFIG.surrogate.ablations[variant]
+    sections = ("graph", "edges", "network", "training", "rollout")
+    keys = {f"{section}.{key}": value for section in sections for key, value in getattr(own, section).items()}
+    return ", ".join(f"{key} = {value}" for key, value in keys.items()) or "nothing"
+
+
+def stepped_in(tests) -> list[str]:
+    """The simulations from whose states single steps are evaluated, for some tests."""
+    return [simulated(CONFIG.surrogate.tests[name].case) for name in starts_in(tests)]
+
+
+def training_minutes(variant: str) -> int:
+    """The time that a training requests: twice its own limit, plus 20 min to start [min]."""
+    return 20 + math.ceil(CONFIG.surrogate.variant(variant).training.wall_time_max_s / 30)
+
+
+def reported_figures(paths) -> list[dict]:
+    """Path in the results, category, labels and caption of those paths that the report shows as a picture."""
+    flagged = [
+        (item, item.flags["report"]) for each in workflow.rules for item in each.output if "report" in item.flags
+    ]
+    found = []
+    for path in dict.fromkeys(str(path) for path in paths):
+        if not path.endswith((".svg", ".png")):
+            continue
+        for item, about in flagged:
+            if item.match(path):
+                inside = str(Path(path).relative_to(RESULTS))
+                with workflow.sourcecache.open(about.caption, "r") as file:
+                    caption = file.read()
+                listed = {"path": inside, "stage": about.category, "labels": about.labels, "caption": caption}
+                found.append(listed)
+                break
+    return found

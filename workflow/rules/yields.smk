@@ -1,0 +1,450 @@
+"""Chapter 5: yield models, their evaluation, and the next experiments."""
+
+from millprint.config.yields import HeldOutConfig
+from millprint.thesis.yields.regressors import (
+    AVERAGED,
+    CLIMATOLOGY,
+    PRIMARY,
+    REGRESSORS,
+    RESIDUAL_WEIGHTS,
+    SEARCH_SEED,
+    TWO_STEP,
+    models_of,
+    otherwise,
+    searched_again,
+)
+
+YIELDS = f"{RESULTS}/yield"
+MODELS = models_of(CONFIG.yields.models)
+EVERY_MODEL = [*MODELS, (AVERAGED, PRIMARY)]
+COMPARED_MODELS = [*EVERY_MODEL, (CLIMATOLOGY, PRIMARY)]
+EXPLAINED = [(name, TWO_STEP) for name in CONFIG.yields.models if REGRESSORS[name].explain]
+SEARCHED_AGAIN = searched_again(CONFIG.yields.searched_again, MODELS)
+YIELD_MODEL = f"{YIELDS}/models/{{model}}_{{strategy}}.json"
+OTHER_MODEL = f"{YIELDS}/models/otherwise/{{model}}_{{strategy}}_{{choice}}.json"
+HELD_OUT = f"{YIELDS}/held_out/{{model}}_{{strategy}}"
+# What a model is trained with, by its file in results/yield/models: regressor, strategy and settings; in the folder
+# `otherwise` with another value of a choice that the thesis leaves open.
+TRAINED_MODELS = {
+    **{f"{model}_{strategy}": (model, strategy, yield_settings("training")) for model, strategy in MODELS},
+    **{
+        f"otherwise/{model}_{strategy}_{choice}": (
+            *(model, strategy),
+            otherwise(CONFIG.yields.training, choice).model_dump(mode="json"),
+        )
+        for model, strategy, choice in SEARCHED_AGAIN
+    },
+}
+# The machine of the cases of chapter 4, whose descriptors follow from the master curves. The mill gives the amplitude.
+YIELD_CONTACT = CONTACTS[CONFIG.partition.contact]
+YIELD_MACHINE = {
+    "reference_speed": CONFIG.partition.reference_speed_rpm / 60,
+    "density": YIELD_CONTACT.density_kg_m3,
+    "diameter": CONFIG.partition.ball_diameter_mm * 1e-3,
+}
+# Runs of others, and the fingerprints of their mills.
+OTHER_SOURCES = CONFIG.yields.other_sources
+OTHER_FILES = {
+    **({"others": OTHER_SOURCES.runs} if OTHER_SOURCES.runs else {}),
+    "fingerprints": [source.fingerprint for source in OTHER_SOURCES.sources if source.fingerprint],
+}
+# Experiments that were proposed, are running or done.
+TOLD_EXPERIMENTS = {"experiments": CONFIG.yields.proposals.experiments} if CONFIG.yields.proposals.experiments else {}
+
+
+rule split_screening:
+    input:
+        **(OTHER_FILES if OTHER_SOURCES.in_training else {}),
+        screening=CONFIG.data.screening,
+        split=CONFIG.data.split,
+    output:
+        train=f"{YIELDS}/train.tsv",
+        test=f"{YIELDS}/test.tsv",
+    log:
+        f"{LOGS}/yields/split_screening.log",
+    localrule: True
+    params:
+        factors=FACTORS,
+        other_sources=yield_settings("other_sources") if OTHER_SOURCES.in_training else {},
+    message:
+        "Splitting the screening runs according to {input.split}"
+    script:
+        "../../scripts/split_screening.py"
+
+
+rule train_yield_model:
+    input:
+        train=rules.split_screening.output.train,
+    output:
+        model=f"{YIELDS}/models/{{trained}}.json",
+    log:
+        f"{LOGS}/yields/train/{{trained}}.log",
+    benchmark:
+        f"{BENCHMARKS}/train_yield_model/{{trained}}.tsv"
+    wildcard_constraints:
+        trained=any_of(TRAINED_MODELS),
+    params:
+        trained=lambda wildcards: TRAINED_MODELS[wildcards.trained],
+        search=yield_settings("search"),
+    message:
+        "Tuning and fitting the yield model {wildcards.trained} on the training rows"
+    script:
+        "../../scripts/train_yield_model.py"
+
+
+rule train_averaged_models:
+    input:
+        **TOLD_EXPERIMENTS,
+        **(
+            {"curves": f"{RESULTS}/fingerprint/curves_{CONFIG.partition.contact}.tsv"}
+            if CONFIG.yields.proposals.curves == "fingerprint"
+            else {}
+        ),
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        sources=MILLS[CONFIG.mill].source_files,
+        regimes=CONFIG.data.regimes,
+    output:
+        rows=f"{YIELDS}/final_rows.tsv",
+        mill=f"{YIELDS}/models/mill.json",
+        models=expand(f"{YIELDS}/models/averaged_gpr_{{rows}}.json", rows=["primary", "final"]),
+        members=expand(f"{YIELDS}/averaging_{{rows}}.tsv", rows=["primary", "final"]),
+    log:
+        f"{LOGS}/yields/train_averaged_models.log",
+    benchmark:
+        f"{BENCHMARKS}/train_averaged_models/train_averaged_models.tsv"
+    params:
+        machine=YIELD_MACHINE,
+        mill=dumped(MILLS[CONFIG.mill]),
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        proposals=CONFIG.yields.proposals.model_dump(mode="json", include={"regimes", "experiments", "region"}),
+        averaging=yield_settings("averaging"),
+    message:
+        "Fitting the averaged Gaussian process on the training rows, and on every run"
+    script:
+        "../../scripts/train_averaged_models.py"
+
+
+YIELD_TABLES = [
+    "locked",
+    "honest",
+    "coverage",
+    "predictions",
+    "out_of_domain",
+    "hyperparameters",
+    "time_variance",
+    "scores",
+    "pit",
+    "differences",
+    "shap",
+    "shap_ranking",
+    "choices",
+]
+
+
+rule hold_out_yields:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+    output:
+        predictions=f"{HELD_OUT}.tsv",
+        intervals=f"{HELD_OUT}_intervals.tsv",
+    log:
+        f"{LOGS}/yields/hold_out/{{model}}_{{strategy}}.log",
+    benchmark:
+        f"{BENCHMARKS}/hold_out_yields/{{model}}_{{strategy}}.tsv"
+    wildcard_constraints:
+        strategy=f"{PRIMARY}|{TWO_STEP}",
+    params:
+        training=yield_settings("training"),
+        honest=CONFIG.yields.honest.part(HeldOutConfig),
+        averaging=yield_settings("averaging"),
+    message:
+        "Predicting every run with models {wildcards.model}, {wildcards.strategy}, that were not trained on it"
+    script:
+        "../../scripts/hold_out_yields.py"
+
+
+rule evaluate_yield_models:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        models=every_model(YIELD_MODEL, MODELS),
+        averaged=f"{YIELDS}/models/averaged_gpr_primary.json",
+        held_out=every_model(f"{HELD_OUT}.tsv", COMPARED_MODELS),
+        intervals=every_model(f"{HELD_OUT}_intervals.tsv", COMPARED_MODELS),
+        explained=every_model(YIELD_MODEL, EXPLAINED),
+        otherwise=[
+            OTHER_MODEL.format(model=model, strategy=strategy, choice=choice)
+            for model, strategy, choice in SEARCHED_AGAIN
+        ],
+        outside=CONFIG.yields.out_of_domain,
+    output:
+        **{name: f"{YIELDS}/{name}.tsv" for name in YIELD_TABLES},
+    log:
+        f"{LOGS}/yields/evaluate_yield_models.log",
+    benchmark:
+        f"{BENCHMARKS}/evaluate_yield_models/evaluate_yield_models.tsv"
+    params:
+        training=yield_settings("training"),
+        honest=yield_settings("honest"),
+        interval_level=CONFIG.yields.interval_level,
+        searched_again=SEARCHED_AGAIN,
+    message:
+        "Evaluating the yield models on the locked split, on held-out runs, outside their domain, and with other choices"
+    script:
+        "../../scripts/evaluate_yield_models.py"
+
+
+PERMUTED = {
+    "permutations": f"{YIELDS}/permutations.tsv",
+    "permutation_test": f"{YIELDS}/permutation_test.tsv",
+}
+
+
+rule try_alternatives:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+    output:
+        libraries=f"{YIELDS}/libraries.tsv",
+    log:
+        f"{LOGS}/yields/try_alternatives.log",
+    benchmark:
+        f"{BENCHMARKS}/try_alternatives/try_alternatives.tsv"
+    params:
+        training=yield_settings("training"),
+        honest=CONFIG.yields.honest.part(HeldOutConfig),
+        averaging=yield_settings("averaging"),
+        trial=yield_settings("library_trial"),
+    message:
+        "Scoring the averaged model with the library declared, the one before it and random halves of both"
+    script:
+        "../../scripts/try_alternatives.py"
+
+
+use rule try_alternatives as permute_yields with:
+    output:
+        **PERMUTED,
+    log:
+        f"{LOGS}/yields/permute_yields.log",
+    benchmark:
+        f"{BENCHMARKS}/permute_yields/permute_yields.tsv"
+    params:
+        averaging=yield_settings("averaging"),
+        trial=yield_settings("library_trial"),
+    message:
+        "Scoring the averaged model on shuffled yields"
+
+
+rule predict_yields:
+    input:
+        **TOLD_EXPERIMENTS,
+        model=f"{YIELDS}/models/{CONFIG.yields.prediction.model}.json",
+        proposing=f"{YIELDS}/models/averaged_gpr_final.json",
+        mill=rules.train_averaged_models.output.mill,
+        conditions=CONFIG.yields.prediction.conditions,
+    output:
+        predicted=f"{YIELDS}/predicted_conditions.tsv",
+        proposals=f"{YIELDS}/next_experiments.tsv",
+        left_out=f"{YIELDS}/not_proposed.tsv",
+        reasons=f"{YIELDS}/not_proposed_reasons.tsv",
+    log:
+        f"{LOGS}/yields/predict_yields.log",
+    benchmark:
+        f"{BENCHMARKS}/predict_yields/predict_yields.tsv"
+    params:
+        settings=yield_settings("prediction"),
+        training=yield_settings("training"),
+        conformal_folds=CONFIG.yields.honest.conformal_folds,
+        interval_level=CONFIG.yields.interval_level,
+        volume_m3=MILLS[CONFIG.mill].volume_ml * 1e-6,
+        proposals=yield_settings("proposals"),
+        chemistry=CONFIG.doe.chemistry.model_dump(mode="json"),
+    message:
+        "Predicting the yields of {input.conditions}, and proposing the next experiments within the region"
+    script:
+        "../../scripts/predict_yields.py"
+
+
+rule search_retrospectively:
+    input:
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+    output:
+        retrospective=f"{YIELDS}/retrospective.tsv",
+        summary=f"{YIELDS}/retrospective_summary.tsv",
+        learning=f"{YIELDS}/retrospective_learning.tsv",
+    log:
+        f"{LOGS}/yields/search_retrospectively.log",
+    benchmark:
+        f"{BENCHMARKS}/search_retrospectively/search_retrospectively.tsv"
+    params:
+        settings=yield_settings("retrospective"),
+        averaging=yield_settings("averaging"),
+        level=CONFIG.yields.honest.level,
+    message:
+        "Counting how many runs it would have taken to find the best one"
+    script:
+        "../../scripts/search_retrospectively.py"
+
+
+rule leave_groups_out:
+    input:
+        **OTHER_FILES,
+        screening=CONFIG.data.screening,
+        split=CONFIG.data.split,
+        train=rules.split_screening.output.train,
+        test=rules.split_screening.output.test,
+        sources=MILLS[CONFIG.mill].source_files,
+        regimes=CONFIG.data.regimes,
+    output:
+        regimes=f"{YIELDS}/regimes.tsv",
+        regimes_summary=f"{YIELDS}/regimes_summary.tsv",
+        sources=f"{YIELDS}/sources.tsv",
+        sources_predictions=f"{YIELDS}/sources_predictions.tsv",
+        sources_runs=f"{YIELDS}/sources_runs.tsv",
+    log:
+        f"{LOGS}/yields/leave_groups_out.log",
+    benchmark:
+        f"{BENCHMARKS}/leave_groups_out/leave_groups_out.tsv"
+    params:
+        machine=YIELD_MACHINE,
+        mill=dumped(MILLS[CONFIG.mill]),
+        factors=FACTORS,
+        other_sources=yield_settings("other_sources"),
+        training=yield_settings("training"),
+        honest=yield_settings("honest"),
+        averaging=yield_settings("averaging"),
+        prediction=yield_settings("prediction"),
+        interval_level=CONFIG.yields.interval_level,
+    message:
+        "Predicting every source of yields, and the fill ratios of {input.regimes}, by models trained without them"
+    script:
+        "../../scripts/leave_groups_out.py"
+
+
+YIELD_FIGURES = f"{YIELDS}/figures"
+
+
+rule plot_yields:
+    input:
+        predictions=rules.evaluate_yield_models.output.predictions,
+        shap=rules.evaluate_yield_models.output.shap,
+        honest=rules.evaluate_yield_models.output.honest,
+        coverage=rules.evaluate_yield_models.output.coverage,
+        retrospective=rules.search_retrospectively.output.retrospective,
+        proposals=rules.predict_yields.output.proposals,
+        regimes=rules.leave_groups_out.output.regimes_summary,
+        scores=rules.evaluate_yield_models.output.scores,
+        pit=rules.evaluate_yield_models.output.pit,
+        permutations=PERMUTED["permutations"],
+        sources=rules.leave_groups_out.output.sources,
+        sources_predictions=rules.leave_groups_out.output.sources_predictions,
+        claims=CONFIG.data.claims,
+        differences=rules.evaluate_yield_models.output.differences,
+        libraries=rules.try_alternatives.output.libraries,
+        permutation_test=PERMUTED["permutation_test"],
+        search=rules.search_retrospectively.output.summary,
+        learning=rules.search_retrospectively.output.learning,
+    output:
+        statements=f"{YIELDS}/statements.tsv",
+        predictions_svg=shown(
+            f"{YIELD_FIGURES}/predictions.svg",
+            "yield_predictions",
+            "Chapter 5",
+            {"figure": "5.2", "shows": "predictions for the six test rows"},
+        ),
+        predictions_png=f"{YIELD_FIGURES}/predictions.png",
+        intervals_svg=shown(
+            f"{YIELD_FIGURES}/intervals.svg",
+            "yield_intervals",
+            "Chapter 5",
+            {"figure": "5.3", "shows": "predictive intervals of the two-step GPR"},
+        ),
+        intervals_png=f"{YIELD_FIGURES}/intervals.png",
+        shap_svg=shown(
+            f"{YIELD_FIGURES}/shap.svg",
+            "yield_shap",
+            "Chapter 5",
+            {"figure": "5.4", "shows": "SHAP values of the two-step tree models"},
+        ),
+        shap_png=f"{YIELD_FIGURES}/shap.png",
+        evaluation_svg=shown(
+            f"{YIELD_FIGURES}/evaluation.svg",
+            "yield_evaluation",
+            "Chapter 5",
+            {"figure": "Table 5.6", "shows": "locked split against honest schemes"},
+        ),
+        evaluation_png=f"{YIELD_FIGURES}/evaluation.png",
+        coverage_svg=shown(
+            f"{YIELD_FIGURES}/coverage.svg",
+            "yield_coverage",
+            "Chapter 5",
+            {"figure": "coverage", "shows": "predictive intervals of left-out runs"},
+        ),
+        coverage_png=f"{YIELD_FIGURES}/coverage.png",
+        retrospective_svg=shown(
+            f"{YIELD_FIGURES}/retrospective.svg",
+            "yield_retrospective",
+            "Chapter 5",
+            {"figure": "retrospective", "shows": "runs to the best run"},
+        ),
+        retrospective_png=f"{YIELD_FIGURES}/retrospective.png",
+        proposals_svg=shown(
+            f"{YIELD_FIGURES}/proposals.svg",
+            "yield_proposals",
+            "Chapter 5",
+            {"figure": "next experiments", "shows": "what to run next"},
+        ),
+        proposals_png=f"{YIELD_FIGURES}/proposals.png",
+        regimes_svg=shown(
+            f"{YIELD_FIGURES}/regimes.svg",
+            "yield_regimes",
+            "Chapter 5",
+            {"figure": "regimes", "shows": "error at unseen fill ratios"},
+        ),
+        regimes_png=f"{YIELD_FIGURES}/regimes.png",
+        scores_svg=shown(
+            f"{YIELD_FIGURES}/scores.svg",
+            "yield_scores",
+            "Chapter 5",
+            {"figure": "proper scores", "shows": "CRPS and logarithmic score"},
+        ),
+        scores_png=f"{YIELD_FIGURES}/scores.png",
+        pit_svg=shown(
+            f"{YIELD_FIGURES}/pit.svg", "yield_pit", "Chapter 5", {"figure": "calibration", "shows": "PIT histograms"}
+        ),
+        pit_png=f"{YIELD_FIGURES}/pit.png",
+        permutations_svg=shown(
+            f"{YIELD_FIGURES}/permutations.svg",
+            "yield_permutations",
+            "Chapter 5",
+            {"figure": "chance", "shows": "scores on shuffled yields"},
+        ),
+        permutations_png=f"{YIELD_FIGURES}/permutations.png",
+        sources_svg=shown(
+            f"{YIELD_FIGURES}/sources.svg",
+            "yield_sources",
+            "Chapter 5",
+            {"figure": "sources", "shows": "what transfers to the runs of others"},
+        ),
+        sources_png=f"{YIELD_FIGURES}/sources.png",
+    log:
+        f"{LOGS}/yields/plot_yields.log",
+    localrule: True
+    message:
+        "Drawing the figures of chapter 5, and writing what its tables say"
+    script:
+        "../../scripts/plot_yields.py"
+
+
+YIELD_OUTPUTS = [
+    *rules.evaluate_yield_models.output,
+    rules.try_alternatives.output.libraries,
+    *PERMUTED.values(),
+    *rules.leave_groups_out.output,
+    *rules.predict_yields.output,
+    *rules.search_retrospectively.output,
+    *rules.plot_yields.output,
+]
