@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 
 from millprint.errors import ConfigError
-from millprint.thesis.figures import chapter3, chapter4
 from millprint.fingerprint.condition import Condition
 from millprint.fingerprint.curves import average_curves
 from millprint.fingerprint.cycles import tabulate_cycles, tabulate_densities
@@ -19,6 +18,7 @@ from millprint.fingerprint.zones import find_zones
 from millprint.thesis.curves.energy import fit_slopes, specific_yields
 from millprint.thesis.curves.published import published_curves, published_cycles, read_published
 from millprint.thesis.curves.regimes import design_cases, read_regimes
+from millprint.thesis.figures import chapter3, chapter4
 from tests.conftest import PRINTED
 from tests.unit.synthetic_mill import descriptors, fingerprint, overrides, summaries
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from balance_heat import files_of, main
+from balance_heat import main
 from millprint.config.heat import FlashSection, HeatConfig
 from millprint.config.load import check_model
 from millprint.config.workflow import WorkflowConfig
@@ -236,13 +236,6 @@ def test_the_job_writes_every_table_and_the_figure(tmp_path):
     assert "temperature [degC]" in output.svg.read_text()
     # Of four contacts, one began before the window.
     assert tables["flash"].groupby("place")["impacts"].first().to_dict() == {"ball_ball": 2, "ball_wall": 1}
-
-
-def test_each_mill_of_a_job_has_its_own_simulations():
-    folders = [f"results/dem/{case}" for case in ("spex/steel/a_s0", "emax/spex/a_s0", "spex/steel/a_s1")]
-    summaries, runs = ([f"{folder}/{name}" for folder in folders] for name in ("summary.json", "run.h5"))
-    assert files_of("spex", summaries, runs) == [(summaries[0], runs[0]), (summaries[2], runs[2])]
-    assert files_of("emax", summaries, runs) == [(summaries[1], runs[1])]
 
 
 def impacts_of(slip: float, duration: float, energy: float = 1e-3) -> flash.Impacts:
