@@ -59,8 +59,8 @@ class Motion(NamedTuple):
 MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
-        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is made "
-        "of that: take a higher fill ratio or another speed",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is "
+        "made of that: take a higher fill ratio or another speed",
     ),
     "few_turns": Motion(
         "few turns",
