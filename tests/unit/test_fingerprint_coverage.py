@@ -1,5 +1,7 @@
 """How often both bands hold: over many draws of made-up mills, whose scatter is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -20,7 +22,9 @@ from millprint.fingerprint.processes import (
     logarithms,
     varied_components,
 )
+from millprint.mill.vessel import build_vessel, check_volume
 from tests.conftest import ROOT
+from tests.new_jars import DRAWN, JARS, write_folder
 from tests.unit.synthetic_mill import VOLUME, descriptors
 
 FILLS, SPEEDS = np.geomspace(0.05, 0.35, 9), (10.0, 15.0)
@@ -114,3 +118,16 @@ def test_new_simulations_are_counted_against_the_band_of_a_new_simulation():
     total = sum_coverage({"one": counted.reset_index(), "other": counted.reset_index()}).set_index(["mill", "quantity"])
     assert total.loc[("all", "powers"), ["conditions", "held"]].tolist() == [4 * len(table), 2 * len(table)]
     assert total.loc[("all", "powers"), "covered_lower"] < 0.5 < total.loc[("all", "powers"), "covered_upper"]
+
+
+def test_the_new_jars_are_mills_of_their_own(tmp_path, monkeypatch):
+    """Sizes of none of the box, so that its bands were not chosen with them in view."""
+    write_folder(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    mills = {name: load_named(Path("config/mills"), name, MillConfig, "mill") for name in JARS}
+    box = [load_named(ROOT / "config/mills", name, MillConfig, "mill") for name in MillsConfig().box]
+    for mill in mills.values():
+        check_volume(mill, build_vessel(mill))
+        assert not any(mill.geometry == other.geometry for other in box)
+        assert len(held_out_cases(mill, MillsConfig(contact="calibrated"))) == 8
+    assert len(build_vessel(mills[DRAWN]).curves) == 2
