@@ -23,9 +23,9 @@ BELOW = {
 def imported_by(path: Path) -> set[str]:
     """The modules of the package that a file imports, anywhere in it."""
     tree = ast.parse(path.read_text())
-    froms = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    named = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
     plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
-    names = {name for node in froms for name in (node.module, *(f"{node.module}.{each.name}" for each in node.names))}
+    names = {name for node in named for name in (node.module, *(f"{node.module}.{each.name}" for each in node.names))}
     return {name for name in names.union(plain) if name.startswith("millprint.")}
 
 
