@@ -44,7 +44,7 @@ def test_the_simulation_confuses_what_people_confuse():
 def test_figures_and_pages_have_no_other_colours():
     """A colour that is written down anywhere is of a palette above, or a shade of grey."""
     allowed = {colour.lower() for colour in (*COLOURS, *VERDICTS, *EXPLORER)}
-    files = [*LIBRARY.glob("figures/*.py"), *LIBRARY.glob("view/*.py"), LIBRARY / "report/summary.py"]
+    files = [*LIBRARY.glob("**/figures/*.py"), *LIBRARY.glob("view/*.py"), LIBRARY / "thesis/report/summary.py"]
     files += LIBRARY.glob("explorer/*.js")
     for file in files:
         for colour in re.findall(r"#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", file.read_text()):

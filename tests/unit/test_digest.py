@@ -142,10 +142,9 @@ def simulation_after(library, file, before, after):
     [
         ("dem/run.py", '"simulated in %.1f s', '"took %.1f s'),
         ("dem/run.py", "0.7\n", "0.7  # of the error\n"),
-        ("progress.py", "EVERY_S, FIRST_S = 30.0, 10.0", "EVERY_S, FIRST_S = 60.0, 5.0"),
+        ("run/progress.py", "EVERY_S, FIRST_S = 30.0, 10.0", "EVERY_S, FIRST_S = 60.0, 5.0"),
         ("dem/simulation.py", '"s simulated"', '"seconds"'),
-        ("job.py", ": begin", ": starts"),
-        ("dem/batches.py", "BATCHES = 4", "BATCHES = 5"),
+        ("run/job.py", ": begin", ": starts"),
         ("figures/card.py", "import", "import re\nimport"),
     ],
 )

@@ -120,7 +120,7 @@ def test_a_second_run_has_nothing_to_do(smoke_project):
 def test_an_edit_of_the_yield_models_reruns_only_yield_and_report(smoke_project):
     file = smoke_project / "src/millprint/thesis/yields/__init__.py"
     before = file.read_text()
-    file.write_text(before + "\n# touched\n")
+    file.write_text(before + "\nTOUCHED = 1\n")
     try:
         plan = run_snakemake(smoke_project, *SMOKE, "-n").stdout
     finally:
