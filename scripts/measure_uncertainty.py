@@ -21,7 +21,7 @@ def main(
 
     Samples without impacts have no part in the latter; the table of emulators has the number of the others.
     """
-    parts = [read_table(path, text=["mill", "contact", "varied", "counting_rule"]) for path in inputs.samples]
+    parts = [read_table(path, text=["mill", "contact", "varied", "counting_rule", "motion"]) for path in inputs.samples]
     samples = pd.concat(parts).sort_values("sample", ignore_index=True)
     space, fills = space_of(mill, settings), fill_ratios_of(mill, settings)
     # Threads of linear algebra would stand in the way of the jobs beside this one.

@@ -26,6 +26,7 @@ from millprint.dem.run import simulate
 from millprint.errors import ConfigError, SimulationError
 from millprint.fingerprint.bands import read_factors
 from millprint.fingerprint.curves import CURVES
+from millprint.fingerprint.seeds import MOTIONS
 from millprint.run.files import read_table, write_json, write_table
 from millprint.uncertainty import sampler
 from millprint.uncertainty.emulator import Emulator, quality
@@ -414,7 +415,8 @@ def test_intervals_of_simulated_samples_hold_them_and_reach_no_further():
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_samples_of_several_jobs_are_one_table_in_order(jobs, tmp_path):
     settings = UncertaintyConfig(samples=16, base_samples=32, draws=4, fill_ratios=[0.1, 0.2], jobs=jobs)
-    samples = synthetic_samples(settings).assign(varied="")
+    samples = synthetic_samples(settings).assign(varied="nothing", motion="")
+    samples.loc[3, "motion"] = MOTIONS["no_impacts"].word
     samples.insert(0, "sample", samples.index)
     names = ("samples", "emulator", "indices", "intervals", "sets", "contact")
     output = SimpleNamespace(**{name: tmp_path / name for name in names})
@@ -426,6 +428,8 @@ def test_samples_of_several_jobs_are_one_table_in_order(jobs, tmp_path):
     written = pd.read_csv(output.samples, sep="\t")
     assert written["sample"].tolist() == list(range(16))
     assert written["restitution"].tolist() == pytest.approx(samples["restitution"].tolist())
+    # A sample without impacts stays in the table, and has no part in what follows from it.
+    assert (pd.read_csv(output.emulator, sep="\t")["samples"] == 15).all()
 
 
 def test_faults_of_the_whole_run_are_found_before_it():
