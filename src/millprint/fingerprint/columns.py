@@ -1,6 +1,6 @@
 """The columns of a table of descriptors: name, unit, title, meaning, and how each is measured or computed.
 
-A new descriptor is a new record here: tables, figures, sheets and workflow/descriptors.md take it from these.
+To add a descriptor, add a record here: tables, figures, sheets and workflow/descriptors.md read these records.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ Column = Callable[[pd.DataFrame], pd.Series]
 class Descriptor:
     """A column of descriptors.tsv.
 
-    title: in sheets; axis: at the axis of a figure, where that is not the title; optional: whether it may be empty.
+    title: in sheets; axis: label in figures, if it differs from the title; optional: whether it may be empty.
     """
 
     name: str
@@ -47,8 +47,7 @@ class Descriptor:
 class Measured(Descriptor):
     """A column measured in each run; the table has the mean over the seeds.
 
-    key: its place in the run's summary, with a dot between group and key. The group `rule` holds the collisions that
-    the counting rule found.
+    key: its place in the run's summary, GROUP.KEY. The group `rule` has the collisions found by the counting rule.
     """
 
     key: str
@@ -133,9 +132,9 @@ def _tangential_error(table: pd.DataFrame) -> pd.Series:
 
 
 def _counting_error(table: pd.DataFrame) -> pd.Series:
-    """Relative standard error of a number of collisions: of independent ones, or by the seeds where they vary more.
+    """Relative standard error of a number of collisions: as of independent ones, or from the seeds if that is larger.
 
-    Of one seed it is a lower bound.
+    With one seed it is a lower bound.
     """
     seeds = table["collision_frequency_seed_sd_hz"] / table["collision_frequency_hz"] / np.sqrt(table["seeds"])
     return np.fmax(1.0 / np.sqrt(table["collisions"]), seeds)

@@ -6,7 +6,7 @@ from millprint.config.workflow import WorkflowConfig
 
 
 def fingerprint_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
-    """A line for each fault, with file, key, value and what would be right; none if everything is valid."""
+    """A line for each fault, with file, key, value and what to write; none if everything is valid."""
     recorded = [rule.name for rule in config.dem.counting_rules]
     chosen = {
         "fingerprint.counting_rule": [config.fingerprint.counting_rule],
