@@ -100,7 +100,7 @@ def consequence_sentences(card: MillingCard) -> list[str]:
         )
     if card.wear:
         level = card.wear.probability
-        interval = f"{100 * level:g} %" if level else "the range between single weighings, which is no interval"
+        interval = f"{100 * level:g} %" if level else "the range between single weighings, not an interval"
         sentences.append(
             f"Archard's law gives a wear of the balls of {three(card.wear.wear_g.value)} g "
             f"({between(card.wear.wear_g)}) and {three(card.wear.iron_percent.value)} % of iron in the powder "

@@ -141,9 +141,7 @@ def verdict(runs: pd.DataFrame, kinetics: pd.DataFrame, what: str) -> str:
             said.append(f"{AXES[axis].split(' [')[0]} {share} ({best['model']})")
     first = kinetics.iloc[0]
     top = "no effect of time or dose" if not first["x"] else f"{first['model']} over {AXES[first['x']].split(' [')[0]}"
-    text = (
-        f"{what}: of the variance of {len(runs)} yields, each alone and by its best law, explain: {', '.join(said)}. "
-    )
+    text = f"{what}: of the variance of {len(runs)} yields, each with its own best law, explain: {', '.join(said)}. "
     text += f"The smallest AICc has {top} (weight {first['weight']:.2f}), {spread['delta_aicc']:.1f} below no effect"
     total, of_time = best_of(kinetics, TOTAL), best_of(kinetics, TIME)
     if total is not None and of_time is not None:

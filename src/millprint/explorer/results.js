@@ -1,4 +1,4 @@
-/* The numbers of the condition that is set, and how they change with one setting. */
+/* The numbers of the chosen condition, and how they change with one setting. */
 
 const NORMAL = "#0072b2";
 const TANGENTIAL = "#c2500a";
@@ -111,7 +111,7 @@ class Results {
     const said = [];
     if (found.outside.length) {
       const names = found.outside.map(nameOf).join(", ");
-      said.push(`Not simulated: ${names}. The scaling laws carry the numbers on, with a wider interval.`);
+      said.push(`Not simulated: ${names}. The scaling laws extrapolate, with a wider interval.`);
     }
     const outside = found.yield_percent?.outside ?? [];
     if (outside.length) {

@@ -68,7 +68,7 @@ class Reduced:
         return mean, self.kernel(inputs) - known.T @ known + told.T @ told
 
     def _told(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Values (j,), the covariance of the conditions taken with the inputs, and the same with noise (m, j)."""
+        """Values (j,), and the covariance with the conditions taken, whitened without noise and with noise (m, j)."""
         known = solve_triangular(self.corner, self.kernel(self.taken, inputs), lower=True)
         told = solve_triangular(self.lower, known, lower=True)
         return self.weights @ told, known, told

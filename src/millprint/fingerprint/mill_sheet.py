@@ -43,7 +43,7 @@ STATED = {
     "Et_star": "weighted tangential energy",
     "f": "collisions",
 }
-WIDTH = "half of the band of a new simulation: the median, and from where it is known best to where it is known least"
+WIDTH = "half of the band of a new simulation: the median, and from the smallest to the largest"
 MORE = "mills.precision: quick, standard, fine; or more seeds in the sweep"
 RANGES = {
     "fill_ratio": ("fill ratio", "-", 1.0),

@@ -265,8 +265,8 @@ class Fingerprint:
             return self.charge_diameter_m(choice), choice
         if not any(charge == ONE_SIZE for _, _, charge in self.settings):
             raise ConfigError(
-                f"balls of {balls_in_words(choice)}: {self.about['mill']} was simulated with charges of several sizes "
-                f"alone, which tell nothing of other balls; name one of {', '.join(self.charges)}"
+                f"balls of {balls_in_words(choice)}: {self.about['mill']} was only simulated with charges of several "
+                f"sizes, which do not apply to other balls; name one of {', '.join(self.charges)}"
             )
         return choice * 1e-3, ONE_SIZE
 

@@ -20,7 +20,7 @@ def fingerprint_faults(config: WorkflowConfig, source: str) -> Iterator[str]:
         for name in thresholds.intersection(chosen[key]):
             yield (
                 f"{source}: {key} = {name}: has a threshold, so that energy per collision times frequency would not be "
-                "the power; choose a rule with gap_turns alone"
+                "the power; choose a rule with only gap_turns"
             )
 
 

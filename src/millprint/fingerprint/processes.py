@@ -1,6 +1,6 @@
 """A Gaussian process of the logarithm of a scaled quantity: a curve over fill ratio, and departures from the scaling.
 
-If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend on the fill ratio alone. The process takes that as
+If Eqs 3.28 and 3.29 held exactly, a scaled quantity would depend only on the fill ratio. The process takes that as
 its mean behaviour and learns from the runs how far speed and ball size, amplitude and density shift it:
     log y = g(fill) + h(fill, speed, ball size) + a(fill, amplitude) + r(fill, density) + noise
 each a Matern 5/2 process of logarithms. Far from what was simulated the departures return to zero, that is to the

@@ -138,8 +138,8 @@ def _candidates(fingerprints: list[Fingerprint], choices: list[float | str]) -> 
 def rank_conditions(target: dict[str, float], fingerprints: list[Fingerprint], request: MatchConfig) -> pd.DataFrame:
     """The conditions nearest to `target` that the request allows, nearest first, with the residual of each descriptor.
 
-    target: some or all of a set of descriptors. For each fingerprint, ball size and density, the rows are the fill ratios
-    and speeds at a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
+    target: some or all of a set of descriptors. For each fingerprint, ball size and density, a row for every fill ratio
+    and speed at a local minimum of the weighted root mean square of log(found / target). `within_interval` names the
     descriptors whose target is in the condition's band of a new simulation; `outside` names the variables beyond the
     simulated range. Fill ratios outside the simulated ones are left out. Only charges that were simulated are searched.
     Descriptors have columns NAME_by_ORIGIN_lower and _upper for each further origin of intervals that any of the

@@ -64,8 +64,8 @@ class Motion(NamedTuple):
 MOTIONS: Mapping[str, Motion] = {
     "no_impacts": Motion(
         "no impacts",
-        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; no curve is "
-        "made of that: take a higher fill ratio or another speed",
+        "all balls move with the wall, as one layer that goes round or at rest on it, and nothing hits; curves "
+        "leave it out: take a higher fill ratio or another speed",
     ),
     "few_turns": Motion(
         "few turns",
@@ -74,7 +74,7 @@ MOTIONS: Mapping[str, Motion] = {
     ),
     "repeats": Motion(
         "repeats",
-        "the motion is locked to the drive and repeats itself, so that turns tell nothing of other lasting motions: "
+        "the motion is locked to the drive and repeats itself, so that turns do not show other lasting motions: "
         "simulate more seeds",
     ),
     "seeds_differ": Motion(
