@@ -1,6 +1,6 @@
 """The heat balance of balls, powder and jar: temperatures over a milling programme, and pauses that keep a limit.
 
-Three lumped bodies, each at one temperature (T, over that of the surroundings, [K]):
+Three lumped bodies, each at one temperature (T above the surroundings [K]):
 
     C_balls  dT_balls/dt  = Q_balls  - G_bp (T_balls - T_powder) - G_bj (T_balls - T_jar)
     C_powder dT_powder/dt = Q_powder + G_bp (T_balls - T_powder) - G_pj (T_powder - T_jar)
@@ -147,7 +147,7 @@ def _states(balance: Balance, state: np.ndarray, phase: tuple[float, float, bool
 
 
 def solve(balance: Balance, phases: Sequence[tuple[float, float, bool]], times_s: np.ndarray) -> Course:
-    """Temperatures at `times_s` (ascending, 0 to the end of the last phase); all start at that of the surroundings."""
+    """Temperatures at `times_s` (ascending, 0 to the end of the last phase); the start is at room temperature."""
     state = np.zeros((len(balance), WIDTH))
     over, peak, milled_s = [], np.zeros((len(balance), 3)), 0.0
     for number, phase in enumerate(phases):

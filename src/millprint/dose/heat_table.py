@@ -227,7 +227,7 @@ def temperature_rows(settings: HeatConfig, source: HeatSource, course: Course) -
 
 
 def measured_row(path: str | Path, name: str) -> dict:
-    """The row of a measured temperature by its id. Raises ConfigError for an unknown id, or if it is not one number."""
+    """The row of a measured temperature by its id. Raises ConfigError for an unknown id, or an invalid value."""
     table = read_table(path, text=["id", "quantity", "value", "unit", "source"])
     rows = table[table["id"] == name].to_dict("records")
     if not rows:

@@ -9,7 +9,7 @@ of that kind. The integral of a power spectrum is the power of the ledger:
 The record of a run holds what a contact dissipated within the window, also for a contact that was open at the start or
 the end. Such a contact has only this part of its energy in the spectrum, and counts as a collision if it begins in the
 window, as in the descriptors. The tangential work of a contact that is still open includes the energy stored in its
-spring, which is not dissipation: ledger and table have it in a separate column.
+spring, which is not dissipation: ledger and table give it separately.
 """
 
 from collections.abc import Iterable
@@ -254,9 +254,9 @@ def tabulate_spectra(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Spectra of every condition, and the numbers read off each: OF_SPECTRUM with BIN_COLUMNS, and with READ_OFF.
 
-    runs: path of each run.h5 with its summary; the seeds of a condition are averaged with equal weights. A condition
-    with a run without contacts has one row without numbers, which says so. Raises ConfigError for a rule that a run
-    lacks, and MillprintError if the contacts do not add up to the power of the ledger.
+    runs: path of each run.h5 with its summary; the seeds of a condition are averaged with equal weights. If a
+    run has no contacts, its condition has one row without numbers, which says so. Raises ConfigError for a rule that a
+    run lacks, and MillprintError if the contacts do not add up to the power of the ledger.
     """
     edges = bin_edges(settings)
     conditions: dict[tuple, list[tuple[str, dict]]] = {}

@@ -247,8 +247,8 @@ def predict_wear(
     are proportional to the density of the balls (thesis Eq. 3.28). wear_g: of all balls; jar_g: of a jar of the same
     material, if no layer of powder protects it; powder_percent: wear over powder charged, as in Table 2.6;
     iron_percent: its iron. seen_: the range between the coefficients of single weighings. lower, upper: an interval of
-    `probability` by all ORIGINS, each with its own factor; unknown origins are left out and named in `note`. Wear is at
-    most the mass.
+    `probability` by all ORIGINS, each with its own factor; unknown origins are left out and named in `note`. Nothing
+    loses more than its mass.
     """
     rows = []
     if result["coefficient"] is None:

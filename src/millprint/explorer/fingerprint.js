@@ -124,7 +124,7 @@ class Factors {
   }
 }
 
-/** Every quantity from those of BASIC. */
+/** Every quantity from the quantities of BASIC. */
 function complete({ Pn, Pt, f, En_star, Et_star, f90 }) {
   const weighted = { En_star, Et_star, fn_star: Pn / En_star, ft_star: Pt / Et_star, f90 };
   return { Pn, Pt, f, ratio: Pt / Pn, P: Pn + Pt, En: Pn / f, Et: Pt / f, ...weighted };
@@ -179,7 +179,7 @@ class Fingerprint {
     return ball_diameter_m.filter((_, i) => (charges?.[i] ?? ONE_SIZE) === charge);
   }
 
-  /** The kinds of balls to choose from: those of one size, if there are any, and each charge. */
+  /** The kinds of balls to choose from: balls of one size, if there are any, and each charge. */
   get media() {
     const charges = Object.keys(this.about.charges ?? {});
     return this.diameters(ONE_SIZE).length ? [ONE_SIZE, ...charges] : charges;

@@ -29,7 +29,7 @@ class Intro {
     const { unit, to } = units.of("speed");
     const speeds = search.speeds_rpm.map((speed) => to(speed / 60));
     const contacts = mill.fingerprints.map(({ about }) => about.contact);
-    const other = mills.length > 1 ? " The fields stay when another mill is chosen: take those of one mill, and find them on another." : "";
+    const other = mills.length > 1 ? " The fields stay when another mill is chosen: take the values of one mill, and search for them on another." : "";
     return (
       `Which conditions of this mill give these descriptors? Searched are speeds from ${fromTo(...speeds)} ${unit}, ` +
       `fill ratios from ${fromTo(...search.fill_ratios)}, ${search.balls_in_words} and the contact ` +

@@ -121,7 +121,7 @@ class Results {
     return said;
   }
 
-  /** A band whose ends are those of the interval that charts show; NaN where it is not known. */
+  /** A band with the ends of the interval that the charts show; NaN where it is not known. */
   shade(band) {
     const { shaded } = this.explorer;
     if (shaded === "scatter") return band;

@@ -41,7 +41,7 @@ class Spectra {
     });
   }
 
-  /** The two conditions: those that were chosen, or those that follow the sliders. */
+  /** The two conditions: chosen ones, or conditions that follow the sliders. */
   pair() {
     const { mill, state, contact } = this.explorer;
     const own = this.all.filter((each) => each.mill === mill);

@@ -26,11 +26,11 @@ class Origin(NamedTuple):
 # The two bands by the scatter of the simulation; `millprint.fingerprint.processes` defines them.
 SCATTER = Origin(
     "a new simulation",
-    "one more simulation of the condition, of the recorded time, falls in here; no other uncertainty is included",
+    "one more simulation of the condition, of the recorded time, falls in here; nothing else included",
 )
 MEAN = Origin(
     "the mean",
-    "the mean of very many simulations of the condition is in here; no other uncertainty is included",
+    "the mean of very many simulations of the condition is in here; nothing else included",
 )
 # Each is a field of Band, a part of a fingerprint's file, and columns `NAME_by_ORIGIN_lower` and `_upper` of tables.
 FURTHER = {

@@ -62,7 +62,7 @@ def read_descriptors(path: str | Path) -> pd.DataFrame:
 
 
 def as_built(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the unchanged mill and balls, without those of sweeps over amplitude or density."""
+    """The rows of the unchanged mill and balls, without sweeps over amplitude or density."""
     return table[table["varied"] == NOTHING]
 
 

@@ -1,4 +1,4 @@
-"""Are the exponents of the scaling those of the thesis? A regression on our own runs."""
+"""Do the exponents of the scaling agree with the thesis? A regression on our own runs."""
 
 from collections.abc import Mapping
 

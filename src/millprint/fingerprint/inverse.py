@@ -66,7 +66,7 @@ def invert_speed(
 ) -> pd.DataFrame:
     """Speeds that keep the target at a fixed fill ratio and ball size, a row for each choice of what can be kept.
 
-    The arguments are those of `nearest_speed`, and the volume of the jar. The residuals show what is lost: energies
+    The arguments are as in `nearest_speed`, and the volume of the jar. The residuals show what is lost: energies
     grow with omega^2 and frequencies with omega, so one speed can keep all of them only where the scale of the
     balls has not changed.
     """

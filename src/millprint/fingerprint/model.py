@@ -279,7 +279,7 @@ class Fingerprint:
         density_kg_m3: float | None = None,
         amplitude_m: float | None = None,
     ) -> Condition[float]:
-        """A condition of this mill; density and amplitude are those of the mill as built where they are left out."""
+        """A condition of this mill; if left out, density and amplitude are as in the mill as built."""
         return Condition(
             fill_ratio=fill_ratio,
             speed_hz=speed_hz,

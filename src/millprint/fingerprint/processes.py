@@ -87,7 +87,7 @@ def logarithms(table: pd.DataFrame, kinds: Sequence[str] = ()) -> np.ndarray:
 
 
 def varied_components(table: pd.DataFrame) -> dict[str, list[str]]:
-    """Component -> those of its variables that the conditions of `table` vary; a departure needs at least one."""
+    """Component -> its variables that vary between the conditions of `table`; a departure needs at least one."""
     varied = [name for name in (*VARIABLES, CHARGE) if name in table and table[name].nunique() > 1]
     found = {name: [v for v in others if v in varied] for name, (others, *_) in COMPONENTS.items()}
     return {name: ["fill_ratio", *others] for name, others in found.items() if others or name == "fill"}
@@ -213,7 +213,7 @@ class Process:
         kernel = build_kernel(components) + WhiteKernel(NOISE, NOISE_BOUNDS)
         regressor = GaussianProcessRegressor(kernel, alpha=known[2] ** 2 + JITTER)
         with warnings.catch_warnings():
-            # A parameter may end at its bound: few conditions cannot tell noise from shape.
+            # A parameter may end at its bound: few conditions cannot separate noise from shape.
             warnings.simplefilter("ignore", ConvergenceWarning)
             regressor.fit(known[0], known[1] - known[1].mean())
         theta, noise = regressor.kernel_.k1.theta, regressor.kernel_.k2.noise_level

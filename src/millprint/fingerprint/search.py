@@ -98,7 +98,7 @@ def _row(fingerprint: Fingerprint, condition: Condition[float], charge: str, tar
 
 
 def ranked_columns(target: Iterable[str], fingerprints: list[Fingerprint]) -> list[str]:
-    """The columns of a ranking for a target, with those of the origins of intervals that a fingerprint has.
+    """The columns of a ranking for a target, with columns for the origins of intervals that a fingerprint has.
 
     The charge has a column only if a fingerprint has charges of several sizes.
     """

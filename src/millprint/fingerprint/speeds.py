@@ -1,4 +1,4 @@
-"""The speeds of the mills in a configuration, compared with those of real machines (mill.speed_limits)."""
+"""The speeds of the mills in a configuration, compared with real machines (mill.speed_limits)."""
 
 import math
 from collections.abc import Mapping, Sequence

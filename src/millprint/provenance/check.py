@@ -44,7 +44,7 @@ def read_crate(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def check_folder(folder: Path) -> tuple[int, list[Fault]]:
-    """The number of files that the crate of a folder lists, and those that are missing, changed or additional."""
+    """The number of files that the crate of a folder lists, and the missing, changed and additional files."""
     listed = read_crate(folder)
     faults = []
     with progress(len(listed), "checking", "file") as bar:

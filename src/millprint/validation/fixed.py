@@ -88,7 +88,7 @@ def fixed_table(fixed: Mapping[str, Sequence[Fixed]], digests: Mapping[str, str]
 
 
 def fix(path: str | Path, digests: Mapping[str, str], now: str, why: str = "") -> list[str]:
-    """Add the digests of some set-ups with date and time, and return the names of those that have changed.
+    """Add the digests of some set-ups with date and time, and return the names of the changed ones.
 
     A set-up with an unchanged digest gets no row. why: the reason for fixing again. Raises ConfigError if a fixed
     set-up has changed and no reason is given.

@@ -40,7 +40,7 @@ def half_angle(filling: float) -> float:
 
 
 def hogg_fuerstenau(mill: Mill, turns_hz: float, lift_angle_deg: float = LIFT_ANGLE_DEG) -> float:
-    """Net power of a charge that lies as a tilted segment, 2/3 rho g L R^3 sin^3(t) sin(a) 2 pi N [W].
+    """Net power of a charge in the shape of a tilted segment, 2/3 rho g L R^3 sin^3(t) sin(a) 2 pi N [W].
 
     turns_hz: N [1/s]; t: half the angle of the segment; a: lift_angle_deg, the tilt of its surface. The torque is the
     weight of the segment times the horizontal distance of its centre from the axis (Hogg and Fuerstenau, Trans.

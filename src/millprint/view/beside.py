@@ -1,4 +1,4 @@
-"""Balls of a prediction next to those of the simulation, in one movie."""
+"""Balls of a prediction and of the simulation side by side, in one movie."""
 
 from pathlib import Path
 

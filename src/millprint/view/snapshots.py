@@ -1,4 +1,4 @@
-"""The snapshots of a run, read in blocks, because those of a long run do not fit into memory."""
+"""The snapshots of a run, read in blocks, because a long run does not fit into memory."""
 
 import json
 from collections.abc import Iterator, Sequence
