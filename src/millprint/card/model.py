@@ -38,9 +38,9 @@ class Quantity(Record):
     unit: str
     """unit; "-" for a plain number"""
     scatter: Ends | None = None
-    """band of a new simulation of the recorded time, which falls in here with `fingerprint.probability`"""
+    """band of a new simulation: contains one more, of the recorded time, with `fingerprint.probability`"""
     mean: Ends | None = None
-    """band of the mean of very many simulations, which is in here with `fingerprint.probability`"""
+    """band of the mean: contains the mean of very many simulations with `fingerprint.probability`"""
     contact: Ends | None = None
     """interval by contact parameters: restitution, frictions and stiffness that nobody has measured"""
     shape: Ends | None = None
@@ -158,7 +158,7 @@ class ContactSet(Record):
 
 
 class Descriptors(Record):
-    """Energies and frequencies of collisions, and the power of all balls. `weighted_` ones need no counting rule."""
+    """Energies and frequencies of collisions, and power of all balls. The weighted ones need no counting rule."""
 
     weighted_normal_energy_J: Quantity
     """energy-weighted mean normal energy E*n = sum e^2 / sum e of all contacts [J]"""
